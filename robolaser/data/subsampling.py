@@ -8,7 +8,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 
 MAX_POSES = 300
-"""Poses with rows that are kept: an effect that needs more to be seen is far below what matters."""
+"""Poses with rows in which effects are sought: one that needs more to be seen is far below what matters."""
 MAX_ROWS = 4000
 """Rows that are kept, as long as each pose has a few: rows of a pose share most of their errors."""
 MIN_ROWS = 3
@@ -55,7 +55,7 @@ def subsampled(dataset: Dataset, most: int) -> Dataset:
     return dataset if len(kept) == len(points) else replace(dataset, points=points.take(kept))
 
 
-def chosen_rows(dataset: Dataset, seed: int) -> Bools:
+def chosen_rows(dataset: Dataset, seed: int, most: int = MAX_POSES) -> Bools:
     """Mark rows of poses that are spread over time and configurations, (m,).
 
     Where names mean the same point at every pose, whole poses are kept; else rows evenly taken along those of each
@@ -64,9 +64,10 @@ def chosen_rows(dataset: Dataset, seed: int) -> Bools:
     Args:
         dataset: Of which.
         seed: Chooses among poses that are near each other; the same one makes the same choice.
+        most: About how many poses with rows are kept.
     """
     points = dataset.points
-    chosen = _some(dataset, seed)
+    chosen = _some(dataset, seed, most)
     kept = np.zeros(len(points), dtype=bool)
     for sensor in dataset.sensors:
         rows = sensor.rows[np.isin(points.pose[sensor.rows], chosen)]
@@ -77,17 +78,17 @@ def chosen_rows(dataset: Dataset, seed: int) -> Bools:
     return kept
 
 
-def _some(dataset: Dataset, seed: int) -> Ints:
-    """At most about `MAX_POSES` of the poses with rows, as many of each name that stands alone in its poses."""
+def _some(dataset: Dataset, seed: int, most: int) -> Ints:
+    """At most about so many of the poses with rows, as many of each name that stands alone in its poses."""
     poses, first = np.unique(dataset.points.pose, return_index=True)
-    if len(poses) <= MAX_POSES:
+    if len(poses) <= most:
         return poses
     name = dataset.points.number[first] if _one_name_a_pose(dataset) else np.zeros(len(poses), dtype=np.int64)
     names, counts = np.unique(name, return_counts=True)
     places, rng = _coordinates(dataset)[poses], np.random.default_rng(seed)
     own = [np.flatnonzero(name == one) for one in names]
-    most = [max(1, int(share)) for share in _shares(counts)]
-    return np.sort(poses[np.concatenate([_spread(places, *one, rng) for one in zip(own, most, strict=True)])])
+    shares = [max(1, int(share)) for share in _shares(counts, most)]
+    return np.sort(poses[np.concatenate([_spread(places, *one, rng) for one in zip(own, shares, strict=True)])])
 
 
 def _one_name_a_pose(dataset: Dataset) -> bool:
@@ -98,9 +99,9 @@ def _one_name_a_pose(dataset: Dataset) -> bool:
     return len(shown) == len(np.unique(shown))
 
 
-def _shares(counts: Ints) -> Ints:
+def _shares(counts: Ints, most: int) -> Ints:
     """How many of each group (g,) are kept: the same of each, and all of groups that have no more."""
-    shares, left = np.zeros_like(counts), MAX_POSES
+    shares, left = np.zeros_like(counts), most
     for number, i in enumerate(np.argsort(counts, kind="stable")):
         shares[i] = min(counts[i], left // (len(counts) - number))
         left -= shares[i]

@@ -30,7 +30,12 @@ MAX_ALTERNATIVES = 6
 
 
 def findings_of(
-    refits: Refits, nested: Sequence[Fit], evidence: Sequence[EffectEvidence], held_out: HeldOut, errors: Array
+    refits: Refits,
+    nested: Sequence[Fit],
+    evidence: Sequence[EffectEvidence],
+    held_out: HeldOut,
+    whole: Fit,
+    errors: Array,
 ) -> tuple[Finding, ...]:
     """Each effect with its gaps, in the order in which they were added: the greatest loss first.
 
@@ -39,9 +44,9 @@ def findings_of(
         nested: Fits of the effects added one by one.
         evidence: For each of them.
         held_out: Errors on held-out poses.
-        errors: Standard errors of the final model's parameters, (d,).
+        whole: The final model, fitted to all poses.
+        errors: Standard errors of its parameters, (d,).
     """
-    final = nested[-1]
     by_effect = {one.candidate_effect: one for one in evidence}
     findings = []
     for before, after in pairwise(nested):
@@ -51,7 +56,7 @@ def findings_of(
             Finding(
                 candidate_effect=added,
                 probability=own.probability,
-                parameters=_estimates(final, added, errors),
+                parameters=_estimates(whole, added, errors),
                 gap_before_m=held_out.gap(before),
                 gap_after_m=held_out.gap(after),
                 gap_without_m=held_out.gap(refits.of(own.without)),

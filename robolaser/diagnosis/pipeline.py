@@ -136,8 +136,9 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         where = beside(where, scatter.located(gap.after_m, gap.noise_floor_m))
     progress("predicting held-out poses", 0.85)
     limits = detection_limits(refits.score_tests(final), refits.score_tests(start))
-    errors = standard_errors(final, refits.score_tests(final), evidence)
-    findings = findings_of(refits, nested, evidence, held_out, errors)
+    whole = preparation.on_all_poses(outliers, final)
+    errors = standard_errors(final, refits.score_tests(final), evidence, whole)
+    findings = findings_of(refits, nested, evidence, held_out, whole, errors)
     repeatability = repeatability_of(final, noise)
     odd = rows_sentence(final, verdict, dataset, outliers)
     moved = misread.shift if misread else len(preparation.belongs)
@@ -157,7 +158,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         next_poses=spread_poses(final, seed=seed) if too_few else _next_poses(final, evidence, seed),
         limits=limits,
         model=final.model,
-        x=held_out.parameters(final),
+        x=held_out.parameters(final) if whole is final else whole.x,
         std=np.where(final.at.free, errors, np.nan),
         calibrated_x=calibration.x,
         unseen=held_out.unseen(final),

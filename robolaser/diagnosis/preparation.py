@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Bools
+from robolaser.arrays import Bools, Ints
 from robolaser.calibration.calibrate import calibrated
 from robolaser.calibration.checks import check_orientations
 from robolaser.calibration.exchanged_poses import belong_there, seem_exchanged, with_rows_at
@@ -14,6 +14,7 @@ from robolaser.calibration.misread import Misread, misread
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import Calibration, rms
 from robolaser.data.dataset import Dataset
+from robolaser.data.subsampling import MAX_POSES
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.pose_noise import explainable, explained
 from robolaser.diagnosis.pose_scatter import ExcessScatter, pose_scatter
@@ -91,18 +92,32 @@ class Preparation:
         noise = self._noise(NoiseEstimate.of(self.weighted.data, problem.model, fit.x, columns), fit)
         return Fit.of(problem_of(problem.model, noise, sensor), fit.x)
 
-    def without(self, outliers: Bools, start: Fit) -> tuple[AveragedData, Fit]:
-        """The start on rows without other gross errors, its noise as it was.
+    def without(self, outliers: Bools, fit: Fit, most: int = MAX_POSES) -> tuple[AveragedData, Fit]:
+        """A model on rows without other gross errors, its noise as it was.
 
         Args:
             outliers: Marks the gross errors, (rows of points.csv,).
-            start: The model without effects.
+            fit: The model.
+            most: About how many poses with rows are kept.
         """
-        data = AveragedData.of(self._whole.dataset, outliers).subsampled(self.calibration.seed)
-        model, was = of_data(self._whole, data.dataset), start.noise
-        sources = sources_of(data, model, start.x)
+        data = AveragedData.of(self._whole.dataset, outliers).subsampled(self.calibration.seed, most)
+        model, was = of_data(self._whole, data.dataset).with_effects(fit.effects), fit.noise
+        sources = sources_of(data, model, fit.x)
         noise = replace(was, sources=sources, sigmas={one.name: was.sigmas.get(one.name, 0.0) for one in sources})
-        return data, Fit.of(problem_of(model, noise, start.sensor), start.x)
+        return data, Fit.of(problem_of(model, noise, fit.sensor), fit.x)
+
+    def on_all_poses(self, outliers: Ints, final: Fit) -> Fit:
+        """A model with effects fitted to all poses, where its effects were sought in some of them.
+
+        Args:
+            outliers: Rows of points.csv that are gross errors.
+            final: The model.
+        """
+        points = self._whole.dataset.points
+        if not final.effects or len(np.unique(points.pose)) <= MAX_POSES:
+            return final
+        left_out = np.isin(np.arange(len(points)), outliers)
+        return self.without(left_out, final, most=len(self._whole.dataset.poses))[1]
 
     def with_other_noise(self, data: AveragedData, start: Fit, final: Fit) -> Fit | None:
         """The start with the noise that the final model leaves, where that is not what was assumed."""

@@ -22,7 +22,9 @@ MOST_LEVERAGE: Final = 0.999
 """Leverage of a pose in some direction, beyond which its residuals there say nothing."""
 
 
-def standard_errors(fit: Fit, tests: Sequence[ScoreTest] = (), evidence: Sequence[EffectEvidence] = ()) -> Array:
+def standard_errors(
+    fit: Fit, tests: Sequence[ScoreTest] = (), evidence: Sequence[EffectEvidence] = (), whole: Fit | None = None
+) -> Array:
     """One standard deviation of each parameter, (d,): the larger of noise and poses, and what other effects may add.
 
     What may be at work in the place of each effect found, or that nothing is, counts with its weight (model averaging:
@@ -35,20 +37,31 @@ def standard_errors(fit: Fit, tests: Sequence[ScoreTest] = (), evidence: Sequenc
         fit: The model.
         tests: Of effects that it does not hold.
         evidence: For those that it holds.
+        whole: The same model fitted to more poses: those count for noise and scatter.
     """
-    at, K = fit.at, len(fit.at.white)
-    influence = np.asarray((at.covariance / fit.problem.scale) @ at.J.T)
-    by_noise = np.maximum(np.diag(at.covariance), 0.0)
-    by_poses = clustered_variances(influence[:, :K], at.Q[:K], at.white, fit.pose_of_number)
-    variances = np.maximum(by_noise, by_poses + np.square(influence[:, K:]).sum(axis=1))
+    whole = whole or fit
+    variances = _by_noise_and_poses(whole)
     if tests:
         white, left = np.hstack([test.white for test in tests]), np.hstack([test.columns for test in tests])
         other = (left**2).sum(axis=0) > SAME_DIRECTION * (white**2).sum(axis=0)
-        pull = influence[:, :K] @ white[:, other]
-        variances = variances + considered_variances(pull, left[:, other], at.r)
+        pull = _influence(fit)[:, : len(white)] @ white[:, other]
+        variances = variances + considered_variances(pull, left[:, other], fit.at.r)
     variances = variances + between_models(fit, evidence)
-    widened = stdtrit(max(1, len(fit.poses) - 1), 0.975) / SIGMA_OF_95_PERCENT
+    widened = stdtrit(max(1, len(whole.poses) - 1), 0.975) / SIGMA_OF_95_PERCENT
     return np.asarray(widened * np.sqrt(variances))
+
+
+def _by_noise_and_poses(fit: Fit) -> Array:
+    """The larger of the variances by noise and by the scatter of whole poses, (d,)."""
+    at, K, influence = fit.at, len(fit.at.white), _influence(fit)
+    by_poses = clustered_variances(influence[:, :K], at.Q[:K], at.white, fit.pose_of_number)
+    by_poses += np.square(influence[:, K:]).sum(axis=1)
+    return np.maximum(np.diag(at.covariance), by_poses)
+
+
+def _influence(fit: Fit) -> Array:
+    """By how much each parameter moves with each whitened row, (d, K + e)."""
+    return np.asarray((fit.at.covariance / fit.problem.scale) @ fit.at.J.T)
 
 
 def between_models(fit: Fit, evidence: Sequence[EffectEvidence]) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.data.subsampling import chosen_rows, kept_poses
+from robolaser.data.subsampling import MAX_POSES, chosen_rows, kept_poses
 from robolaser.model.grouped_rows import group_sums
 
 
@@ -59,12 +59,14 @@ class AveragedData:
         rows = np.arange(len(dataset.points), dtype=np.int64)
         return cls(dataset, dataset, np.ones_like(rows), rows)
 
-    def subsampled(self, seed: int) -> "AveragedData":
+    def subsampled(self, seed: int, most: int = MAX_POSES) -> "AveragedData":
         """Only rows that say something new; where no path leads through them, only their poses too.
 
-        The seed chooses among poses that are alike.
+        Args:
+            seed: Chooses among poses that are alike.
+            most: About how many poses with rows are kept.
         """
-        kept = chosen_rows(self.dataset, seed)
+        kept = chosen_rows(self.dataset, seed, most)
         if kept.all():
             return self
         number = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)

@@ -1,4 +1,4 @@
-"""Of many poses a diagnosis uses some: spread over time and configurations, whichever chance takes."""
+"""Of many poses effects are sought in some, spread over time and configurations; their sizes are of all."""
 
 from dataclasses import replace
 
@@ -85,8 +85,19 @@ def test_any_thinning_gives_one_answer(effects: dict[str, float]) -> None:
     assert certain == [{"transmission"} if effects else set()] * len(SEEDS)
 
 
+def test_sizes_are_fitted_to_all_poses_and_are_as_sure_as_all_of_them_make_them() -> None:
+    dataset = tracked(backlash__elbow_joint=0.002)
+    (all_poses,), (some,) = (
+        examine(data, SUSPECTED, seed=0).findings
+        for data in (dataset, dataset.of_poses(np.arange(700) < MAX_POSES))
+    )
+    size, of_some = (found.parameters["lost_motion"] for found in (all_poses, some))
+    assert size.std == pytest.approx(of_some.std * np.sqrt(MAX_POSES / 700), rel=0.2)
+    assert abs(size.value - 0.002) < 3.0 * size.std
+
+
 def test_the_first_lines_say_how_many_poses_are_used(sound: Dataset) -> None:
     many, few = examine(sound, [], seed=0), examine(tracked(20), [], seed=0)
     assert diagnosis_json(many)["poses"] == {"used": MAX_POSES, "all": 700}
-    assert f"{MAX_POSES} of 700 poses are used" in document(many).setting
-    assert "are used" not in document(few).setting
+    assert f"effects are sought in {MAX_POSES} of 700 poses" in document(many).setting
+    assert "sought in" not in document(few).setting

@@ -60,7 +60,7 @@ def document(diagnosis: Diagnosis, *, brief: bool = False, files: Delivered = ()
 def _used(diagnosis: Diagnosis) -> str:
     """What was measured, and how many poses of it were used where these are not all."""
     used, of = diagnosis.poses
-    return diagnosis.dataset.summary + (f"; {used} of {of} poses are used" if used < of else "")
+    return diagnosis.dataset.summary + (f"; effects are sought in {used} of {of} poses" if used < of else "")
 
 
 def figures(diagnosis: Diagnosis) -> list[Figure]:
