@@ -7,13 +7,9 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from robolaser.arrays import Array
-from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
 from robolaser.model.grouped_rows import group_sums
 
-NEGLIGIBLE = 1e-8
-"""Share of the squared length of an effect's column, below which the fitted parameters imitate it."""
-RIDGE = 1e-6
-"""Of what they leave of it, which is added: columns that imitate each other explain no more than one does."""
 SPREAD = 12
 """Places of a grid on either side, over which a term of a Fourier sum is spread: twelve digits stay."""
 
@@ -78,7 +74,7 @@ def _gains(along: Array, whole: Array, shared: Array) -> Array:
     a = along.shape[1]
     A = whole - shared @ np.swapaxes(shared, 1, 2)
     squares, left = (np.trace(one, axis1=1, axis2=2)[:, None, None] / a for one in (whole, A))
-    A = A + (RIDGE * np.maximum(left, 0.0) + NEGLIGIBLE * squares + 1e-12) * np.eye(a)
+    A = A + (NEGLIGIBLE * (np.maximum(left, 0.0) + squares) + 1e-12) * np.eye(a)
     return np.asarray(np.einsum("ga,ga->g", along, np.linalg.solve(A, along[..., None])[..., 0]))
 
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
-from robolaser.diagnosis.dense_grids import NEGLIGIBLE
+from robolaser.diagnosis.fit import NEGLIGIBLE
 from robolaser.diagnosis.refits import penalty
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.score_tests import ScoreTest
-from robolaser.diagnosis.thresholds import DETECTION_SIGMA, LARGEST_PLAUSIBLE, SAME_DIRECTION
+from robolaser.diagnosis.thresholds import DETECTION_SIGMA, LARGEST_PLAUSIBLE
 from robolaser.model.effects.effect import CandidateEffect
 
 
@@ -46,8 +46,7 @@ def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()
                 identifiable=float(identifiable) if is_identified else None,
                 rival=rival if is_seen else None,
                 at_tool_m=_at_tool(test, float(size)) if is_seen else None,
-                is_imitated=not is_seen
-                and _share_left(test) < SAME_DIRECTION * seen_alone.get(test.candidate_effect, 0.0),
+                is_imitated=not is_seen and _share_left(test) < NEGLIGIBLE * seen_alone.get(test.candidate_effect, 0.0),
             )
         )
     return tuple(sorted(limits, key=lambda limit: (limit.candidate_effect.effect.name, limit.candidate_effect.where)))

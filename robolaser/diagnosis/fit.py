@@ -29,8 +29,9 @@ LEAST_FACTOR, MOST_ROUNDS = 1e-2, 4
 MOST_STEPS = 40
 """Of a fit: a good model takes twenty at most; a hopeless one may creep along a curved valley, for a sixth of a tracked
 arm's diagnosis."""
-SINGULAR = 1e-5
-"""Singular values of unit columns below this share of the largest belong to directions that the data do not see."""
+NEGLIGIBLE = 1e-8
+"""Share of a column's squared length, below which it is a combination of others, or what the fitted parameters imitate:
+half of double precision."""
 
 CORRELATED = 1e-12
 """Eigenvalues of correlations, over the largest, that are rounding: double precision with four digits to spare."""
@@ -260,7 +261,7 @@ def best_amplitudes(columns: Array, residuals: Array) -> Array:
     length = np.linalg.norm(columns, axis=0)
     unit = columns / np.where(length > 0, length, 1.0)
     squares, V = np.linalg.eigh(unit.T @ unit)
-    seen = squares > SINGULAR**2 * squares.max(initial=0.0)
+    seen = squares > NEGLIGIBLE * squares.max(initial=0.0)
     along = V[:, seen].T @ (unit.T @ residuals)
     amplitudes: Array = -(V[:, seen] @ (along / squares[seen])) / np.where(length > 0, length, 1.0)
     return amplitudes

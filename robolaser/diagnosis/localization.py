@@ -10,8 +10,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.candidate_sites import Site, sites
-from robolaser.diagnosis.dense_grids import NEGLIGIBLE
-from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
 from robolaser.diagnosis.random_functions import RandomFunctions
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, MAX_SITES
 

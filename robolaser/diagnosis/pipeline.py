@@ -39,7 +39,7 @@ from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select, unless_one_does_it
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
-from robolaser.diagnosis.thresholds import CREDIBLE_MASS, EVEN, LEAST_PROBABILITY, OUTLIER_ROUNDS, SCATTER_ROUNDS
+from robolaser.diagnosis.thresholds import CREDIBLE_MASS, EVEN, LEAST_PROBABILITY, ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.wrong_input import mispaired
 from robolaser.estimation.averaging import AveragedData
@@ -190,8 +190,8 @@ def _selected(
         fresh = Refits(start, effects)
         return fresh, select(fresh, fresh.warm_start(final, refits), lambda what: progress(what, share))
 
-    for left in reversed(range(OUTLIER_ROUNDS + 1)):
-        for _ in range(SCATTER_ROUNDS):
+    for left in reversed(range(ROUNDS + 1)):
+        for _ in range(ROUNDS):
             if (other := preparation.with_other_noise(data, start, final)) is None:
                 break
             start = other

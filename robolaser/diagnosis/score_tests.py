@@ -9,9 +9,9 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.dense_grids import NEGLIGIBLE, gains_of_steps, gains_of_waves
+from robolaser.diagnosis.dense_grids import gains_of_steps, gains_of_waves
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
-from robolaser.diagnosis.fit import Fit, best_amplitudes
+from robolaser.diagnosis.fit import NEGLIGIBLE, Fit, best_amplitudes
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.grouped_rows import group_sums
 

@@ -15,7 +15,6 @@ from robolaser.diagnosis.thresholds import (
     REFITS_PER_ADDITION,
     REFITS_PER_EXCHANGE,
     SHARE_OF_BEST_SCORE,
-    TESTED_ADDITIONS,
 )
 from robolaser.model.effects.link_geometry import LinkGeometry
 
@@ -66,7 +65,7 @@ def _stepwise(refits: Refits, fit: Fit, most: int, progress: Announce) -> Fit:
         chosen = None
         if len(fit.effects) < most:
             progress(f"adding effects to {len(fit.effects)}")
-            options = _cheaper(refits, fit, _with_one_more(refits, fit))[:TESTED_ADDITIONS]
+            options = _cheaper(refits, fit, _with_one_more(refits, fit))
             chosen = next((option for option in options if not refits.is_unmodelled(option, fit)), None)
         if chosen is None and len(fit.effects) <= MAX_EXCHANGED:
             progress(f"exchanging {len(fit.effects)} effects")

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
 from robolaser.diagnosis.local_unknown import TARGET
 from robolaser.diagnosis.pose_coordinates import angle_of, torque_of
 from robolaser.diagnosis.score_tests import normal_equations
@@ -25,8 +25,6 @@ WIDTHS: Final = 12
 """Widths of play, up to its coordinate's range."""
 DENT_WIDTHS: Final = (0.06, 0.08, 0.1, 0.13, 0.18, 0.25)
 """Standard deviations of dents' bells, over a target's larger side; they lie half of it apart."""
-SEEN: Final = 1e-6
-"""Share of a shape's squared columns, below which the fitted parameters imitate it."""
 
 
 def sparse_shape_chi2(fit: Fit, site: str) -> float:
@@ -96,7 +94,7 @@ def _ratio(shapes: Array, gradient: Array, own: Array, shared: Array) -> float:
     """Twice the logarithm of the mean likelihood ratio of shapes (s, n), by normal equations of the group's motions."""
     full = shapes**2 @ own
     squares = full - ((shapes @ shared) ** 2).sum(axis=1)
-    z2 = np.maximum((shapes @ gradient) ** 2 / np.maximum(squares, SEEN * full), 1.0)
+    z2 = np.maximum((shapes @ gradient) ** 2 / np.maximum(squares, NEGLIGIBLE * full), 1.0)
     ratios = z2 - 1.0 - np.log(z2)
     best = float(ratios.max())
     return max(0.0, best + 2.0 * float(np.log(np.exp(0.5 * (ratios - best)).mean())))

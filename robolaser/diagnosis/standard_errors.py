@@ -12,9 +12,9 @@ from scipy.special import stdtrit
 
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.evidence import EffectEvidence
-from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
 from robolaser.diagnosis.score_tests import ScoreTest
-from robolaser.diagnosis.thresholds import EVEN, SAME_DIRECTION, SIGMA_OF_95_PERCENT
+from robolaser.diagnosis.thresholds import EVEN, SIGMA_OF_95_PERCENT
 
 SIZES: Final = np.concatenate([[0.0], np.geomspace(0.01, 1.0, 9)])
 """Sizes that all effects not found may have, in units of those usual in industry."""
@@ -43,7 +43,7 @@ def standard_errors(
     variances = _by_noise_and_poses(whole)
     if tests:
         white, left = np.hstack([test.white for test in tests]), np.hstack([test.columns for test in tests])
-        other = (left**2).sum(axis=0) > SAME_DIRECTION * (white**2).sum(axis=0)
+        other = (left**2).sum(axis=0) > NEGLIGIBLE * (white**2).sum(axis=0)
         pull = _influence(fit)[:, : len(white)] @ white[:, other]
         variances = variances + considered_variances(pull, left[:, other], fit.at.r)
     variances = variances + between_models(fit, evidence)

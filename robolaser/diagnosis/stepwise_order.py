@@ -6,11 +6,9 @@ from itertools import pairwise
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.diagnosis.fit import NEGLIGIBLE
 from robolaser.diagnosis.refits import penalty
 from robolaser.diagnosis.score_tests import ScoreTest
-
-SEEN = 1e-12
-"""Share of the squared length of an effect's column, below which it is a combination of those taken before."""
 
 
 def stepwise_order(tests: Sequence[ScoreTest], most: int, least: float = -np.inf) -> list[int]:
@@ -58,13 +56,13 @@ def _gains(G: Array, spans: Sequence[Ints]) -> Array:
         own = np.stack([spans[i] for i in alike.tolist()])
         squares, vectors = np.linalg.eigh(G[own[:, :, None], own[:, None]])
         along = (np.swapaxes(vectors, 1, 2) @ G[own, -1][..., None])[..., 0]
-        seen = squares > SEEN
+        seen = squares > NEGLIGIBLE
         gains[alike] = np.divide(along**2, squares, out=np.zeros_like(squares), where=seen).sum(axis=1)
     return gains
 
 
 def _inverse(G: Array, span: Ints) -> Array:
     values, vectors = np.linalg.eigh(G[np.ix_(span, span)])
-    seen = values > SEEN
+    seen = values > NEGLIGIBLE
     found: Array = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T
     return found

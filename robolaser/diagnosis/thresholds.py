@@ -46,16 +46,11 @@ MOST_RMS_M: Final = 0.1
 
 REFITS_PER_ADDITION: Final = 4
 """Effects, best score first, that are refitted before one of them is added."""
-SAME_DIRECTION: Final = 1e-4
-"""Share of an effect's squared column, below which it is what the model, or another effect, has already. A judgement:
-anything from 1e-8 to 1e-2 gives the same standard errors to a few per cent."""
 REFITS_PER_EXCHANGE: Final = 2
 """Effects that are refitted in the place of each one that is taken out."""
 SHARE_OF_BEST_SCORE: Final = 0.75
 """Share of the best score, or of what an effect explains, that a candidate must promise to be refitted: scores are
 linear, and may be a quarter off."""
-TESTED_ADDITIONS: Final = 3
-"""Additions, best first, that are tested against an unmodelled cause before none is added."""
 MIN_IMPROVEMENT: Final = 1e-3
 """Change of the cost, in chi-squared, below which two models cost the same."""
 MAX_EXCHANGED: Final = 4
@@ -71,8 +66,8 @@ MAX_BESIDE_GEOMETRY: Final = 4
 NOISE_CHANGE: Final = 1.1
 """Factor, either way, by which the noise of poses or of rows that a model leaves must differ from the assumed one for
 the search to start again."""
-SCATTER_ROUNDS: Final = 3
-"""Times that it starts again for that."""
+ROUNDS: Final = 4
+"""Times that it starts again for that, and that gross errors are looked for again once effects are in the model."""
 IMPLAUSIBLE_NOISE: Final = 2.0
 """Chi-squared over its expectation, above which estimated noise does not account for the residuals it came from: the
 search for it ended in a lesser optimum. A judgement: without it a scanner whose laser plane starts anywhere is
@@ -87,8 +82,6 @@ LEAST_RANGE_SPREAD: Final = 0.05
 ONE_MEASUREMENT: Final = 0.1
 """Scatter of a pose's rows over stated noise, below which they were made from one measurement: reflectors computed from
 one 6-D pose agree to their last digit, 1e-3 to 2e-2 on two real campaigns. A judgement, of words alone."""
-OUTLIER_ROUNDS: Final = 2
-"""Times that gross errors are looked for again once effects are in the model."""
 
 # Noise.
 

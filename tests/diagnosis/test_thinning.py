@@ -88,8 +88,7 @@ def test_any_thinning_gives_one_answer(effects: dict[str, float]) -> None:
 def test_sizes_are_fitted_to_all_poses_and_are_as_sure_as_all_of_them_make_them() -> None:
     dataset = tracked(backlash__elbow_joint=0.002)
     (all_poses,), (some,) = (
-        examine(data, SUSPECTED, seed=0).findings
-        for data in (dataset, dataset.of_poses(np.arange(700) < MAX_POSES))
+        examine(data, SUSPECTED, seed=0).findings for data in (dataset, dataset.of_poses(np.arange(700) < MAX_POSES))
     )
     size, of_some = (found.parameters["lost_motion"] for found in (all_poses, some))
     assert size.std == pytest.approx(of_some.std * np.sqrt(MAX_POSES / 700), rel=0.2)
