@@ -17,6 +17,10 @@ from robolaser.diagnosis.score_tests import ScoreTest
 from robolaser.diagnosis.thresholds import DETECTION_SIGMA, LARGEST_PLAUSIBLE
 from robolaser.model.effects.effect import CandidateEffect
 
+IMITATED = 1e-4
+"""Share of what is left of a column's square alone, that is left beside effects which do the same. A judgement: those
+that merely show less keep a hundredth and more."""
+
 
 def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()) -> tuple[DetectionLimit, ...]:
     """For each effect that is not in the model, the size of its principal parameter that is found nine times in ten.
@@ -46,7 +50,7 @@ def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()
                 identifiable=float(identifiable) if is_identified else None,
                 rival=rival if is_seen else None,
                 at_tool_m=_at_tool(test, float(size)) if is_seen else None,
-                is_imitated=not is_seen and _share_left(test) < NEGLIGIBLE * seen_alone.get(test.candidate_effect, 0.0),
+                is_imitated=not is_seen and _share_left(test) < IMITATED * seen_alone.get(test.candidate_effect, 0.0),
             )
         )
     return tuple(sorted(limits, key=lambda limit: (limit.candidate_effect.effect.name, limit.candidate_effect.where)))
