@@ -14,7 +14,7 @@ from robolaser.cell.route import route_text
 from robolaser.data.board import Board
 from robolaser.data.cell_config import load_cell
 from robolaser.data.csv_tables import table_text
-from robolaser.data.lerobot import TURN, Servo
+from robolaser.data.lerobot import TURN, MotorCalibration
 from robolaser.data.printed_board import board_pdf
 from robolaser.data.writing import toml_lines
 from robolaser.errors import UsageError
@@ -42,7 +42,7 @@ class NewCell:
     entry: RobotEntry
     sensor: str  # "camera", or "stripe": with a laser
     poses: int
-    servos: Mapping[str, Servo]  # LeRobot's calibration; empty: servos count from position 2048
+    servos: Mapping[str, MotorCalibration]  # LeRobot's calibration; empty: servos count from position 2048
 
     @property
     def follows(self) -> bool:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Group, Parameter
 from cyclopts.validators import mutually_exclusive
 
-from robolaser.commands.terminal import TERMINAL, Count, Positive, Seed, Terminal, ended_as_by_hand, say
+from robolaser.commands.terminal import TERMINAL, Count, PositiveOption, Seed, Terminal, ended_as_by_hand, say
 from robolaser.errors import PlanError, UsageError
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def record(
     separate: Annotated[tuple[str, ...], Parameter(metavar="EFFECT[:WHERE]")] = (),
     repeats: Count | None = None,
     both_ways: bool = False,
-    run_up: Annotated[Positive | None, Parameter(metavar="DEGREES")] = None,
+    run_up: Annotated[PositiveOption | None, Parameter(metavar="DEGREES")] = None,
     port: Annotated[str | None, Parameter(metavar="URL")] = None,
     camera: Annotated[str | None, Parameter(metavar="SOURCE")] = None,
     seed: Seed | None = None,

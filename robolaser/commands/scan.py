@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Force, Positive, Terminal, Typed
+from robolaser.commands.terminal import RESULT, TERMINAL, Force, PositiveOption, Terminal, Typed
 from robolaser.errors import Interrupted, UsageError
 
 if TYPE_CHECKING:
@@ -56,12 +56,12 @@ def scan(
     output: Annotated[Path, Parameter(metavar="CLOUD.ply", group=RESULT, validator=cloud_file)],
     nominal: bool = False,
     region: Annotated[str | None, Parameter(metavar="X0:X1,Y0:Y1,Z0:Z1")] = None,
-    voxel: Annotated[Positive | None, Parameter(metavar="SIZE_M")] = None,
+    voxel: Annotated[PositiveOption | None, Parameter(metavar="SIZE_M")] = None,
     normals: bool = False,
     colour: bool = False,
     plane: bool = False,
     step: Annotated[float | None, Parameter(metavar="HEIGHT_M", validator=Number(gte=LEAST_STEP_M))] = None,
-    sphere: Annotated[Positive | None, Parameter(metavar="RADIUS_M")] = None,
+    sphere: Annotated[PositiveOption | None, Parameter(metavar="RADIUS_M")] = None,
     report: Annotated[bool, Parameter(group=RESULT)] = False,
     force: Force = False,
     terminal: Terminal = TERMINAL,

@@ -17,6 +17,7 @@ from robolaser.commands.terminal import (
     refuse,
     say,
 )
+from robolaser.data.sensor_format import Mount
 
 
 def simulate(
@@ -25,7 +26,7 @@ def simulate(
     flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
     sensor: Literal["stripe", "camera", "point", "pose", "socket", "profile", "stripe+camera", "motion"] = "stripe",
-    mount: Literal["flange", "base"] = "flange",
+    mount: Mount = "flange",
     poses: Count = 40,
     points: Count | None = None,
     repeats: Count = 1,

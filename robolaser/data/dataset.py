@@ -16,6 +16,7 @@ from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor
 from robolaser.data.sessions import Sessions
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import DataError, RobotError
+from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
 
@@ -138,10 +139,10 @@ class Points:
         return _taken(self, np.arange(len(self))[rows])
 
 
-Table = TypeVar("Table", Poses, Points)
+RowTable = TypeVar("RowTable", Poses, Points)
 
 
-def _taken(table: Table, rows: Ints) -> Table:
+def _taken(table: RowTable, rows: Ints) -> RowTable:
     """Only some rows of every column."""
     chosen = rows.tolist()
 
@@ -223,7 +224,7 @@ class Dataset:
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     options: Any = None
     stripe_axis: str = "u"
-    bracket_quat: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    bracket_quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
     angles: str = "xyz"
     image_px: tuple[int, int] | None = None
     board: Board | None = None

@@ -17,6 +17,7 @@ from robolaser.data.several_sensors import described_members
 from robolaser.data.stated_noise import Noise
 from robolaser.data.toml_schema import Positive, lacking, read_toml, refused, typed, wrong
 from robolaser.errors import DataError, UsageError, unreadable
+from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import DOWN, Robot
@@ -26,7 +27,7 @@ FORMAT = "robolaser-dataset/1"
 QUATERNION_SLACK = 0.01  # files round their digits
 FULL_TURN = 2 * np.pi
 
-Text = Annotated[str, Meta(min_length=1)]
+NonEmpty = Annotated[str, Meta(min_length=1)]
 Pixels = Annotated[int, Meta(ge=1, le=100_000)]
 
 
@@ -35,9 +36,9 @@ Pixels = Annotated[int, Meta(ge=1, le=100_000)]
 class RobotTable:
     """`[robot]`."""
 
-    urdf: Text
-    flange: Text
-    joints: Annotated[tuple[Text, ...], Meta(min_length=1)]
+    urdf: NonEmpty
+    flange: NonEmpty
+    joints: Annotated[tuple[NonEmpty, ...], Meta(min_length=1)]
     gravity: tuple[float, float, float] = DOWN
     time: Literal["seconds", "order"] = "seconds"
     path: Literal["consecutive", "unknown"] = "consecutive"
@@ -56,7 +57,7 @@ class SensorTable:
 class ScannerTable:
     """`[scanner]`."""
 
-    bracket_quat: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    bracket_quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
     angles: Literal["xyz", "zyz"] = "xyz"
 
 
@@ -84,7 +85,7 @@ class TargetTable:
 class SessionsTable:
     """`[sessions]`."""
 
-    own: tuple[Text, ...] = OWN  # an empty one: all sessions share all
+    own: tuple[NonEmpty, ...] = OWN  # an empty one: all sessions share all
 
 
 @final

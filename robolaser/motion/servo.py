@@ -29,7 +29,7 @@ MOST_CELLS = 30_000_000  # simulated at a time
 
 @final
 @dataclass(frozen=True, eq=False)
-class Runs:
+class CommandSeries:
     """Commands as they are simulated, runs side by side, the longest first: (t, s) where the last of each is held."""
 
     length: Ints  # rows of each run, (s,)

@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.errors import EffectError, near
-from robolaser.motion.effect import At, Kind
+from robolaser.motion.effect import At, RowKind
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.linear_rows import LinearRows
 from robolaser.motion.log import MotionLog
@@ -94,9 +94,9 @@ def _motion(kind: int, time: Array, middle: Array, half: Array, rng: np.random.G
     return smoothed(ramps, round(CORNER_S * RATE_HZ))
 
 
-def _requested(robot: Robot, sizes: Mapping[str, float]) -> dict[Kind, list[tuple[At, dict[str, float]]]]:
+def _requested(robot: Robot, sizes: Mapping[str, float]) -> dict[RowKind, list[tuple[At, dict[str, float]]]]:
     """Effects at their places with their numbers."""
-    found: dict[Kind, dict[str, tuple[At, dict[str, float]]]] = {"tracking": {}, "torque": {}, "load": {}}
+    found: dict[RowKind, dict[str, tuple[At, dict[str, float]]]] = {"tracking": {}, "torque": {}, "load": {}}
     names = list(dict.fromkeys(one.name for one in MOTION_EFFECTS))
     for text, size in sizes.items():
         name, _, place = text.partition(":")

@@ -14,6 +14,7 @@ from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.dataset_file import QUATERNION_SLACK, Pixels, inside
 from robolaser.data.toml_schema import NotNegative
 from robolaser.errors import DataError, EffectError, ScanError, near
+from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.model import effects as library
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.run_summary import RunSummary
@@ -31,7 +32,7 @@ class SavedModel:
 
     sensor: Literal["stripe"]
     stripe_axis: Literal["u", "v"]  # image axis that the stripe runs along
-    bracket_quat: tuple[float, float, float, float]  # nominal turn of the camera on the flange, (x, y, z, w)
+    bracket_quat: Quaternion  # nominal turn of the camera on the flange, (x, y, z, w)
     angles: Literal["xyz", "zyz"]  # order of the hand-eye angles
     image: tuple[Pixels, Pixels]  # width and height [px]
     robot: str | None = None

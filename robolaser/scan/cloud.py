@@ -41,7 +41,7 @@ class Counts:
 
 @final
 @dataclass(frozen=True)
-class Part:
+class ScannedRecording:
     """The points that a scanner shows of one recording."""
 
     scanner: ScannerModel  # what the scanner sees
@@ -79,7 +79,7 @@ class Cloud:
         25
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[ScannedRecording, ...]
     counts: Counts = field(default_factory=Counts)
 
     @property
@@ -128,7 +128,7 @@ class Cloud:
                 )
 
 
-def _in_threads(part: Part) -> Iterator[tuple[float, tuple[int, Vertices]]]:
+def _in_threads(part: ScannedRecording) -> Iterator[tuple[float, tuple[int, Vertices]]]:
     """The pieces of a part in their order, computed on all cores, each with the share that is done."""
     waiting, done, count = iter(part.source.pieces), 0, len(part.source.pieces)
     with ThreadPoolExecutor(cores(), thread_name_prefix="robolaser") as threads:

@@ -6,11 +6,10 @@ from itertools import product
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.geometry.rigid_motion import from_quaternion
+from robolaser.geometry.rigid_motion import Quaternion, from_quaternion
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
-from robolaser.simulation.setup import Quaternion
 
 IMAGE_PX = (640, 480)
 DEGREE = float(np.pi / 180)

@@ -8,12 +8,13 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points
+from robolaser.data.sensor_format import Mount
 from robolaser.errors import EstimationError
 from robolaser.geometry.rigid_motion import from_angles, inverse, pose
 from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.parameters import Values
 from robolaser.simulation.sensors import simulated_sensor
-from robolaser.simulation.setup import CellOptions, Mount, RandomStreams, SensorSetup
+from robolaser.simulation.setup import CellOptions, RandomStreams, SensorSetup
 
 DRAWN = 8  # sensors that are drawn, at most: how one is mounted decides what it sees
 TRIED = 4  # planned poses, and poses that see a target, by pairs of which it is placed

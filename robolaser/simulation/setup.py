@@ -2,16 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Literal, Self, final
+from typing import Self, final
 
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.data.sensor_format import Mount
 from robolaser.data.stated_noise import Noise
+from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.model.sensors.placements import motion
-
-Quaternion = tuple[float, float, float, float]
-Mount = Literal["flange", "base"]
 
 
 @final

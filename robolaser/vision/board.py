@@ -6,11 +6,8 @@ from typing import Any, final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from robolaser.arrays import Array, Bools
-
-Image = NDArray[np.uint8]
+from robolaser.arrays import Array, Bools, Image
 
 SEARCHED_PX = (640, 450, 320)
 """Long sides [px] of the reduced images that are searched: few pixels blur the stripe and dirt away."""

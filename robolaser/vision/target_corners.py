@@ -6,12 +6,12 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Progress
+from robolaser.arrays import Array, Bools, Image, Progress
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import images_of_poses, repeat_columns
 from robolaser.errors import ImageError
-from robolaser.vision.board import Image, find_board, lattice
+from robolaser.vision.board import find_board, lattice
 from robolaser.vision.board_orientation import oriented
 from robolaser.vision.charuco import find_charuco
 from robolaser.vision.circle_grid import find_circles

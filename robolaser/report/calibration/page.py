@@ -1,5 +1,6 @@
 """The report of a calibration: a page, and a few lines on the terminal."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,12 @@ from robolaser.report.calibration.rows import effect_rows, parameter_rows
 from robolaser.report.cell_poses import CellPoses
 from robolaser.report.chart import MUTED, Chart, chart, equal_axes, hover, layer, records
 from robolaser.report.digits import SIGNIFICANT, millimetres, plain, times
-from robolaser.report.document import Block, Column, Document, Figure, Figures, Notes, Section, Table, Text, charts
+from robolaser.report.document import Column, Content, Document, Figure, Figures, Notes, Section, Table, Text, charts
 from robolaser.report.error_analysis import ErrorAnalysis, lengths_mm, point_names, some_rows
 from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.scene import magnification
-from robolaser.report.setting import Delivered, disturbed, files_section, noise_table, origin
+from robolaser.report.setting import disturbed, files_section, noise_table, origin
 
 ESTIMATED = "estimated from the residuals, including what is unmodelled"
 MANY = 24
@@ -67,7 +68,7 @@ def document(
     calibration: Calibration,
     *,
     brief: bool = False,
-    files: Delivered = (),
+    files: Sequence[Mapping[str, Any]] = (),
     folder: Path | None = None,
 ) -> Document:
     """The report.
@@ -117,7 +118,7 @@ def _evidence(analysis: ErrorAnalysis) -> list[Section]:
     ]
 
 
-def _undetermined(calibration: Calibration) -> list[Block]:
+def _undetermined(calibration: Calibration) -> list[Content]:
     found = calibration.unidentifiable
     if not found:
         return []
@@ -127,7 +128,7 @@ def _undetermined(calibration: Calibration) -> list[Block]:
     return [Notes([one.reason for one in found]), Text(remedy, "quiet")]
 
 
-def _parameters(calibration: Calibration) -> list[Block]:
+def _parameters(calibration: Calibration) -> list[Content]:
     given, placed = parameter_rows(calibration)
     within = Column("Within its bounds", "wide", brief="")
     closed_form = "Initialized from the data" if given else ""
@@ -214,7 +215,7 @@ def _along_view(analysis: ErrorAnalysis, cell: CellPoses) -> Array | None:
     return np.where(across, 0.0, -1e3 * along)
 
 
-def _remarks(calibration: Calibration, folder: Path | None) -> list[Block]:
+def _remarks(calibration: Calibration, folder: Path | None) -> list[Content]:
     """What the terminal says of what is not determined, and where ROS finds its files."""
     groups = [one.parameters for one in calibration.unidentifiable]
     together = [", ".join(names) for names in groups if len(names) > 1]
