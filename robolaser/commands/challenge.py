@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Seed, Terminal, aligned, say
+from robolaser.commands.terminal import RESULT, TERMINAL, Count, ResultFlag, Seed, Terminal, aligned, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def new(
     kinds: Annotated[str | None, Parameter(metavar="A,B")] = None,
     seed: Seed | None = None,
     truth: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
-    force: Force = False,
+    force: ResultFlag = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
     """Make data sets with hidden faults.
@@ -104,7 +104,7 @@ def score(
     seed: Seed = 1,
     jobs: Count = 1,
     truth: Annotated[Path | None, Parameter(metavar="DIR")] = None,
-    force: Force = False,
+    force: ResultFlag = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
     """Score the diagnoses of a trial against the truth.

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Force, Terminal, Typed
+from robolaser.commands.terminal import RESULT, TERMINAL, ResultFlag, Terminal, Typed
 
 FILES = ("diff.json", "report.html")
 
@@ -17,7 +17,7 @@ def diff(
     /,
     *,
     output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
-    force: Force = False,
+    force: ResultFlag = False,
     terminal: Terminal = TERMINAL,
     typed: Typed = "",
 ) -> None:

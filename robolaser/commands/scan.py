@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Force, PositiveOption, Terminal, Typed
+from robolaser.commands.terminal import RESULT, TERMINAL, PositiveOption, ResultFlag, Terminal, Typed
 from robolaser.errors import Interrupted, UsageError
 
 if TYPE_CHECKING:
@@ -62,8 +62,8 @@ def scan(
     plane: bool = False,
     step: Annotated[float | None, Parameter(metavar="HEIGHT_M", validator=Number(gte=LEAST_STEP_M))] = None,
     sphere: Annotated[PositiveOption | None, Parameter(metavar="RADIUS_M")] = None,
-    report: Annotated[bool, Parameter(group=RESULT)] = False,
-    force: Force = False,
+    report: ResultFlag = False,
+    force: ResultFlag = False,
     terminal: Terminal = TERMINAL,
     typed: Typed = "",
 ) -> None:

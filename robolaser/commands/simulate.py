@@ -10,8 +10,8 @@ from robolaser.commands.terminal import (
     RESULT,
     TERMINAL,
     Count,
-    Force,
     NoiseOptions,
+    ResultFlag,
     Seed,
     Terminal,
     refuse,
@@ -35,7 +35,7 @@ def simulate(
     unplaced: bool = False,
     effects: Annotated[tuple[str, ...], Parameter(name="--effect", metavar="NAME[:WHERE]=SIZE")] = (),
     seed: Seed = 1,
-    force: Force = False,
+    force: ResultFlag = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
     """Simulate a data set with noise and effects of your choice.

@@ -29,8 +29,7 @@ def _positive(_: object, value: float | None) -> None:
 
 PositiveOption = Annotated[float, Parameter(validator=_positive)]
 Deviation = Annotated[PositiveOption, Parameter(metavar="STD")]
-Force = Annotated[bool, Parameter(group=RESULT)]
-Resume = Annotated[bool, Parameter(group=RESULT)]
+ResultFlag = Annotated[bool, Parameter(group=RESULT)]
 Typed = Annotated[str, Parameter(parse=False)]
 """The command line as it was typed, which a page repeats: passed in, not an option."""
 
