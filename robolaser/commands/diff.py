@@ -34,11 +34,10 @@ def diff(
         output: Folder for the difference and its page. Default: they are not written.
         force: Overwrite an earlier result.
     """
-    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.data.result_folder import json_text, results_in, write_results
     from robolaser.report.console import print_document
     from robolaser.report.difference import document
     from robolaser.report.page import render
-    from robolaser.results.contents import json_text
     from robolaser.results.difference import difference
 
     read = [first, second]

@@ -142,6 +142,12 @@ class Cell:
             return None
         return self.folder / source
 
+    @property
+    def inputs(self) -> list[Path]:
+        """Folders that a recording reads: the cell's own, and recordings in place of its arm or its camera."""
+        replayed = self.folder / self.arm.port if self.arm.kind == "replay" else None
+        return [folder for folder in (self.folder, replayed, self.pictures) if folder is not None]
+
 
 def load_cell(folder: str | Path) -> Cell:
     """Read and check a cell.
