@@ -356,8 +356,7 @@ class Dataset:
         if self.robot is None and self.poses.T_base_flange is not None:
             return self.poses.T_base_flange
         robot, q = self.arm
-        T: Array = robot.forward(q[None])[0]
-        return T
+        return robot.forward(q)
 
     def of_poses(self, chosen: Bools) -> "Dataset":
         """The data set with only the chosen poses (n,) and their points."""

@@ -20,7 +20,7 @@ from robolaser.model.sensors.in_cell import stands
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.model.sensors.stripe import SCANNER
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Parameter, Values
+from robolaser.parameters import Parameter, Values, as_batch
 
 LIGHT_POINTS: Final = 16
 """Of the stripe, between which the laser plane is filled."""
@@ -295,7 +295,7 @@ class ArmAlone:
     def at(self, q: Array) -> CellFrames:
         """The arm at other joint angles, (j,) [rad or m]."""
         robot, _ = self.dataset.arm
-        return CellFrames(robot.joint_frames(q[None, None])[0, 0], robot.forward(q[None])[0])
+        return CellFrames(robot.joint_frames(q), robot.forward(q))
 
 
 def fitted_cell(
@@ -328,7 +328,7 @@ def fitted_cell(
         )
     acting, here, doubts = [], dict(numbers), []
     for one in effects:
-        effect = one.at({name: np.array([number]) for name, number in numbers.items()})
+        effect = one.at(as_batch(numbers))
         as_found = run.course is None and not effect.hindrance(run)
         carried = CarryOver(effect) if as_found else effect.carried_to(run, found_in)
         if carried.effect is None:

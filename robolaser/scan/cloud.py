@@ -158,5 +158,5 @@ def arm_scatter(scanner: ScannerModel, calibrated: Calibrated) -> Array:
     axis = replace(scanner, effects=tuple(one for one in scanner.effects if one.stage is not Stage.PIXELS))
     seen = np.nan_to_num(axis.in_camera(axis.at_poses))  # where none is seen: the camera's position
     points = apply(scanner.camera, seen)
-    moves = robot.jacobian(poses.q[None], points[None])[0][:, :3, list(robot.chain)]  # by each joint, (n, 3, j)
+    moves = robot.jacobian(poses.q, points[None])[:, :3, list(robot.chain)]  # by each joint, (n, 3, j)
     return np.asarray(sigma * np.linalg.norm(np.linalg.norm(moves, axis=1), axis=1))

@@ -71,9 +71,8 @@ def facing_outward(robot: Robot) -> Quaternion:
 
     On most arms that is the flange's own z, and the turn is none.
     """
-    middle = np.clip(0.0, robot.lower, robot.upper)[None, None]
-    T_base_flange = robot.forward(middle)[0, 0]
-    frames = robot.joint_frames(middle)[0, 0]
+    middle = np.clip(0.0, robot.lower, robot.upper)
+    T_base_flange, frames = robot.forward(middle), robot.joint_frames(middle)
     axis = T_base_flange[:3, :3].T @ frames[-1, :3, :3] @ robot.axes[robot.chain[-1]]
     behind = (T_base_flange[:3, 3] - frames[:, :3, 3]) @ T_base_flange[:3, :3] @ axis
     telling = behind[np.abs(behind) > 0.01]

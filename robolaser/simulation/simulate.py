@@ -16,7 +16,7 @@ from robolaser.errors import EffectError, UsageError
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.outliers import NAME as OUTLIERS
 from robolaser.model.effects.outliers import WHERE as OF_OUTLIERS
-from robolaser.parameters import Values
+from robolaser.parameters import Values, as_batch
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import limits
 from robolaser.simulation.corners import seen_beside
@@ -200,7 +200,7 @@ def _measure(
     rng: np.random.Generator,
 ) -> Dataset:
     """Measure in the first candidates, in random order, and replace those in which the sensor cannot until it can."""
-    values: Values = {key: np.array([value]) for key, value in truth.items()}
+    values: Values = as_batch(truth)
     (robot, _), n, candidates = blank.arm, len(blank.poses), sensor.candidates
     chosen, spare = rng.permutation(n), n
     while True:

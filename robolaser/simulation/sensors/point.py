@@ -11,7 +11,7 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.geometry.rigid_motion import apply
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.placements import SIX, motion, vector
+from robolaser.model.sensors.placements import motion, named_parts, vector
 from robolaser.parameters import Values
 from robolaser.robot.postures import random_configurations
 from robolaser.simulation.sensors.simulated_sensor import EXACT_M, ROUNDS, SimulatedSensor, nominal_points
@@ -40,12 +40,12 @@ class SimulatedTracker(SimulatedSensor):
         turn = rng.uniform(-np.pi, np.pi)
         tilt = rng.uniform(-TILT_RAD, TILT_RAD, 2)
         base = (*(np.array(TRACKER_M) + rng.uniform(-0.5, 0.5, 3)), *tilt, turn)
-        truth = {f"base.{part}": float(value) for part, value in zip(SIX, base, strict=True)}
+        truth = named_parts("base", base)
         names = tuple(map(str, range(points)))
         for i, name in enumerate(names):
             angle, radius = 2 * np.pi * i / points + rng.uniform(-0.3, 0.3), rng.uniform(*REFLECTORS_M)
             place = (radius * np.cos(angle), radius * np.sin(angle), rng.uniform(0.02, 0.08))
-            truth |= {f"tool.{name}.{part}": float(value) for part, value in zip("xyz", place, strict=True)}
+            truth |= named_parts(f"tool.{name}", place)
         return cls(truth, random_configurations(dataset.arm[0], len(dataset.poses), random.place), names)
 
     def measure(
