@@ -11,7 +11,8 @@ from robolaser.arrays import Array
 from robolaser.cell.plan_validation import collisions
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import pose
-from robolaser.report.cell_poses import ArmAlone, CellFrames, CellPoses
+from robolaser.report.cell_poses import CellFrames, CellPoses
+from robolaser.report.viewer.cells import ArmAlone
 from robolaser.report.viewer.shapes import Colour, SceneNode, ball, bar, dots, lines, sheet, solid
 from robolaser.robot.collision_bodies import Body, link_radius
 from robolaser.robot.collisions import CollisionModel
