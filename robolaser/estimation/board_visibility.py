@@ -45,8 +45,7 @@ class CameraBoard:
     @property
     def corners(self) -> Array:
         """The board's inner corners in its own frame, (k, 3) [m]."""
-        grid = np.stack(np.meshgrid(np.arange(self.board.columns), np.arange(self.board.rows)), axis=-1)
-        return self.board.square_m * np.pad(grid.reshape(-1, 2).astype(np.float64), ((0, 0), (0, 1)))
+        return self.board.corners.reshape(-1, 3)
 
     def tried(self, count: int, rng: np.random.Generator) -> Array:
         """Postures that bring the board's middle somewhere before the camera, (≤ count, j)."""

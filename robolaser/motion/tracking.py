@@ -12,10 +12,8 @@ from robolaser.motion.effect import At, MotionEffect, Number, Trace
 from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
 from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.log import MotionLog, filled
-from robolaser.motion.quantities import SMOOTHED_S
 from robolaser.motion.series_clocks import Lateness
 from robolaser.motion.servo import IDEAL, CommandSeries
-from robolaser.robot.kinematics import Robot
 
 ROUNDS = 3  # of a fit that begins at one with an effect less, or more
 MORE_ROUNDS = 8  # of the one that numbers are taken from
@@ -89,7 +87,7 @@ class TrackingRows:
         for s, part in enumerate(self._pieces):
             self._q[:, : lengths[s], s] = log.q[part].T
             step[: lengths[s] - 1, s] = np.diff(log.time_s[part])
-        sent = runs_of_commands(log.robot, [filled(log.command[part]) for part in self._pieces], step, log.step_s)
+        sent = CommandSeries.of(log.robot, [filled(log.command[part]) for part in self._pieces], step, log.step_s)
         read = np.isfinite(self._q)
         first = np.take_along_axis(self._q, read.argmax(axis=1)[:, None], axis=1)[:, 0]
         self._runs = replace(sent, start=np.where(read.any(axis=1), first, sent.start))
@@ -336,42 +334,6 @@ class TrackingRows:
             for s, part in enumerate(self._pieces):
                 out[part, fit.joint] = paths[: part.stop - part.start, s, m]
         return out
-
-
-def runs_of_commands(robot: Robot, commands: Sequence[Array], step: Array, step_s: float) -> CommandSeries:
-    """Runs by their commands, (n, j) each, the longest first, with the torques that they take; joints begin there.
-
-    Args:
-        robot: The arm.
-        commands: NaN where a joint was told nothing.
-        step: From each row to the next, (t, s) [s].
-        step_s: The usual one.
-    """
-    told, holding, moving = np.empty((3, len(robot.joints), *step.shape))
-    for s, command in enumerate(commands):
-        held = np.nan_to_num(command)
-        torques = robot.gravity_torques(held), torques_along(robot, held, step_s)
-        for values, of_run in zip((told, holding, moving), (command, *torques), strict=True):
-            values[:, : len(command), s] = of_run.T
-            values[:, len(command) :, s] = of_run[-1][:, None]
-    return CommandSeries(np.array(list(map(len, commands))), step, told, holding, moving, told[:, 0])
-
-
-def torques_along(robot: Robot, told: Array, step_s: float) -> Array:
-    """Torque that the rigid arm takes to follow commands (n, j), which are smoothed first, (n, j) [Nm]."""
-    width = 2 * round(SMOOTHED_S / max(step_s, 1e-4) / 2) + 1
-    if len(told) < 2 * width:
-        return robot.gravity_torques(told)
-    smooth = smoothed(told, width)
-    speed = np.gradient(smooth, step_s, axis=0)
-    return robot.by_pinocchio.inverse_dynamics(smooth, speed, np.gradient(speed, step_s, axis=0))
-
-
-def smoothed(values: Array, width: int) -> Array:
-    """Means of values (n, j) under a bell of so many rows, (n, j); the ends are held."""
-    weights = np.hanning(width + 2)[1:-1]
-    padded = np.pad(values, ((width // 2, (width - 1) // 2), (0, 0)), mode="edge")
-    return np.stack([np.convolve(column, weights / weights.sum(), "valid") for column in padded.T], axis=1)
 
 
 def _named(candidates: Sequence[At], names: Sequence[str]) -> tuple[At, ...]:

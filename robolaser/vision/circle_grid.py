@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array, Image
-from robolaser.data.board import Board
-from robolaser.vision.board import LARGEST_UNEVENNESS, lattice, off_pattern, quarter_turns
+from robolaser.data.board import Board, lattice
+from robolaser.vision.board import LARGEST_UNEVENNESS, off_pattern, quarter_turns
 
 LARGER = 1.15
 """Times the usual diameter, from which a circle is the one that marks the origin."""

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.data.board import lattice
 from robolaser.geometry.board_views import one_thread
 from robolaser.vision.board import off_pattern
 
@@ -71,7 +72,7 @@ class BoardPlane:
 def _seen(grid: Array, square_m: float) -> tuple[Array, Array]:
     """Give the corners that are there, by place on the board, (n, 2) [m], and pixel, (n, 2)."""
     rows, columns = grid.shape[:2]
-    board = square_m * np.indices((rows, columns), dtype=np.float64)[::-1].reshape(2, -1).T
+    board = square_m * lattice(columns, rows).reshape(-1, 2)
     there = np.isfinite(grid).all(axis=-1).ravel()
     return board[there], grid.reshape(-1, 2)[there]
 

@@ -94,9 +94,7 @@ class SimulatedCamera(SimulatedSensor):
         lens = {name: float(mid + half * rng.uniform(-1.0, 1.0)) for name, (mid, half) in INTRINSICS.items()}
         lens |= {name: item.nominal for name, item in dataset.parameters.items() if name in lens and item.fixed}
         lens |= {name: value for name, value in setup.known.items() if name in lens}
-        columns, rows = _board(setup.points)
-        grid = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(-1, 2)[: setup.points]
-        corners = np.pad(SQUARE_M * grid.astype(np.float64), ((0, 0), (0, 1)))
+        corners = Board(*_board(setup.points), SQUARE_M).corners.reshape(-1, 3)[: setup.points]
         T_facing_board = pose(np.diag([1.0, -1.0, -1.0]), np.zeros(3)) @ pose(np.eye(3), -corners.mean(axis=0))
         rides = not stands(dataset)
         T_flange_bracket = pose(
