@@ -14,7 +14,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion, named_parts, vector
 from robolaser.parameters import Values
 from robolaser.robot.postures import random_configurations
-from robolaser.simulation.sensors.simulated_sensor import EXACT_M, ROUNDS, SimulatedSensor, nominal_points
+from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, nominal_points, seen_by_tracker
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
 TRACKER_M = (2.5, -1.5, 1.2)  # where the base stands, seen from the tracker
@@ -56,17 +56,15 @@ class SimulatedTracker(SimulatedSensor):
         rows = np.repeat(np.arange(n), len(self.names))
         tools = np.stack([vector(values, f"tool.{name}")[0] for name in self.names])
         points = Points(rows, self.names * n, xyz=np.zeros((len(rows), 3)))
-        for _ in range(ROUNDS):
-            dataset = replace(dataset, points=points)
-            model = Model(dataset, tuple(candidate_effects))
+
+        def seen(points: Points) -> Points:
+            model = Model(replace(dataset, points=points), tuple(candidate_effects))
             perturb = model.perturb(values)
             T_world_flange = motion(values, "base")[0] @ model.flange(values, perturb)[0]
-            seen = nominal_points(apply(T_world_flange[rows], np.tile(tools, (n, 1))), perturb)
-            settled = (np.abs(seen - points["xyz"]) < EXACT_M).all()
-            points = replace(points, xyz=seen)
-            if settled:
-                break
-        return replace(dataset, points=points), np.asarray(np.isfinite(seen).reshape(n, -1).all(axis=1))
+            there = apply(T_world_flange[rows], np.tile(tools, (n, 1)))
+            return replace(points, xyz=nominal_points(there, perturb))
+
+        return seen_by_tracker(dataset, points, seen)
 
     @classmethod
     def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:
