@@ -122,6 +122,11 @@ class Points:
         known = {"pixel": self.pixel, "xyz": self.xyz, **self.columns}
         return {name: values for name, values in known.items() if values is not None}
 
+    def with_arrays(self, arrays: Mapping[str, Array]) -> "Points":
+        """The same rows with these arrays of the sensor's format, by name, and no others."""
+        columns = {name: values for name, values in arrays.items() if name not in ("pixel", "xyz")}
+        return replace(self, pixel=arrays.get("pixel"), xyz=arrays.get("xyz"), columns=columns)
+
     @cached_property
     def number(self) -> Ints:
         """Number of each row's name among the different ones, in the order in which they first come, (m,)."""
@@ -309,10 +314,7 @@ class Dataset:
                 points.pose,
                 tuple(name.removeprefix(f"{member.name}/") for name in points.names),
                 None if points.repeat is None or not points.repeat.any() else points.repeat,
-                pixel=points.pixel if "pixel" in columns else None,
-                xyz=points.xyz if "xyz" in columns else None,
-                columns={name: values for name, values in points.columns.items() if name in columns},
-            ),
+            ).with_arrays({name: values for name, values in points.arrays.items() if name in columns}),
             robot=self.robot,
             sessions=self.sessions,
             folder=self.folder,

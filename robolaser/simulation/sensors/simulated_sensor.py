@@ -106,9 +106,7 @@ def with_errors(points: Points, array: str, sigma: float | None, rng: np.random.
     if sigma is None:
         return points
     shaken = points[array] + sigma * rng.normal(size=points[array].shape)
-    if array in points.columns:
-        return replace(points, columns={**points.columns, array: shaken})
-    return replace(points, pixel=shaken) if array == "pixel" else replace(points, xyz=shaken)
+    return points.with_arrays({**points.arrays, array: shaken})
 
 
 def impossible(what: str, value: object, expected: str) -> UsageError:
