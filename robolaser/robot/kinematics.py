@@ -1,7 +1,7 @@
 """A robot's arm: joint values to flange poses, many candidates at once, and the weight its joints carry."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any, Self, final
 
@@ -36,15 +36,15 @@ class Robot:
     gravity: tuple[float, float, float]  # in the base frame [m/s²]
     urdf: str  # the URDF as it was read
     # what follows from the URDF; joints that are not listed and follow none of these are fixed at neutral
-    by_pinocchio: PinocchioModel
-    chain: tuple[int, ...]  # indices into `joints` of those that move the flange, base first
-    lower: Array  # least value of each joint, (j,) [rad] or [m]; -inf for continuous joints
-    upper: Array  # largest value, likewise; inf for continuous joints
-    prismatic: Bools  # whether each joint slides, (j,)
-    placements: Array  # each joint on the moving joint, or base, that carries it, (j, 4, 4)
-    axes: Array  # unit axis in the joint's frame, (j, 3)
-    end: Array  # from the last joint that carries the flange to it, (4, 4)
-    has_masses: bool  # whether any link that a listed joint moves has a mass
+    by_pinocchio: PinocchioModel = field(compare=False)
+    chain: tuple[int, ...] = field(compare=False)  # indices into `joints` of those that move the flange, base first
+    lower: Array = field(compare=False)  # least value of each joint, (j,) [rad] or [m]; -inf for continuous joints
+    upper: Array = field(compare=False)  # largest value, likewise; inf for continuous joints
+    prismatic: Bools = field(compare=False)  # whether each joint slides, (j,)
+    placements: Array = field(compare=False)  # each joint on the moving joint, or base, that carries it, (j, 4, 4)
+    axes: Array = field(compare=False)  # unit axis in the joint's frame, (j, 3)
+    end: Array = field(compare=False)  # from the last joint that carries the flange to it, (4, 4)
+    has_masses: bool = field(compare=False)  # whether any link that a listed joint moves has a mass
 
     @classmethod
     def from_urdf(
