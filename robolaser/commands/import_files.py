@@ -38,11 +38,6 @@ class RobotOptions:
     dh: Literal["standard", "modified"] | None = None
     xacro: Annotated[tuple[str, ...], Parameter(name="--xacro-arg", metavar="NAME=VALUE")] = ()
 
-    @property
-    def files(self) -> list[Path]:
-        """The file that was typed, if it was one."""
-        return [file for file in map(Path, filter(None, [self.robot])) if file.is_file()]
-
     def find(self, units: tuple[str, ...]) -> "Robot | None":
         """The arm; its file has lengths and angles in these units, if it leaves them open."""
         from robolaser.data.importers.robots import DescriptionOptions, find_robot
@@ -154,7 +149,7 @@ def import_files(
     else:
         read = _measured(sources, kind, options, terminal, extract=extract, dry_run=dry_run)
     if not dry_run:
-        inputs = [*sources, *robot.files]
+        inputs = [*sources, *(file for file in [Path(robot.robot or "")] if file.is_file())]
         with results_in(output, command="import", files=read.files, inputs=inputs, force=force):
             read.write(output)
     ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
