@@ -8,5 +8,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+Image = NDArray[np.uint8]
 Progress = Callable[[str, float], None]
 """Called by long work with what is being done, in words, and the share that is done."""

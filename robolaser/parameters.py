@@ -13,6 +13,16 @@ FIXED_WIDTH = 0.1
 Values = Mapping[str, Array]  # one array (c,) for each parameter's name: the same numbers as a batch (c, d), unpacked
 
 
+def as_batch(numbers: Mapping[str, float]) -> dict[str, Array]:
+    """Numbers by name as those of one candidate, (1,) each."""
+    return {name: np.array([number]) for name, number in numbers.items()}
+
+
+def from_batch(values: Values) -> dict[str, float]:
+    """The numbers of the only candidate, or of the first one, by name."""
+    return {name: float(value[0]) for name, value in values.items()}
+
+
 @final
 @dataclass(frozen=True)
 class Parameter:

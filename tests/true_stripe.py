@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.emulator.world.scene import Scene
+from robolaser.emulator.world.scene import RenderedScene
 
 HALVINGS = 30
 ON_LIGHT_M = 1e-7  # a ten-thousandth of a pixel
@@ -28,7 +28,7 @@ class TrueStripe:
     solid: Ints
 
 
-def true_stripe(scene: Scene, T_base_camera: Array) -> TrueStripe:
+def true_stripe(scene: RenderedScene, T_base_camera: Array) -> TrueStripe:
     """Halve the way between neighbouring pixels on both sides of the laser's plane."""
     turn, place, light = T_base_camera[:3, :3], T_base_camera[:3, 3], scene.light
     assert light is not None

@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Image
 from robolaser.cell.serial_line import TICK_S, SerialLine
 from robolaser.data.cell_config import load_cell
 from robolaser.emulator.controller import Controller
 from robolaser.emulator.emulated_cell import controller_of
 from robolaser.emulator.faults import FaultyController, read_fault
 from robolaser.emulator.world.world import EmulatedWorld, load_world
-from robolaser.vision.board import Image
 
 BITS_A_BYTE = 10
 BAUD = 9600

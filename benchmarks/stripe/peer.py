@@ -5,8 +5,7 @@ import warnings
 import numpy as np
 from scipy.optimize import OptimizeWarning, curve_fit
 
-from robolaser.arrays import Array
-from robolaser.vision.board import Image
+from robolaser.arrays import Array, Image
 
 REACH = 12
 

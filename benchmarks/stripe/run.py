@@ -17,9 +17,8 @@ import cv2
 import numpy as np
 from peer import centre_of_mass, curve_fitted
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Image
 from robolaser.data.stripe_file import Stripes
-from robolaser.vision.board import Image
 from robolaser.vision.images import laser_alone
 from robolaser.vision.stripe_trace import trace
 

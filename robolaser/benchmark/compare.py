@@ -19,7 +19,7 @@ from robolaser.benchmark.executors import Engine, WorkerLost, engine_of
 from robolaser.benchmark.journal import NAME, Journal
 from robolaser.benchmark.plan import BenchmarkPlan, Terms
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.run import BenchmarkRun, Key, Task, done
+from robolaser.benchmark.run import BenchmarkRun, RunKey, Task, done
 from robolaser.benchmark.solvers import DEFAULT
 from robolaser.data.result_folder import results_in
 from robolaser.errors import Interrupted, OutputError
@@ -113,7 +113,7 @@ def compare(
 
 
 def _runs(
-    plan: BenchmarkPlan, engine: Engine, made: Mapping[Key, float], spills: Path, progress: Progress | None
+    plan: BenchmarkPlan, engine: Engine, made: Mapping[RunKey, float], spills: Path, progress: Progress | None
 ) -> Iterator[BenchmarkRun]:
     """Make all runs but those made already, which took so long, and yield each as soon as it is done."""
     lacking = [task for task in plan.tasks if task.key not in made]

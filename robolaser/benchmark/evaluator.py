@@ -13,7 +13,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.benchmark.problem import INFEASIBLE, BenchmarkProblem
 from robolaser.errors import BenchmarkError
 
-Values = Mapping[str, Array]
+Evaluated = Mapping[str, Array]
 """F, G and H of candidates."""
 
 
@@ -109,7 +109,7 @@ class BudgetedEvaluator:
         """Wall time so far."""
         return time.perf_counter() - self._began
 
-    def evaluate(self, x: Any) -> Values:
+    def evaluate(self, x: Any) -> Evaluated:
         """Objectives and constraints of candidates (c, d), as `BenchmarkProblem.values`.
 
         Raises:
@@ -190,7 +190,7 @@ class BudgetedEvaluator:
             return np.ones(len(x), bool)
         return ((x >= self.problem.lower) & (x <= self.problem.upper)).all(axis=1)
 
-    def _values(self, x: Any) -> Values:
+    def _values(self, x: Any) -> Evaluated:
         """Values of candidates; infinite outside the bounds and, if that is wanted, where a model crashed."""
         inside = self._inside(x)
         try:
@@ -209,7 +209,7 @@ class BudgetedEvaluator:
             whole[name][inside] = values
         return whole
 
-    def _count(self, x: Any, values: Values) -> None:
+    def _count(self, x: Any, values: Evaluated) -> None:
         violation = self.problem.violation(values)
         self.violation = float(violation.min(initial=self.violation))
         feasible = (violation <= 0.0) & np.isfinite(values["F"]).all(axis=1)

@@ -18,6 +18,7 @@ from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.run import BenchmarkRun
 from robolaser.benchmark.standings.table import Standings
+from robolaser.data.result_folder import json_text
 
 FORMAT = "robolaser-comparison/1"
 LAYOUT = "0.3.18"
@@ -52,7 +53,7 @@ def comparison_json(result: BenchmarkResult, standings: Sequence[Standings]) -> 
         "engine": {"name": result.engine, "workers": result.workers},
         "seconds": result.seconds,
     }
-    return json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    return json_text(content)
 
 
 def _problem(problem: ProblemSummary, standings: Sequence[Standings]) -> dict[str, Any]:

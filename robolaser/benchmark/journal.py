@@ -15,7 +15,7 @@ from robolaser.benchmark.evaluator import ConvergenceTrace
 from robolaser.benchmark.measures import measured
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.run import DONE, BenchmarkRun, Key
+from robolaser.benchmark.run import DONE, BenchmarkRun, RunKey
 from robolaser.errors import BenchmarkError, unwritable
 
 NAME = "runs.jsonl"
@@ -37,7 +37,7 @@ class Journal:
         self._path = path
         self._lines: list[str] = []
         self._plans: list[dict[str, Any]] = []
-        self._runs: dict[Key, BenchmarkRun] = {}
+        self._runs: dict[RunKey, BenchmarkRun] = {}
         self._sessions: list[float] = []
         if path is not None and path.is_file():
             text = path.read_text(encoding="utf-8")
@@ -59,7 +59,7 @@ class Journal:
         """Number of runs."""
         return len(self._runs)
 
-    def done(self) -> Mapping[Key, float]:
+    def done(self) -> Mapping[RunKey, float]:
         """How long each run took that did not fail and need not be made again [s]."""
         return {key: run.seconds for key, run in self._runs.items() if run.state == DONE}
 

@@ -28,6 +28,7 @@ from robolaser.benchmark.problem import (
     ProblemSpec,
     ProblemSummary,
 )
+from robolaser.data.subsampling import evenly
 from robolaser.errors import BenchmarkError, DependencyMissing, RobolaserError, UsageError, near
 
 PAPER, REDUCED, SUITE, PYMOO, BBOB = "paper", "reduced:", "suite", "pymoo:", "bbob:"
@@ -248,7 +249,7 @@ def _front(problem: Any) -> Array | None:
             known = None
     if known is None or not np.isfinite(known := np.atleast_2d(np.asarray(known, np.float64))).all():
         return None
-    thinned: Array = known[np.unique(np.linspace(0, len(known) - 1, min(len(known), FRONT_POINTS)).round().astype(int))]
+    thinned: Array = known[evenly(len(known), FRONT_POINTS)]
     return thinned
 
 

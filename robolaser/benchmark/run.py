@@ -22,7 +22,7 @@ REPEATS = 25
 PROBE_DIGITS = 9
 """Digits of the costs that identify a problem: another machine may round differently."""
 
-Key = tuple[str, str, int]
+RunKey = tuple[str, str, int]
 """Problem, algorithm and seed of a run: what identifies it."""
 
 
@@ -44,7 +44,7 @@ class BenchmarkRun:
     x: Any = None  # the best candidates, lists of numbers or dictionaries
 
     @property
-    def key(self) -> Key:
+    def key(self) -> RunKey:
         """What identifies it."""
         return self.problem, self.algorithm, self.seed
 
@@ -64,7 +64,7 @@ class Task:
     spill: str = ""  # file for what its run finds, should its process be killed; empty: none
 
     @property
-    def key(self) -> Key:
+    def key(self) -> RunKey:
         """What identifies its run."""
         return self.problem, self.algorithm, self.seed
 

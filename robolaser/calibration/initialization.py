@@ -22,6 +22,7 @@ from robolaser.geometry.rigid_motion import inverse, log_so3
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion
+from robolaser.parameters import as_batch
 
 FULL_TURN = 2.0 * np.pi
 FAR = 0.1
@@ -242,7 +243,7 @@ def _nearest_angles(found: Mapping[str, float], given: Mapping[str, float], fram
 
 
 def _sentence(place: str, nominal: Mapping[str, Array], found: Mapping[str, float]) -> str:
-    there = {name: np.array([value]) for name, value in found.items()}
+    there = as_batch(found)
     parts = [f"{place}.{part}" for part in SIX if f"{place}.{part}" in found]
     if len(parts) == len(SIX):
         apart = inverse(motion(nominal, place)) @ motion(there, place)

@@ -3,12 +3,13 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
-from typing import Final, Literal, final
+from typing import Final, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
+from robolaser.data.sensor_format import Mount
 from robolaser.errors import RobolaserError
 from robolaser.geometry.rigid_motion import inverse, pose
 from robolaser.model.sensors.in_cell import Mounting
@@ -97,7 +98,7 @@ def _of_rows_and_ends(dataset: Dataset) -> Iterator[Hypothesis]:
                 fault = f"All rows of {sensor.file} seem to belong to the pose {which} theirs"
                 yield Hypothesis(alone, fault, sensor.file, shift)
     T, options = dataset.poses.T_base_flange, dataset.options
-    end: Literal["flange", "base"] = "flange" if getattr(options, "mount", "flange") == "base" else "base"
+    end: Mount = "flange" if getattr(options, "mount", "flange") == "base" else "base"
     if T is not None:  # a sensor at the other end sees the same with inverse poses
         inverted = replace(dataset, poses=replace(dataset.poses, T_base_flange=inverse(T)))
         mounted = f", or the sensor is mounted on the {end}" if isinstance(options, Mounting) else ""

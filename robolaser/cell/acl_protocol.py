@@ -7,7 +7,7 @@ from typing import TypeVar, final
 from robolaser.cell.failures import AnswerUnclear, ArmRestarted, alarm, line_lost, refused, unclear
 from robolaser.cell.serial_line import SerialLine
 
-Value = TypeVar("Value")
+Reply = TypeVar("Reply")
 
 ENTER = "\r"
 ABORT = "\x01"
@@ -88,7 +88,7 @@ class AclProtocol:
                 return
         raise self._unclear("ECHO", heard)
 
-    def ask(self, command: str, understand: Callable[[str], Value | None]) -> Value:
+    def ask(self, command: str, understand: Callable[[str], Reply | None]) -> Reply:
         """Ask until an answer is understood.
 
         Args:

@@ -8,13 +8,13 @@ from typing import Any, final
 import cv2
 import numpy as np
 
+from robolaser.arrays import Image
 from robolaser.bounded_reading import decoded
 from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import CameraLine, Cell
 from robolaser.data.image_list import images_of_poses
 from robolaser.data.loading import load
 from robolaser.errors import CameraError, RobolaserError
-from robolaser.vision.board import Image
 from robolaser.vision.images import CameraImages
 
 Warn = Callable[[str], None]

@@ -20,7 +20,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import sensor_format
 from robolaser.errors import PlanError
 from robolaser.estimation.optimal_poses import planned
-from robolaser.model.sensors.placements import six_of
+from robolaser.model.sensors.placements import numbers_of_motion
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import foot_of, random_configurations
@@ -131,7 +131,7 @@ def _assumed(cell: Cell) -> Dataset:
     values = {"fx": focal, "fy": focal, "cx": size[0] / 2, "cy": size[1] / 2}
     values |= dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0.0)
     for name, T in (("hand_eye", at.T_flange_camera), ("target", T_base_middle)):
-        values |= {key: float(value[0]) for key, value in six_of(T[None], name).items()}
+        values |= numbers_of_motion(T, name)
     units = sensor_format("camera")
     return replace(
         described,
@@ -169,8 +169,8 @@ def _front(robot: Robot) -> Array:
 
 def _pointing(robot: Robot) -> Array:
     """Where the flange points, (3,) in its frame: along the last joint's axis, away from the joint before it."""
-    q = np.zeros((1, 1, len(robot.joints)))
-    frames, T_base_flange = robot.joint_frames(q)[0, 0], robot.forward(q)[0, 0]
+    q = np.zeros(len(robot.joints))
+    frames, T_base_flange = robot.joint_frames(q), robot.forward(q)
     axis = frames[-1, :3, :3] @ robot.axes[robot.chain[-1]]
     outwards = np.sign(axis @ (T_base_flange[:3, 3] - frames[-2, :3, 3])) or 1.0
     pointing: Array = outwards * axis @ T_base_flange[:3, :3]

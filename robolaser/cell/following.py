@@ -43,7 +43,7 @@ class Tick:
 
 
 @final
-class Follower:
+class SetpointStreamer:
     """Leads an arm along straight ways in joint space, by setpoints that speed up and slow down smoothly.
 
     No joint's setpoint exceeds the speed [rad/s or m/s].

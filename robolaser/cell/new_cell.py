@@ -14,11 +14,11 @@ from robolaser.cell.route import route_text
 from robolaser.data.board import Board
 from robolaser.data.cell_config import load_cell
 from robolaser.data.csv_tables import table_text
-from robolaser.data.lerobot import TURN, Servo
+from robolaser.data.lerobot import TURN, MotorCalibration
 from robolaser.data.printed_board import board_pdf
 from robolaser.data.writing import toml_lines
 from robolaser.errors import UsageError
-from robolaser.model.sensors.placements import six_of
+from robolaser.model.sensors.placements import numbers_of_motion
 from robolaser.robot.by_name import RobotEntry, find_robot, known_robots
 
 CELL_FILES: Final = (
@@ -42,7 +42,7 @@ class NewCell:
     entry: RobotEntry
     sensor: str  # "camera", or "stripe": with a laser
     poses: int
-    servos: Mapping[str, Servo]  # LeRobot's calibration; empty: servos count from position 2048
+    servos: Mapping[str, MotorCalibration]  # LeRobot's calibration; empty: servos count from position 2048
 
     @property
     def follows(self) -> bool:
@@ -154,7 +154,7 @@ def _world(new: NewCell, at: Layout) -> str:
     T[:3, :3] = T[:3, :3] @ Rotation.from_euler("XYZ", [-0.12, 0.03, 0.02]).as_matrix()
     camera = {
         "fx": focal, "fy": 0.998 * focal, "cx": 0.51 * IMAGE_PX[0], "cy": 0.49 * IMAGE_PX[1],
-        "k1": 0.05, "k2": -0.08, **{name: float(value[0]) for name, value in six_of(T[None], "hand_eye").items()},
+        "k1": 0.05, "k2": -0.08, **numbers_of_motion(T, "hand_eye"),
     }  # fmt: skip
     numbers = "\n".join(f"{name} = {value:.6g}" for name, value in camera.items())
     quat = [round(value, 6) for value in Rotation.from_matrix(at.T_base_board[:3, :3]).as_quat().tolist()]

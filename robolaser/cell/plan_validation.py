@@ -63,8 +63,8 @@ def lowest(robot: Robot, q: Array, tools: Array) -> Array:
 
     What it carries are points in the flange frame, (k, 3) [m]. The first joint stands on the base and does not move.
     """
-    flange = robot.forward(q[None])[0]
-    joints = robot.joint_frames(q[None])[0, :, 1:, 2, 3]
+    flange = robot.forward(q)
+    joints = robot.joint_frames(q)[:, 1:, 2, 3]
     sensor = (tools @ np.swapaxes(flange[:, :3, :3], -1, -2) + flange[:, None, :3, 3])[..., 2]
     height: Array = np.concatenate([joints, flange[:, 2, 3:], sensor], axis=1).min(axis=1)
     return height
@@ -72,7 +72,7 @@ def lowest(robot: Robot, q: Array, tools: Array) -> Array:
 
 def reach(robot: Robot, q: Array) -> Array:
     """Distance of the flange from the foot of the first joint, (n,) [m]."""
-    distance: Array = np.linalg.norm(robot.forward(q[None])[0, :, :3, 3] - foot_of(robot), axis=1)
+    distance: Array = np.linalg.norm(robot.forward(q)[:, :3, 3] - foot_of(robot), axis=1)
     return distance
 
 

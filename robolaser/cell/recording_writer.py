@@ -11,7 +11,7 @@ from typing import Self, final
 import cv2
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Image
 from robolaser.bounded_reading import read_text
 from robolaser.cell.camera import Warn
 from robolaser.cell.following import LOG_FILES, SetpointLog, Tick
@@ -23,7 +23,6 @@ from robolaser.data.cell_config import Cell
 from robolaser.data.csv_tables import read_table, table_text
 from robolaser.data.image_list import LIT, UNLIT
 from robolaser.errors import DataError
-from robolaser.vision.board import Image
 
 DATASET, PLAN, IMAGES = "dataset.toml", "plan.csv", "images"
 FILES = (DATASET, POSES, PLAN, "points.csv", "stripes.npy", *LOG_FILES)

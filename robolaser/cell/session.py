@@ -6,12 +6,12 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Image
 from robolaser.cell.arm import Arm
 from robolaser.cell.camera import Camera, Warn
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import ArmRestarted, not_settled
-from robolaser.cell.following import Follower
+from robolaser.cell.following import SetpointStreamer
 from robolaser.cell.joint_text import at_worst, configuration_text
 from robolaser.cell.motion import Mover
 from robolaser.cell.plan_validation import RouteCheck
@@ -20,7 +20,6 @@ from robolaser.cell.route import Waypoint
 from robolaser.data.cell_config import Cell
 from robolaser.data.image_list import UNLIT
 from robolaser.errors import Interrupted, PlanError, RobolaserError, unwritable
-from robolaser.vision.board import Image
 
 LIGHT_GREY = 40
 """A visible laser brightens some pixel at least by this; noise alone by a dozen."""
@@ -53,7 +52,7 @@ class Session:
         self._position_confirmed = position_confirmed
         self._mover = Mover(arm, robot, cell.limits.speed_rad_s, clock, cell.arm.unattended_s)
         hz, speed = cell.arm.setpoint_hz, cell.limits.speed_rad_s
-        self._follower = None if hz is None else Follower(arm, robot, speed, clock, hz)
+        self._streamer = None if hz is None else SetpointStreamer(arm, robot, speed, clock, hz)
         self._began = clock.now() - writer.time_s
         self._at: Array | None = None
         self._sure = arm.absolute_encoders or not cell.arm.home
@@ -98,7 +97,7 @@ class Session:
         for waypoint in waypoints:
             begins(waypoint.name)
             samples = self._record_pose(waypoint, self._at)
-            self._writer.add(samples, self._follower.taken() if self._follower else ())
+            self._writer.add(samples, self._streamer.taken() if self._streamer else ())
             recorded(waypoint)
         self._light(on=False)
 
@@ -121,14 +120,14 @@ class Session:
     def _record_pose(self, waypoint: Waypoint, at: Array) -> list[Sample]:
         samples: list[Sample] = []
         for name, goal in waypoint.places:
-            if self._follower is None:
+            if self._streamer is None:
                 at = self._mover.move_and_wait(goal, name, at)
             else:
-                at = self._follower.move(goal, name)
+                at = self._streamer.move(goal, name)
             self._at = at
             samples.append(Sample(name, self._now(), at))
-        if self._follower is not None:
-            at = self._at = self._follower.rest(waypoint.name)
+        if self._streamer is not None:
+            at = self._at = self._streamer.rest(waypoint.name)
         settle_s = self._cell.camera.settle_s
         images = {"image": self._camera.shot(settle_s)}
         time_s = self._now()

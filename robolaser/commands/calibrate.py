@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Resume, Seed, Terminal, Typed, refuse
+from robolaser.commands.terminal import RESULT, TERMINAL, Count, ResultFlag, Seed, Terminal, Typed, refuse
 from robolaser.errors import Interrupted, OutputError
 
 
@@ -20,8 +20,8 @@ def calibrate(
     effects: Annotated[tuple[str, ...], Parameter(name="--with", metavar="EFFECT[:WHERE]")] = (),
     generations: Count | None = None,
     seed: Seed = 1,
-    resume: Resume = False,
-    force: Force = False,
+    resume: ResultFlag = False,
+    force: ResultFlag = False,
     terminal: Terminal = TERMINAL,
     typed: Typed = "",
 ) -> None:

@@ -1,6 +1,5 @@
 """robolaser challenge: blind data sets whose truth is kept apart, and the score of a diagnosis on them."""
 
-import json
 import re
 from collections.abc import Mapping
 from contextlib import ExitStack
@@ -9,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Seed, Terminal, aligned, say
+from robolaser.commands.terminal import RESULT, TERMINAL, Count, ResultFlag, Seed, Terminal, aligned, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -40,7 +39,7 @@ def new(
     kinds: Annotated[str | None, Parameter(metavar="A,B")] = None,
     seed: Seed | None = None,
     truth: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
-    force: Force = False,
+    force: ResultFlag = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
     """Make data sets with hidden faults.
@@ -104,7 +103,7 @@ def score(
     seed: Seed = 1,
     jobs: Count = 1,
     truth: Annotated[Path | None, Parameter(metavar="DIR")] = None,
-    force: Force = False,
+    force: ResultFlag = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
     """Score the diagnoses of a trial against the truth.
@@ -122,7 +121,7 @@ def score(
         force: Overwrite an earlier score.
     """
     from robolaser.benchmark.executors import Processes
-    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.data.result_folder import json_text, results_in, write_results
     from robolaser.trials import trial
     from robolaser.trials.sealed_truth import truth_beside, unseal
 
@@ -135,7 +134,7 @@ def score(
         tell = stack.enter_context(terminal.progress())
         trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, tell=tell)
         scored = trial.score(truths, diagnoses)
-        text = json.dumps(scored, indent=1) + "\n"
+        text = json_text(scored)
         write_results(file.parent, {file.name: text})
     terminal.show(text, lambda: say("\n".join([*summary(scored), f"Wrote {file}"])))
 

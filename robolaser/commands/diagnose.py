@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Force, Seed, Terminal, Typed, refuse
+from robolaser.commands.terminal import RESULT, TERMINAL, ResultFlag, Seed, Terminal, Typed, refuse
 
 
 def diagnose(
@@ -16,7 +16,7 @@ def diagnose(
     without: Annotated[tuple[str, ...], Parameter(metavar="EFFECT")] = (),
     validate: Annotated[tuple[Path, ...], Parameter(metavar="DATASET")] = (),
     seed: Seed = 1,
-    force: Force = False,
+    force: ResultFlag = False,
     terminal: Terminal = TERMINAL,
     typed: Typed = "",
 ) -> None:

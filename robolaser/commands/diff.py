@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Force, Terminal, Typed
+from robolaser.commands.terminal import RESULT, TERMINAL, ResultFlag, Terminal, Typed
 
 FILES = ("diff.json", "report.html")
 
@@ -17,7 +17,7 @@ def diff(
     /,
     *,
     output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
-    force: Force = False,
+    force: ResultFlag = False,
     terminal: Terminal = TERMINAL,
     typed: Typed = "",
 ) -> None:
@@ -34,11 +34,10 @@ def diff(
         output: Folder for the difference and its page. Default: they are not written.
         force: Overwrite an earlier result.
     """
-    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.data.result_folder import json_text, results_in, write_results
     from robolaser.report.console import print_document
     from robolaser.report.difference import document
     from robolaser.report.page import render
-    from robolaser.results.contents import json_text
     from robolaser.results.difference import difference
 
     read = [first, second]

@@ -1,13 +1,14 @@
 """robolaser import: from files that people have to a data set."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, final
 
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Force, Terminal, aligned, refuse, say
+from robolaser.commands.terminal import RESULT, TERMINAL, ResultFlag, Terminal, aligned, refuse, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -18,30 +19,95 @@ ROBOT = Group("Robot", sort_key=0)
 TABLES = Group("How files are read", sort_key=1)
 
 
+@final
+@Parameter(name="*", group=ROBOT)
+@dataclass(frozen=True)
+class RobotOptions:
+    """The arm of the joint readings.
+
+    Attributes:
+        robot: A robot of `robolaser list robots`, or a file: URDF, xacro, MJCF, or Denavit-Hartenberg parameters.
+            Default: none, the files contain flange poses.
+        flange: Frame of the robot's file that carries the sensor.
+        dh: Whether a table of Denavit-Hartenberg parameters is standard or modified (Craig's).
+        xacro: An argument of a xacro file; may be given again.
+    """
+
+    robot: Annotated[str | None, Parameter(metavar="NAME_OR_FILE")] = None
+    flange: Annotated[str | None, Parameter(metavar="FRAME")] = None
+    dh: Literal["standard", "modified"] | None = None
+    xacro: Annotated[tuple[str, ...], Parameter(name="--xacro-arg", metavar="NAME=VALUE")] = ()
+
+    def find(self, units: tuple[str, ...]) -> "Robot | None":
+        """The arm; its file has lengths and angles in these units, if it leaves them open."""
+        from robolaser.data.importers.robots import DescriptionOptions, find_robot
+
+        if self.robot is not None:
+            described = DescriptionOptions(self.dh, units, _pairs("--xacro-arg", self.xacro))
+            return find_robot(self.robot, flange=self.flange, options=described)
+        idle = {"--flange": self.flange, "--dh": self.dh, "--xacro-arg": " ".join(self.xacro)}
+        for option, value in idle.items():
+            if value:
+                raise UsageError(f"{option} {value}: of which robot? Name it with --robot.")
+        return None
+
+
+@final
+@Parameter(name="*", group=TABLES)
+@dataclass(frozen=True)
+class TableOptions:
+    """How files are read.
+
+    Attributes:
+        columns: Read a column of poses.csv or points.csv from this column of the file; may be given again.
+        units: Units of lengths, angles and times in the files, such as mm,deg,ms; of one file, dh.csv:m,rad. May be
+            given again.
+        separator: Separator of cells: a character, tab or space. Default: that of the header.
+        decimal: Decimal point.
+        header_row: Row with the column names; 0: none, the columns are called 1, 2, 3.
+        euler: Sequence of axes of Euler angles: ZYX about rotating axes, zyx about fixed axes.
+        point: Name of the measured point, if no column names it.
+        ordered: The rows are in the order in which they were measured; no column has the times.
+    """
+
+    columns: Annotated[tuple[str, ...], Parameter(name="--column", metavar="COLUMN=NAME")] = ()
+    units: Annotated[tuple[str, ...], Parameter(metavar="[FILE:]UNIT,...")] = ()
+    separator: Annotated[str | None, Parameter(metavar="SIGN")] = None
+    decimal: Annotated[str, Parameter(metavar="SIGN")] = "."
+    header_row: Annotated[int, Parameter(metavar="N", validator=Number(gte=0))] = 1
+    euler: Annotated[str | None, Parameter(metavar="AXES")] = None
+    point: Annotated[str | None, Parameter(metavar="NAME")] = None
+    ordered: bool = False
+
+
+NO_ROBOT, AS_FOUND = RobotOptions(), TableOptions()
+
+
+@final
+@dataclass(frozen=True)
+class Read:
+    """What was read, before it is written."""
+
+    files: Sequence[str]  # names of what is written
+    write: Callable[[Path], None]  # into a folder
+    result: dict[str, object]  # as JSON
+    sentence: str  # for people
+
+
 def import_files(
     sources: Annotated[tuple[Path, ...], Parameter(name="SOURCE", required=True)] = (),
     /,
     *,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
     kind: Annotated[str | None, Parameter(metavar="NAME")] = None,
-    robot: Annotated[str | None, Parameter(metavar="NAME_OR_FILE", group=ROBOT)] = None,
-    flange: Annotated[str | None, Parameter(metavar="FRAME", group=ROBOT)] = None,
-    dh: Annotated[Literal["standard", "modified"] | None, Parameter(group=ROBOT)] = None,
-    xacro: Annotated[tuple[str, ...], Parameter(name="--xacro-arg", metavar="NAME=VALUE", group=ROBOT)] = (),
+    robot: RobotOptions = NO_ROBOT,
     path: Literal["consecutive", "unknown"] = "consecutive",
     sensor: Annotated[str, Parameter(metavar="KIND")] = "point",
-    columns: Annotated[tuple[str, ...], Parameter(name="--column", metavar="COLUMN=NAME", group=TABLES)] = (),
-    units: Annotated[tuple[str, ...], Parameter(metavar="[FILE:]UNIT,...", group=TABLES)] = (),
-    separator: Annotated[str | None, Parameter(metavar="SIGN", group=TABLES)] = None,
-    decimal: Annotated[str, Parameter(metavar="SIGN", group=TABLES)] = ".",
-    header_row: Annotated[int, Parameter(metavar="N", group=TABLES, validator=Number(gte=0))] = 1,
-    euler: Annotated[str | None, Parameter(metavar="AXES", group=TABLES)] = None,
-    point: Annotated[str | None, Parameter(metavar="NAME", group=TABLES)] = None,
-    ordered: Annotated[bool, Parameter(group=TABLES)] = False,
+    tables: TableOptions = AS_FOUND,
     further: Annotated[tuple[str, ...], Parameter(name="--set", metavar="NAME=VALUE")] = (),
-    extract: Annotated[bool, Parameter(group=RESULT)] = False,
-    dry_run: Annotated[bool, Parameter(group=RESULT)] = False,
-    force: Force = False,
+    extract: ResultFlag = False,
+    dry_run: ResultFlag = False,
+    force: ResultFlag = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
     """Convert your files to a data set; shows how each column is read before anything is written.
@@ -59,66 +125,65 @@ def import_files(
             or several with a row for each pose.
         output: Folder for the data set.
         kind: One of `robolaser list importers`. Default: the one that recognises the files.
-        robot: A robot of `robolaser list robots`, or a file: URDF, xacro, MJCF, or Denavit-Hartenberg parameters.
-            Default: none, the files contain flange poses.
-        flange: Frame of the robot's file that carries the sensor.
-        dh: Whether a table of Denavit-Hartenberg parameters is standard or modified (Craig's).
-        xacro: An argument of a xacro file; may be given again.
         path: Whether the arm moved straight from each pose to the next in time, or on an unknown path.
         sensor: Sensor that measured the points, of `robolaser list sensors`; motion for the log of a moving arm.
-        columns: Read a column of poses.csv or points.csv from this column of the file; may be given again.
-        units: Units of lengths, angles and times in the files, such as mm,deg,ms; of one file, dh.csv:m,rad. May be
-            given again.
-        separator: Separator of cells: a character, tab or space. Default: that of the header.
-        decimal: Decimal point.
-        header_row: Row with the column names; 0: none, the columns are called 1, 2, 3.
-        euler: Sequence of axes of Euler angles: ZYX about rotating axes, zyx about fixed axes.
-        point: Name of the measured point, if no column names it.
-        ordered: The rows are in the order in which they were measured; no column has the times.
         further: An option of the importer, see `robolaser list importers`; may be given again.
         extract: Also detect the board in the images, as `robolaser extract` does.
         dry_run: Show how the files are read, and write nothing.
         force: Overwrite an earlier data set.
     """
-    from robolaser.data.importers import ImportOptions, importer_for
-    from robolaser.data.importers.robots import DescriptionOptions, find_robot
     from robolaser.data.result_folder import results_in
-    from robolaser.data.writing import files_of
-    from robolaser.diagnosis.gross_mistakes import gross_mistakes
-    from robolaser.geometry.units import FACTORS, TIME
 
-    of_a_robot = {"--flange": flange, "--dh": dh, "--xacro-arg": " ".join(xacro)}
-    for option, value in of_a_robot.items():
-        if value and robot is None:
-            raise UsageError(f"{option} {value}: of which robot? Name it with --robot.")
-    stated_units, units_of_file = _units(units)
-    of_robot = units_of_file.pop(
-        Path(robot or "").name, tuple(unit for unit in stated_units if unit not in FACTORS[TIME])
-    )
-    described = DescriptionOptions(dh, of_robot, _pairs("--xacro-arg", xacro))
-    options = ImportOptions(
+    options = replace(
+        _options(robot, tables),
         name=output.resolve().name,
-        robot=None if robot is None else find_robot(robot, flange=flange, options=described),
         path_known=path == "consecutive",
         sensor=sensor,
-        columns=_pairs("--column", columns),
-        units=stated_units,
-        units_of_file=units_of_file,
-        separator=separator,
-        decimal=decimal,
-        header_row=header_row,
-        euler=euler,
-        point=point,
-        ordered=ordered,
         further=_pairs("--set", further),
     )
     if sensor == "motion":
-        if options.robot is None:
-            raise UsageError("A log of a moving arm needs its arm: name it with --robot.")
-        idle = {"--euler": euler, "--point": point, "--ordered": ordered, "--extract": extract, "--kind": kind}
+        idle = {"--euler": tables.euler, "--point": tables.point, "--ordered": tables.ordered, "--extract": extract,
+                "--kind": kind}  # fmt: skip
         refuse("These are logs of a moving arm", idle)
-        _import_motion(sources, options.robot, options, output, terminal, dry_run=dry_run, force=force)
-        return
+        read = _motion(sources, options, terminal)
+    else:
+        read = _measured(sources, kind, options, terminal, extract=extract, dry_run=dry_run)
+    if not dry_run:
+        inputs = [*sources, *(file for file in [Path(robot.robot or "")] if file.is_file())]
+        with results_in(output, command="import", files=read.files, inputs=inputs, force=force):
+            read.write(output)
+    ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
+    terminal.show(
+        {"dataset": None if dry_run else str(output), **read.result}, lambda: say(f"{read.sentence}. {ended}")
+    )
+
+
+def _options(robot: RobotOptions, tables: TableOptions) -> "ImportOptions":
+    """The arm, and how the other files are read; a file of the arm has units of its own, or those of all but time."""
+    from robolaser.data.importers import ImportOptions
+    from robolaser.geometry.units import FACTORS, TIME
+
+    of_all, of_file = _units(tables.units)
+    of_robot = of_file.pop(Path(robot.robot or "").name, tuple(unit for unit in of_all if unit not in FACTORS[TIME]))
+    arm, columns = robot.find(of_robot), _pairs("--column", tables.columns)
+    stated = vars(tables) | {"columns": columns, "units": of_all, "units_of_file": of_file}
+    return ImportOptions(robot=arm, **stated)
+
+
+def _measured(
+    sources: Sequence[Path],
+    kind: str | None,
+    options: "ImportOptions",
+    terminal: Terminal,
+    *,
+    extract: bool,
+    dry_run: bool,
+) -> Read:
+    """Points that a sensor measured, or images of them."""
+    from robolaser.data.importers import importer_for
+    from robolaser.data.writing import files_of
+    from robolaser.diagnosis.gross_mistakes import gross_mistakes
+
     importer = importer_for(sources, kind)
     importer.check(options)
     imported = importer.read(sources, options)
@@ -132,14 +197,8 @@ def import_files(
     mistakes = gross_mistakes(read_back) if len(read_back.points) else ()
     warnings = list(dict.fromkeys((*imported.dataset.warnings, *read_back.warnings, *mistakes)))
     terminal.warn(*warnings)
-    if not dry_run:
-        files = (*files_of(imported.dataset), *imported.images)
-        inputs = (*sources, *(Path(file) for file in (robot,) if file and Path(file).is_file()))
-        with results_in(output, command="import", files=files, inputs=inputs, force=force):
-            imported.write(output)
     rows, number = len(read_back.points), len(read_back.poses)
     result = {
-        "dataset": None if dry_run else str(output),
         "importer": importer.name,
         "poses": number,
         "points": rows,
@@ -150,41 +209,27 @@ def import_files(
         "left_out": list(imported.left_out),
         "warnings": warnings,
     }
-    ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
-    terminal.show(result, lambda: say(f"{rows} points in {number} poses. {ended}"))
+    files = (*files_of(imported.dataset), *imported.images)
+    return Read(files, imported.write, result, f"{rows} points in {number} poses")
 
 
-def _import_motion(
-    sources: Sequence[Path],
-    arm: "Robot",
-    options: "ImportOptions",
-    output: Path,
-    terminal: Terminal,
-    *,
-    dry_run: bool,
-    force: bool,
-) -> None:
-    """Turn logs of a moving arm into one data set."""
-    from robolaser.data.result_folder import results_in, write_results
+def _motion(sources: Sequence[Path], options: "ImportOptions", terminal: Terminal) -> Read:
+    """Logs of a moving arm, as one."""
+    from robolaser.data.result_folder import write_results
     from robolaser.motion.importing import import_motion
     from robolaser.motion.reading import MOTION_FOLDER, motion_texts
 
-    log, columns = import_motion(sources, arm, options)
-    if not dry_run:
-        with results_in(output, command="import", files=MOTION_FOLDER, inputs=sources, force=force):
-            write_results(output, dict(motion_texts(log)))
-    done = "" if dry_run else f" Wrote {output}"
-    lines = [f"{column}: {source}" for column, source in columns.items()]
-    lines.append(f"{len(log)} rows in {len(log.series)} series of {arm.name}.{done}")
-    terminal.show(
-        {"dataset": str(output), "rows": len(log), "series": len(log.series), "columns": columns},
-        lambda: say("\n".join(lines)),
-    )
+    if options.robot is None:
+        raise UsageError("A log of a moving arm needs its arm: name it with --robot.")
+    log, columns = import_motion(sources, options.robot, options)
+    terminal.print("\n".join(f"{column}: {source}" for column, source in columns.items()))
+    result = {"rows": len(log), "series": len(log.series), "columns": columns}
+    sentence = f"{len(log)} rows in {len(log.series)} series of {options.robot.name}"
+    return Read(MOTION_FOLDER, lambda folder: write_results(folder, dict(motion_texts(log))), result, sentence)
 
 
 def _with_points(imported: "Imported", terminal: Terminal) -> "Imported":
     """The same with the points that its images show; nothing is written where they show none."""
-    from dataclasses import replace
     from tempfile import TemporaryDirectory
 
     from robolaser.data.loading import load

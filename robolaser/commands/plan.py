@@ -1,11 +1,12 @@
 """robolaser plan: what poses could tell, before anything is measured in them."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from robolaser.commands.terminal import NO_NOISE, TERMINAL, Count, NoiseOptions, Seed, Terminal, refuse
+from robolaser.data.sensor_format import Mount
 from robolaser.errors import UsageError, near
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ def plan(
     robot: Annotated[str | None, Parameter(metavar="NAME_OR_URDF")] = None,
     flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
     sensor: Annotated[str | None, Parameter(metavar="KIND")] = None,
-    mount: Literal["flange", "base"] = "flange",
+    mount: Mount = "flange",
     points: Count | None = None,
     noise: NoiseOptions = NO_NOISE,
     seed: Seed = 1,

@@ -1,20 +1,24 @@
 """robolaser record: drive the arm from pose to pose and take images."""
 
 import math
-from collections.abc import Sequence
-from contextlib import ExitStack, closing, suppress
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager, suppress
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, final
 
 from cyclopts import Group, Parameter
 from cyclopts.validators import mutually_exclusive
 
-from robolaser.commands.terminal import TERMINAL, Count, Positive, Seed, Terminal, ended_as_by_hand, say
+from robolaser.commands.terminal import TERMINAL, Count, PositiveOption, Seed, Terminal, ended_as_by_hand, say
 from robolaser.errors import PlanError, UsageError
 
 if TYPE_CHECKING:
+    from robolaser.arrays import Progress
+    from robolaser.cell.arm import Arm
+    from robolaser.cell.camera import Camera
+    from robolaser.cell.clock import Clock
     from robolaser.cell.recording_writer import RecordingWriter
     from robolaser.cell.route import Waypoint
     from robolaser.data.cell_config import Cell
@@ -25,21 +29,86 @@ GOING = Group("Whether the arm moves", sort_key=-1, validator=mutually_exclusive
 THERE = Group("Result", sort_key=1, validator=mutually_exclusive)
 
 
+@final
+@Parameter(name="*")
+@dataclass(frozen=True)
+class RouteOptions:
+    """Where the arm goes.
+
+    Attributes:
+        poses: Go to the poses of this table: columns q_<joint>, and pose for their names.
+        plan: Go to N poses that see the board and are the most informative.
+        next_poses: Go to the next poses that a diagnosis recommends.
+        watch: Take N images while others move the arm, by hand or by a program; Ctrl-C ends it earlier.
+        separate: With --plan, also separate this effect from all others; may be given again.
+        repeats: Number of shots at each pose. Default: 1.
+        both_ways: Visit each pose twice, all joints from below and from above.
+        run_up: With --both-ways, the distance from which the joints approach. Default: 3.
+        seed: Seed of --plan. Default: 1.
+    """
+
+    poses: Annotated[Path | None, Parameter(metavar="POSES.csv", group=WHERE)] = None
+    plan: Annotated[Count | None, Parameter(group=WHERE)] = None
+    next_poses: Annotated[Path | None, Parameter(name="--next", metavar="DIAGNOSIS.json", group=WHERE)] = None
+    watch: Annotated[Count | None, Parameter(group=WHERE)] = None
+    separate: Annotated[tuple[str, ...], Parameter(metavar="EFFECT[:WHERE]")] = ()
+    repeats: Count | None = None
+    both_ways: bool = False
+    run_up: Annotated[PositiveOption | None, Parameter(metavar="DEGREES")] = None
+    seed: Seed | None = None
+
+    @property
+    def files(self) -> list[Path]:
+        """What it reads."""
+        return [file for file in (self.poses, self.next_poses) if file is not None]
+
+    def check(self, *, resume: bool) -> None:
+        """See that the poses are stated, and that no option is without effect.
+
+        Raises:
+            UsageError: Otherwise.
+        """
+        is_named = self.plan is not None or bool(self.files)
+        if not is_named and not resume and self.watch is None:
+            raise UsageError(
+                "State where the arm should go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json. If others move"
+                " it, use --watch N."
+            )
+        _refuse_idle("--both-ways", self.both_ways, "--poses, --plan or --next", is_named)
+        _refuse_idle("--seed", self.seed is not None, "--plan", self.plan is not None)
+        _refuse_idle("--separate", bool(self.separate), "--plan", self.plan is not None)
+        _refuse_idle("--run-up", self.run_up is not None, "--both-ways", self.both_ways)
+
+    def waypoints(self, cell: "Cell") -> "tuple[Waypoint, ...] | None":
+        """The poses in their order; None where none are stated."""
+        from robolaser.cell.plan_validation import RouteCheck
+        from robolaser.cell.route import both_ways, from_diagnosis, from_table, numbered
+        from robolaser.estimation.optimal_poses import planned
+
+        run_up = math.radians(self.run_up or RUN_UP_DEG) if self.both_ways else 0.0
+        if self.plan is not None:
+            may, seed = partial(RouteCheck.of(cell).allows, run_up=run_up), 1 if self.seed is None else self.seed
+            chosen = planned(cell.description, count=self.plan, effects=self.separate, allowed=may, seed=seed)
+            waypoints = numbered(chosen)
+        elif self.poses is not None:
+            waypoints = from_table(self.poses, cell.robot)
+        elif self.next_poses is not None:
+            waypoints = from_diagnosis(self.next_poses, cell.robot)
+        else:
+            return None
+        return both_ways(waypoints, run_up) if self.both_ways else waypoints
+
+
+NOWHERE = RouteOptions()
+
+
 def record(
     cell: Path,
     /,
     *,
-    poses: Annotated[Path | None, Parameter(metavar="POSES.csv", group=WHERE)] = None,
-    plan: Annotated[Count | None, Parameter(group=WHERE)] = None,
-    next_poses: Annotated[Path | None, Parameter(name="--next", metavar="DIAGNOSIS.json", group=WHERE)] = None,
-    watch: Annotated[Count | None, Parameter(group=WHERE)] = None,
-    separate: Annotated[tuple[str, ...], Parameter(metavar="EFFECT[:WHERE]")] = (),
-    repeats: Count | None = None,
-    both_ways: bool = False,
-    run_up: Annotated[Positive | None, Parameter(metavar="DEGREES")] = None,
+    route: RouteOptions = NOWHERE,
     port: Annotated[str | None, Parameter(metavar="URL")] = None,
     camera: Annotated[str | None, Parameter(metavar="SOURCE")] = None,
-    seed: Seed | None = None,
     diagnose: bool = False,
     dry_run: Annotated[bool, Parameter(group=GOING)] = False,
     move: Annotated[bool, Parameter(group=GOING)] = False,
@@ -60,17 +129,8 @@ def record(
     Args:
         cell: Folder with dataset.toml, cell.toml and the URDF.
         output: Folder for the recording.
-        poses: Go to the poses of this table: columns q_<joint>, and pose for their names.
-        plan: Go to N poses that see the board and are the most informative.
-        next_poses: Go to the next poses that a diagnosis recommends.
-        watch: Take N images while others move the arm, by hand or by a program; Ctrl-C ends it earlier.
-        separate: With --plan, also separate this effect from all others; may be given again.
-        repeats: Number of shots at each pose. Default: 1.
-        both_ways: Visit each pose twice, all joints from below and from above.
-        run_up: With --both-ways, the distance from which the joints approach. Default: 3.
         port: Port of the arm, instead of that in cell.toml.
         camera: Camera, instead of that in cell.toml.
-        seed: Seed of --plan. Default: 1.
         diagnose: After each pose, show the diagnosis of all poses so far.
         dry_run: Print and check the plan; open no port and no camera.
         move: Let the arm move.
@@ -80,58 +140,34 @@ def record(
     """
     from robolaser.cell.arm import arm_class
     from robolaser.cell.recording_writer import RecordingWriter
-    from robolaser.cell.route import both_ways as visited_twice
-    from robolaser.cell.route import from_diagnosis, from_table
     from robolaser.data.cell_config import load_cell
     from robolaser.data.result_folder import results_in
 
-    named = poses is not None or plan is not None or next_poses is not None
-    if not named and not resume and watch is None:
-        raise UsageError(
-            "State where the arm should go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json. If others move"
-            " it, use --watch N."
-        )
-    if watch is not None and (move or resume or dry_run or repeats):
+    if route.watch is not None and (move or resume or dry_run or route.repeats):
         raise UsageError("--watch moves nothing: leave out --move, --dry-run, --resume and --repeats.")
-    _refuse_idle("--both-ways", both_ways, "--poses, --plan or --next", named)
-    _refuse_idle("--seed", seed is not None, "--plan", plan is not None)
-    _refuse_idle("--separate", bool(separate), "--plan", plan is not None)
+    route.check(resume=resume)
     _refuse_idle("--confirm-position", confirm_position, "--resume", resume)
     _refuse_idle("--diagnose", diagnose, "--move", move)
-    _refuse_idle("--run-up", run_up is not None, "--both-ways", both_ways)
     described = _rewired(load_cell(cell), port, camera)
-    read = _inputs(described, poses, next_poses)
+    read = [*described.inputs, *route.files]
     terminal.warn(*described.warnings)
     arm_class(described)
-    if watch is not None:
-        _watch(described, output, watch, read, terminal, force=force)
+    if route.watch is not None:
+        _watch(described, output, route.watch, read, terminal, force=force)
         return
-    approach_rad = math.radians(run_up or RUN_UP_DEG) if both_ways else 0.0
-    waypoints: tuple[Waypoint, ...] | None = None
-    if plan is not None:
-        waypoints = _planned(described, plan, separate, approach_rad, seed=1 if seed is None else seed)
-    elif poses is not None:
-        waypoints = from_table(poses, described.robot)
-    elif next_poses is not None:
-        waypoints = from_diagnosis(next_poses, described.robot)
-    if waypoints is not None and both_ways:
-        waypoints = visited_twice(waypoints, approach_rad)
+    waypoints = route.waypoints(described)
     if resume:
-        writer = RecordingWriter.resume(described, output, waypoints, repeats)
-        remaining = writer.remaining
+        writer = RecordingWriter.resume(described, output, waypoints, route.repeats)
     else:
-        remaining = waypoints or ()
-    _print_plan(described, remaining, terminal)
-    if dry_run or not remaining:
-        planned = {"recording": None, "poses": 0, "planned": len(remaining)}
-        terminal.show(planned, lambda: None)
+        writer = RecordingWriter(described, output, waypoints or (), route.repeats or 1)
+    _print_plan(described, writer.remaining, terminal)
+    if dry_run or not writer.remaining:
+        terminal.show({"recording": None, "poses": 0, "planned": len(writer.remaining)}, lambda: None)
         return
     if not move:
         raise UsageError(
             "Nothing was moved and no port was opened: this is only the plan. Let the arm move with --move."
         )
-    if not resume:
-        writer = RecordingWriter(described, output, remaining, repeats or 1)
     with results_in(output, command="record", files=writer.files, inputs=read, over=["extract"], force=force or resume):
         _record(described, writer, terminal, position_confirmed=confirm_position, diagnose=diagnose)
 
@@ -152,23 +188,6 @@ def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
         source = int(camera) if camera.isdecimal() else typed
         cell = replace(cell, camera=replace(cell.camera, source=source))
     return cell
-
-
-def _inputs(cell: "Cell", *read: Path | None) -> list[Path]:
-    """Folders and files that a recording reads: the cell, recordings in place of its arm or its camera, and others."""
-    replayed = cell.folder / cell.arm.port if cell.arm.kind == "replay" else None
-    return [path for path in (cell.folder, replayed, cell.pictures, *read) if path is not None]
-
-
-def _planned(
-    cell: "Cell", count: int, separate: tuple[str, ...], approach_rad: float, *, seed: int
-) -> "tuple[Waypoint, ...]":
-    from robolaser.cell.plan_validation import RouteCheck
-    from robolaser.cell.route import numbered
-    from robolaser.estimation.optimal_poses import planned
-
-    may = partial(RouteCheck.of(cell).allows, run_up=approach_rad)
-    return numbered(planned(cell.description, count=count, effects=separate, allowed=may, seed=seed))
 
 
 def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Terminal) -> None:
@@ -203,27 +222,36 @@ def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Termina
     check.check(None, waypoints)
 
 
+@contextmanager
+def _opened(cell: "Cell", terminal: Terminal) -> "Iterator[tuple[Arm, Camera, Clock, Progress]]":
+    """The cell's arm and camera, a clock and the progress that is shown; who ends the program closes them, too."""
+    from robolaser.cell.arm import arm_class
+    from robolaser.cell.camera import open_camera
+    from robolaser.cell.clock import Clock
+
+    clock = Clock()
+    with (
+        ended_as_by_hand(),
+        terminal.progress() as progress,  # which counts from here: to open a line takes its time too
+        closing(open_camera(cell, clock, terminal.warn)) as camera,
+        closing(arm_class(cell).open(cell, clock)) as arm,
+    ):
+        yield arm, camera, clock, progress
+
+
 def _record(
     cell: "Cell", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool, diagnose: bool
 ) -> None:
     """Drive to all poses that remain."""
-    from robolaser.cell.arm import arm_class
-    from robolaser.cell.camera import open_camera
-    from robolaser.cell.clock import Clock
     from robolaser.cell.session import Session
     from robolaser.commands.running_diagnosis import RunningDiagnosis
 
-    clock, planned = Clock(), len(writer.waypoints)
+    planned = len(writer.waypoints)
     with ExitStack() as at_end:
         running = RunningDiagnosis(writer.folder, terminal.print) if diagnose else None
         if running is not None:
             at_end.callback(running.stop)
-        with (
-            ended_as_by_hand(),
-            terminal.progress() as progress,  # which counts from here: to open a line takes its time too
-            closing(open_camera(cell, clock, terminal.warn)) as camera,
-            closing(arm_class(cell).open(cell, clock)) as arm,
-        ):
+        with _opened(cell, terminal) as (arm, camera, clock, progress):
 
             def tell(what: str) -> None:
                 progress(what, writer.done / planned)
@@ -245,22 +273,16 @@ def _record(
 
 
 def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:
-    from robolaser.cell.arm import arm_class
-    from robolaser.cell.camera import open_camera
-    from robolaser.cell.clock import Clock
+    """Take images while others move the arm."""
     from robolaser.cell.recording_writer import RecordingWriter
     from robolaser.cell.watch import sample_names, watch
     from robolaser.data.result_folder import results_in
 
-    clock, names = Clock(), list[str]()
-    writer = RecordingWriter(cell, output, (), 1)
+    names, writer = list[str](), RecordingWriter(cell, output, (), 1)
     files = [*writer.files, *(f"images/{name}.png" for name in sample_names(count))]
     with (
         results_in(output, command="record", files=files, inputs=read, over=["extract"], force=force),
-        ended_as_by_hand(),
-        terminal.progress() as progress,
-        closing(open_camera(cell, clock, terminal.warn)) as camera,
-        closing(arm_class(cell).open(cell, clock)) as arm,
+        _opened(cell, terminal) as (arm, camera, clock, progress),
     ):
 
         def tell(name: str) -> None:

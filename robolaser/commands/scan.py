@@ -1,18 +1,22 @@
 """robolaser scan: from a calibration and a recording to a cloud of points."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, final
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Force, Positive, Terminal, Typed
+from robolaser.commands.terminal import RESULT, TERMINAL, PositiveOption, ResultFlag, Terminal, Typed
 from robolaser.errors import Interrupted, UsageError
 
 if TYPE_CHECKING:
-    from robolaser.arrays import Array
+    from robolaser.arrays import Array, Progress
+    from robolaser.scan import Scan
+    from robolaser.scan.cloud import Cloud
+    from robolaser.scan.cloud_filters import Subsample
     from robolaser.scan.ply import Vertices
 
 ENDINGS = (".ply", ".pcd", ".las", ".e57")
@@ -48,6 +52,41 @@ def region_of(text: str) -> "Array":
     raise UsageError(f"--region {text}: expected X0:X1,Y0:Y1,Z0:Z1 in metres, least first, for example 0.3:0.5,:,0.01:")
 
 
+@final
+@Parameter(name="*")
+@dataclass(frozen=True)
+class PointOptions:
+    """The points of a cloud.
+
+    Attributes:
+        region: Keep only the points of this box in the base frame; sides may be left open.
+        voxel: Keep the mean of the points in each cube of this size.
+        normals: Add normals, towards the camera.
+        colour: Add colours: the grey of the stripe.
+    """
+
+    region: Annotated[str | None, Parameter(metavar="X0:X1,Y0:Y1,Z0:Z1")] = None
+    voxel: Annotated[PositiveOption | None, Parameter(metavar="SIZE_M")] = None
+    normals: bool = False
+    colour: bool = False
+
+    def of(self, cloud: "Cloud", sample: "Subsample", progress: "Progress") -> "Iterable[Vertices]":
+        """The points of a cloud that are kept, with what is added to them; some are remembered in a sample."""
+        import numpy as np
+
+        from robolaser.scan.cloud_filters import one_per_voxel, with_colours, with_normals, within
+
+        pieces: Iterable[Vertices] = cloud.pieces(progress)
+        pieces = pieces if self.region is None else within(pieces, region_of(self.region))
+        pieces = sample.watch(pieces if self.voxel is None else [one_per_voxel(pieces, self.voxel)])
+        if self.normals:
+            pieces = [with_normals(np.concatenate(list(pieces)), cloud.cameras)]
+        return map(with_colours, pieces) if self.colour else pieces
+
+
+ALL_POINTS = PointOptions()
+
+
 def scan(
     calibration: Path,
     recording: Path,
@@ -55,15 +94,12 @@ def scan(
     *more: Path,
     output: Annotated[Path, Parameter(metavar="CLOUD.ply", group=RESULT, validator=cloud_file)],
     nominal: bool = False,
-    region: Annotated[str | None, Parameter(metavar="X0:X1,Y0:Y1,Z0:Z1")] = None,
-    voxel: Annotated[Positive | None, Parameter(metavar="SIZE_M")] = None,
-    normals: bool = False,
-    colour: bool = False,
+    kept: PointOptions = ALL_POINTS,
     plane: bool = False,
     step: Annotated[float | None, Parameter(metavar="HEIGHT_M", validator=Number(gte=LEAST_STEP_M))] = None,
-    sphere: Annotated[Positive | None, Parameter(metavar="RADIUS_M")] = None,
-    report: Annotated[bool, Parameter(group=RESULT)] = False,
-    force: Force = False,
+    sphere: Annotated[PositiveOption | None, Parameter(metavar="RADIUS_M")] = None,
+    report: ResultFlag = False,
+    force: ResultFlag = False,
     terminal: Terminal = TERMINAL,
     typed: Typed = "",
 ) -> None:
@@ -81,53 +117,34 @@ def scan(
         more: Further recordings with the same scanner and base: all become one cloud.
         output: The cloud: binary .ply or .pcd, .las or .e57.
         nominal: Use the nominal parameters, from before the fit.
-        region: Keep only the points of this box in the base frame; sides may be left open.
-        voxel: Keep the mean of the points in each cube of this size.
-        normals: Add normals, towards the camera.
-        colour: Add colours: the grey of the stripe.
         plane: Measure the scatter of the points about the largest plane.
         step: Measure a step of about this height, at least 0.001, on the largest plane.
         sphere: Measure a sphere of about this radius.
         report: Write CLOUD.html beside it, with charts.
         force: Overwrite an earlier cloud.
     """
-    import numpy as np
-
     from robolaser.data.atomic_write import STAGED
-    from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.cloud import document
     from robolaser.report.console import print_document
     from robolaser.report.page import render
-    from robolaser.scan import merged, prepare, read_calibration
     from robolaser.scan.cloud_files import write_cloud
-    from robolaser.scan.cloud_filters import Subsample, one_per_voxel, with_colours, with_normals, within
+    from robolaser.scan.cloud_filters import Subsample
     from robolaser.scan.quality import measure
 
-    files = [output, *([output.with_suffix(".html")] if report else [])]
-    recordings = [load(one) for one in (recording, *more)]
-    calibrated = read_calibration(calibration, recordings[0].robot)
-    box = None if region is None else region_of(region)
-    scans = [prepare(calibrated.as_drawn() if nominal else calibrated, one) for one in recordings]
-    made = merged(scans)
-    terminal.warn(*dict.fromkeys(sentence for one in scans for sentence in one.recording.warnings), *made.warnings)
-    if made.calibrated.setup_warning is not None:
-        terminal.warn(made.calibrated.setup_warning)
+    files, inputs = [output, *([output.with_suffix(".html")] if report else [])], [calibration, recording, *more]
+    if kept.region is not None:
+        region_of(kept.region)
+    made = _prepared(calibration, [recording, *more], terminal, nominal=nominal)
     names = [file.name for file in files]
-    with results_in(output.parent, command="scan", files=names, inputs=[calibration, recording, *more], force=force):
-        subsample = Subsample()
-        cloud = output.with_name(f"{STAGED}{output.name}")
+    with results_in(output.parent, command="scan", files=names, inputs=inputs, force=force):
+        sample, cloud = Subsample(), output.with_name(f"{STAGED}{output.name}")
         with terminal.progress() as progress:
-            pieces: Iterable[Vertices] = made.cloud.pieces(progress)
-            pieces = pieces if box is None else within(pieces, box)
-            pieces = subsample.watch(pieces if voxel is None else [one_per_voxel(pieces, voxel)])
-            if normals:
-                pieces = [with_normals(np.concatenate(list(pieces)), made.cloud.cameras)]
-            count = write_cloud(cloud, map(with_colours, pieces) if colour else pieces, made.comments())
-        if box is not None or voxel is not None:
+            count = write_cloud(cloud, kept.of(made.cloud, sample, progress), made.comments())
+        if kept.region is not None or kept.voxel is not None:
             terminal.print(f"{count} of {made.cloud.counts.points} points are kept.")
         try:
-            quality = measure(subsample.vertices, plane=plane, step_m=step, sphere_m=sphere)
+            quality = measure(sample.vertices, plane=plane, step_m=step, sphere_m=sphere)
             shown = {files[1].name: render(document(made, quality), typed)} if report else {}
             write_results(output.parent, {output.name: cloud, **shown})
         except KeyboardInterrupt:
@@ -145,3 +162,18 @@ def scan(
     terminal.warn(*quality.doubts, *map(str, quality.missing[1:]))
     for missing in quality.missing[:1]:
         raise missing
+
+
+def _prepared(calibration: Path, folders: "Sequence[Path]", terminal: Terminal, *, nominal: bool) -> "Scan":
+    """The scan of all recordings as one, with warnings of what is odd about them."""
+    from robolaser.data.loading import load
+    from robolaser.scan import merged, prepare, read_calibration
+
+    recordings = [load(folder) for folder in folders]
+    calibrated = read_calibration(calibration, recordings[0].robot)
+    scans = [prepare(calibrated.as_drawn() if nominal else calibrated, one) for one in recordings]
+    made = merged(scans)
+    terminal.warn(*dict.fromkeys(sentence for one in scans for sentence in one.recording.warnings), *made.warnings)
+    if made.calibrated.setup_warning is not None:
+        terminal.warn(made.calibrated.setup_warning)
+    return made

@@ -10,13 +10,14 @@ from robolaser.commands.terminal import (
     RESULT,
     TERMINAL,
     Count,
-    Force,
     NoiseOptions,
+    ResultFlag,
     Seed,
     Terminal,
     refuse,
     say,
 )
+from robolaser.data.sensor_format import Mount
 
 
 def simulate(
@@ -25,7 +26,7 @@ def simulate(
     flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
     sensor: Literal["stripe", "camera", "point", "pose", "socket", "profile", "stripe+camera", "motion"] = "stripe",
-    mount: Literal["flange", "base"] = "flange",
+    mount: Mount = "flange",
     poses: Count = 40,
     points: Count | None = None,
     repeats: Count = 1,
@@ -34,7 +35,7 @@ def simulate(
     unplaced: bool = False,
     effects: Annotated[tuple[str, ...], Parameter(name="--effect", metavar="NAME[:WHERE]=SIZE")] = (),
     seed: Seed = 1,
-    force: Force = False,
+    force: ResultFlag = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
     """Simulate a data set with noise and effects of your choice.

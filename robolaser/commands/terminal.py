@@ -27,10 +27,9 @@ def _positive(_: object, value: float | None) -> None:
         raise ValueError("Expected a finite number above 0.")
 
 
-Positive = Annotated[float, Parameter(validator=_positive)]
-Deviation = Annotated[Positive, Parameter(metavar="STD")]
-Force = Annotated[bool, Parameter(group=RESULT)]
-Resume = Annotated[bool, Parameter(group=RESULT)]
+PositiveOption = Annotated[float, Parameter(validator=_positive)]
+Deviation = Annotated[PositiveOption, Parameter(metavar="STD")]
+ResultFlag = Annotated[bool, Parameter(group=RESULT)]
 Typed = Annotated[str, Parameter(parse=False)]
 """The command line as it was typed, which a page repeats: passed in, not an option."""
 

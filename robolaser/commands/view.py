@@ -46,7 +46,7 @@ def view(
     from robolaser.data.cell_config import load_cell
     from robolaser.data.loading import load
     from robolaser.model.sensors.stripe import SCANNER
-    from robolaser.report.cell_poses import nominal_cell
+    from robolaser.report.viewer.cells import nominal_cell
     from robolaser.report.viewer.scene import ShownCell
     from robolaser.report.viewer.serving import ViewerApp
     from robolaser.report.viewer.shapes import downsampled
@@ -78,10 +78,10 @@ def _fitted(data: "Dataset", calibration: Path) -> tuple["CellPoses", Sequence[s
     import msgspec
 
     from robolaser.model.effects import found_effect
-    from robolaser.report.cell_poses import fitted_cell
+    from robolaser.report.viewer.cells import fitted_cell
     from robolaser.results.calibration import load_calibration
     from robolaser.results.contents import numbers_of
-    from robolaser.scan.calibrated import SavedCell
+    from robolaser.scan.saved_calibration import SavedCell
 
     try:
         contents = load_calibration(calibration).to_dict()

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal, final
 
+import numpy as np
 from msgspec import Meta
 
+from robolaser.arrays import Array
 from robolaser.data.toml_schema import Positive
 
 Printed = Literal["checkerboard", "charuco", "circles", "modified_circles"]
@@ -30,3 +32,13 @@ class Board:
     kind: Printed = "checkerboard"
     marker_m: Positive | None = None
     dictionary: str | None = None
+
+    @property
+    def corners(self) -> Array:
+        """Its corners or circles in its own frame, (rows, columns, 3) [m]."""
+        return self.square_m * np.pad(lattice(self.columns, self.rows), ((0, 0), (0, 0), (0, 1)))
+
+
+def lattice(columns: int, rows: int) -> Array:
+    """Corners in squares, or circles in their distances, (rows, columns, 2)."""
+    return np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).astype(np.float64)

@@ -8,8 +8,9 @@ import numpy as np
 from msgspec import Meta
 
 from robolaser.data.dataset import Dataset
-from robolaser.data.dataset_file import QUATERNION_SLACK, Text, describe
+from robolaser.data.dataset_file import QUATERNION_SLACK, NonEmpty, describe
 from robolaser.data.toml_schema import NotNegative, Positive, lacking, read_toml, typed, wrong
+from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.urdf.checking import unknown_frame
 
@@ -26,8 +27,8 @@ MOST_SETPOINT_HZ = 200.0  # as a line carries
 class ArmLine:
     """The arm's controller and the line to it."""
 
-    kind: Text  # name of its language, see `robolaser.cell.arm.ARMS`
-    port: Text  # a device or any URL that pyserial opens
+    kind: NonEmpty  # name of its language, see `robolaser.cell.arm.ARMS`
+    port: NonEmpty  # a device or any URL that pyserial opens
     baud: Annotated[int, Meta(ge=1)] = 9600  # bits a second
     flow: Literal["none", "xonxoff"] = "none"  # "none" or "xonxoff"
     # addresses of the servos, base first, where the language has addresses; empty: 1, 2, ...
@@ -48,7 +49,7 @@ class CameraLine:
     """The camera."""
 
     # a number, a device, a stream's URL, or a folder of images
-    source: Text | Annotated[int, Meta(ge=0)]
+    source: NonEmpty | Annotated[int, Meta(ge=0)]
     exposure: float | None = None  # in the driver's own unit; None: as it is
     gain: float | None = None  # likewise
     settle_s: Positive = 0.3  # wait between the arm's rest, or the laser's switching, and the shot [s]
@@ -80,11 +81,11 @@ class Limits:
 class Box:
     """Something in the cell, or on a link of the arm, that nothing may hit."""
 
-    name: Text  # for people
+    name: NonEmpty  # for people
     centre_m: tuple[float, float, float]  # in the frame of its link, (3,) [m]
     size_m: tuple[Positive, Positive, Positive]  # edges along its own x, y and z, (3,) [m]
-    quat: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)  # its rotation there, (x, y, z, w)
-    link: Text | None = None  # the link that carries it; None: it stands in the base frame
+    quat: Quaternion = (0.0, 0.0, 0.0, 1.0)  # its rotation there, (x, y, z, w)
+    link: NonEmpty | None = None  # the link that carries it; None: it stands in the base frame
 
 
 @final
@@ -140,6 +141,12 @@ class Cell:
         if isinstance(source, int) or "://" in source or source.startswith("/dev/"):
             return None
         return self.folder / source
+
+    @property
+    def inputs(self) -> list[Path]:
+        """Folders that a recording reads: the cell's own, and recordings in place of its arm or its camera."""
+        replayed = self.folder / self.arm.port if self.arm.kind == "replay" else None
+        return [folder for folder in (self.folder, replayed, self.pictures) if folder is not None]
 
 
 def load_cell(folder: str | Path) -> Cell:

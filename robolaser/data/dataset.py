@@ -16,6 +16,7 @@ from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor
 from robolaser.data.sessions import Sessions
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import DataError, RobotError
+from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
 
@@ -121,6 +122,11 @@ class Points:
         known = {"pixel": self.pixel, "xyz": self.xyz, **self.columns}
         return {name: values for name, values in known.items() if values is not None}
 
+    def with_arrays(self, arrays: Mapping[str, Array]) -> "Points":
+        """The same rows with these arrays of the sensor's format, by name, and no others."""
+        columns = {name: values for name, values in arrays.items() if name not in ("pixel", "xyz")}
+        return replace(self, pixel=arrays.get("pixel"), xyz=arrays.get("xyz"), columns=columns)
+
     @cached_property
     def number(self) -> Ints:
         """Number of each row's name among the different ones, in the order in which they first come, (m,)."""
@@ -138,10 +144,10 @@ class Points:
         return _taken(self, np.arange(len(self))[rows])
 
 
-Table = TypeVar("Table", Poses, Points)
+RowTable = TypeVar("RowTable", Poses, Points)
 
 
-def _taken(table: Table, rows: Ints) -> Table:
+def _taken(table: RowTable, rows: Ints) -> RowTable:
     """Only some rows of every column."""
     chosen = rows.tolist()
 
@@ -223,7 +229,7 @@ class Dataset:
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     options: Any = None
     stripe_axis: str = "u"
-    bracket_quat: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    bracket_quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
     angles: str = "xyz"
     image_px: tuple[int, int] | None = None
     board: Board | None = None
@@ -308,10 +314,7 @@ class Dataset:
                 points.pose,
                 tuple(name.removeprefix(f"{member.name}/") for name in points.names),
                 None if points.repeat is None or not points.repeat.any() else points.repeat,
-                pixel=points.pixel if "pixel" in columns else None,
-                xyz=points.xyz if "xyz" in columns else None,
-                columns={name: values for name, values in points.columns.items() if name in columns},
-            ),
+            ).with_arrays({name: values for name, values in points.arrays.items() if name in columns}),
             robot=self.robot,
             sessions=self.sessions,
             folder=self.folder,
@@ -355,8 +358,7 @@ class Dataset:
         if self.robot is None and self.poses.T_base_flange is not None:
             return self.poses.T_base_flange
         robot, q = self.arm
-        T: Array = robot.forward(q[None])[0]
-        return T
+        return robot.forward(q)
 
     def of_poses(self, chosen: Bools) -> "Dataset":
         """The data set with only the chosen poses (n,) and their points."""

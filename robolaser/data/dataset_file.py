@@ -1,6 +1,6 @@
 """dataset.toml: what its keys mean, and what it says of robot, sensor and target."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, final
@@ -11,22 +11,22 @@ from msgspec import Meta
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Poses
+from robolaser.data.parameter_table import parameters_of
 from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
 from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.several_sensors import described_members
 from robolaser.data.stated_noise import Noise
 from robolaser.data.toml_schema import Positive, lacking, read_toml, refused, typed, wrong
 from robolaser.errors import DataError, UsageError, unreadable
-from robolaser.parameters import Parameter
+from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import DOWN, Robot
 
 FILE = "dataset.toml"
 FORMAT = "robolaser-dataset/1"
 QUATERNION_SLACK = 0.01  # files round their digits
-FULL_TURN = 2 * np.pi
 
-Text = Annotated[str, Meta(min_length=1)]
+NonEmpty = Annotated[str, Meta(min_length=1)]
 Pixels = Annotated[int, Meta(ge=1, le=100_000)]
 
 
@@ -35,9 +35,9 @@ Pixels = Annotated[int, Meta(ge=1, le=100_000)]
 class RobotTable:
     """`[robot]`."""
 
-    urdf: Text
-    flange: Text
-    joints: Annotated[tuple[Text, ...], Meta(min_length=1)]
+    urdf: NonEmpty
+    flange: NonEmpty
+    joints: Annotated[tuple[NonEmpty, ...], Meta(min_length=1)]
     gravity: tuple[float, float, float] = DOWN
     time: Literal["seconds", "order"] = "seconds"
     path: Literal["consecutive", "unknown"] = "consecutive"
@@ -56,7 +56,7 @@ class SensorTable:
 class ScannerTable:
     """`[scanner]`."""
 
-    bracket_quat: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    bracket_quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
     angles: Literal["xyz", "zyz"] = "xyz"
 
 
@@ -84,18 +84,7 @@ class TargetTable:
 class SessionsTable:
     """`[sessions]`."""
 
-    own: tuple[Text, ...] = OWN  # an empty one: all sessions share all
-
-
-@final
-@dataclass(frozen=True)
-class ParameterEntry:
-    """One of `[parameters]`."""
-
-    nominal: float
-    lower: float | None = None
-    upper: float | None = None
-    fixed: bool = False
+    own: tuple[NonEmpty, ...] = OWN  # an empty one: all sessions share all
 
 
 @final
@@ -136,7 +125,7 @@ def describe(folder: str | Path) -> Dataset:
     return replace(
         first,
         members=members,
-        parameters=_parameters(whole.parameters, format_of_several(formats)),
+        parameters=parameters_of(whole.parameters, format_of_several(formats), FILE),
         warnings=_unused(contents, format_of_several(formats)),
     )
 
@@ -166,7 +155,7 @@ def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
         options=options if declared.options else None,
         robot=None if read.robot is None else read_robot(read.robot, folder),
         poses=Poses(()),
-        parameters=_parameters(read.parameters, declared),
+        parameters=parameters_of(read.parameters, declared, FILE),
         stripe_axis=getattr(options, "stripe_axis", "u"),
         image_px=None if image is None else (image.width_px, image.height_px),
         board=read.board,
@@ -264,51 +253,3 @@ def read_robot(table: RobotTable, folder: Path) -> Robot:
         except UsageError as error:
             raise DataError(f"{FILE}, [robot] urdf: {error}", file=FILE, column="urdf") from None
     return Robot.from_urdf(text, flange=table.flange, joints=table.joints, gravity=table.gravity, source=table.urdf)
-
-
-def _parameters(table: Mapping[str, Any], declared: SensorFormat) -> dict[str, Parameter]:
-    """Every key as a parameter; `target.x = ...` and `"target.x" = ...` are one."""
-    found = {}
-    for name, values in _entries(table):
-        at = ("parameters", name)
-        if not isinstance(values, dict):
-            raise wrong(FILE, at, values, "{ nominal = ..., lower = ..., upper = ... }")
-        entry = typed(values, ParameterEntry, file=FILE, at=at)
-        reason = _fault(name, entry, declared)
-        if reason:
-            raise refused(FILE, f"[parameters] {name}", reason)
-        lower, upper = (entry.nominal if end is None else end for end in (entry.lower, entry.upper))
-        found[name] = Parameter(name, declared.unit_of(name), entry.nominal, lower, upper)
-    return found
-
-
-def _fault(name: str, entry: ParameterEntry, declared: SensorFormat) -> str:
-    """What is wrong with a parameter's numbers; "" where nothing is."""
-    nominal, lower, upper = entry.nominal, entry.lower, entry.upper
-    if entry.fixed:
-        if (lower, upper) != (None, None):
-            return "it is fixed at its nominal value, and has no bounds. Delete fixed, or lower and upper."
-        lower = upper = nominal
-    elif lower is None or upper is None:
-        missing = "lower" if lower is None else "upper"
-        return f"{missing} is missing: expected a number, or fixed = true to hold it at its nominal value."
-    elif not lower <= nominal <= upper or lower == upper:
-        why = "the nominal value must lie between the bounds" if lower < upper else "lower must be below upper"
-        return f"nominal {nominal:g}, lower {lower:g}, upper {upper:g}; {why}."
-    if name in declared.positive and lower <= 0:
-        return f"lower is {lower:g}, but this parameter is positive. Give a lower bound above zero."
-    largest = max((nominal, lower, upper), key=abs)
-    if declared.unit_of(name) == "rad" and abs(largest) > FULL_TURN:
-        return f"{largest:g} rad is more than a full turn. Are these degrees?"
-    return ""
-
-
-def _entries(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Names and what they stand for; TOML reads a name with dots as tables within tables."""
-    known = set(ParameterEntry.__annotations__)
-    for name, values in table.items():
-        tables = isinstance(values, dict) and values and all(isinstance(value, dict) for value in values.values())
-        if tables and not values.keys() & known:
-            yield from ((f"{name}.{rest}", value) for rest, value in _entries(values))
-        else:
-            yield name, values

@@ -14,13 +14,13 @@ from robolaser.data.writing import csv_text, robot_table, toml_lines
 from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
 
-Frame = Mapping[str, Iterable[Any]]
+FrameColumns = Mapping[str, Iterable[Any]]
 """Columns by name: a dictionary of lists or arrays, or a data frame of pandas."""
 
 
 def dataset_of_frames(
-    poses: Frame,
-    points: Frame,
+    poses: FrameColumns,
+    points: FrameColumns,
     *,
     robot: Robot | str | Path | None = None,
     flange: str | None = None,
@@ -67,7 +67,7 @@ def _column(values: Iterable[Any]) -> list[str]:
     return ["" if value is None else str(value) for value in plain]
 
 
-def _csv(frame: Frame, name: str) -> str:
+def _csv(frame: FrameColumns, name: str) -> str:
     columns = {column: _column(values) for column, values in frame.items()}
     lengths = {column: len(cells) for column, cells in columns.items()}
     if len(set(lengths.values())) > 1:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from robolaser.data.dataset import Dataset, Points, Poses, Table
+from robolaser.data.dataset import Dataset, Points, Poses, RowTable
 from robolaser.data.fingerprint import fingerprint
 from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.stated_noise import Noise
@@ -117,7 +117,7 @@ def _points(datasets: Sequence[Dataset]) -> Points:
     return stacked([replace(one.points, pose=one.points.pose + n) for one, n in zip(datasets, before, strict=True)])
 
 
-def stacked(parts: Sequence[Table]) -> Table:
+def stacked(parts: Sequence[RowTable]) -> RowTable:
     """The rows of all of them: of the columns that all of them have."""
 
     def joined(columns: Sequence[Any]) -> Any:

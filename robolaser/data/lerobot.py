@@ -14,7 +14,7 @@ TURN: Final = 4096
 
 @final
 @dataclass(frozen=True)
-class Servo:
+class MotorCalibration:
     """An entry of the file: `MotorCalibration` of lerobot/motors/motors_bus.py."""
 
     id: int
@@ -29,7 +29,7 @@ class Servo:
         return (self.range_min + self.range_max) / 2
 
 
-def read_servos(text: str, joints: Sequence[str], source: str) -> dict[str, Servo]:
+def read_servos(text: str, joints: Sequence[str], source: str) -> dict[str, MotorCalibration]:
     """The servos of joints, by the joints' names.
 
     Args:
@@ -41,7 +41,7 @@ def read_servos(text: str, joints: Sequence[str], source: str) -> dict[str, Serv
         DataError: It is not such a file, or lacks a joint.
     """
     try:
-        found = msgspec.json.decode(text, type=dict[str, Servo])
+        found = msgspec.json.decode(text, type=dict[str, MotorCalibration])
     except msgspec.DecodeError as error:
         raise DataError(
             f"{source} is no calibration file of LeRobot (id, homing_offset, range_min and range_max of each joint):"

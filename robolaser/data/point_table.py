@@ -42,8 +42,7 @@ def points_of(table: CsvTable, described: Dataset) -> Points:
         check_quaternions(table, arrays["quaternion"])
     if "pixel" in arrays and described.image_px is not None:
         _in_the_image(table, arrays["pixel"], described.image_px)
-    pixel, xyz = arrays.pop("pixel", None), arrays.pop("xyz", None)
-    return replace(points, pixel=pixel, xyz=xyz, columns=arrays)
+    return points.with_arrays(arrays)
 
 
 def _numbers_of(table: CsvTable, in_pose: Sequence[str], poses: Sequence[str]) -> Ints:

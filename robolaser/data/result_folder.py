@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from robolaser.bounded_reading import read_json
 from robolaser.data.atomic_write import Contents, clear_staged, locked, naming, write_text, write_together
@@ -14,6 +15,11 @@ from robolaser.errors import DataError, OutputError, output_exists
 MANIFEST = ".robolaser.json"  # what commands wrote into a folder: {"format": …, "files": {name: command}}
 
 FORMAT = "robolaser-results/1"
+
+
+def json_text(contents: Mapping[str, Any]) -> str:
+    """A JSON file of a result."""
+    return json.dumps(contents, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 @contextmanager

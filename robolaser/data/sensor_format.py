@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
-from typing import final
+from typing import Literal, final
 
 from robolaser.data.toml_schema import wrong
 
@@ -13,6 +13,8 @@ POSE_UNITS = {"x": "m", "y": "m", "z": "m", "w": "rad", "phi": "rad", "psi": "ra
 PIXEL = ("u_px", "v_px")
 XYZ = ("x_m", "y_m", "z_m")
 QUATERNION = ("qx", "qy", "qz", "qw")
+Mount = Literal["flange", "base"]
+"""What carries the sensor."""
 SENSORS = "robolaser.model.sensors"
 """Who knows the sensors that robolaser and installed packages bring; it stands above this file."""
 

@@ -116,11 +116,8 @@ def _joined(names: Sequence[str], points: Sequence[Points]) -> Points:
         np.concatenate([one.pose for one in points]),
         tuple(f"{name}/{point}" for name, one in zip(names, points, strict=True) for point in one.names),
         np.concatenate(repeats) if any(one.repeat is not None for one in points) else None,
-        pixel=arrays.pop("pixel", None),
-        xyz=arrays.pop("xyz", None),
-        columns=arrays,
         sensor=np.repeat(np.arange(len(points)), [len(one) for one in points]),
-    )
+    ).with_arrays(arrays)
 
 
 def _metres_per_unit(described: Dataset, points: Points) -> float:

@@ -9,6 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.data.sensor_format import Mount
 from robolaser.diagnosis.detection_limits import correlations, detection_limits
 from robolaser.diagnosis.findings import not_testable
 from robolaser.diagnosis.fit import Fit, problem_of
@@ -24,7 +25,6 @@ from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources
 from robolaser.simulation.planned import planned
-from robolaser.simulation.setup import Mount
 
 FORMAT = "robolaser-plan/1"
 

@@ -14,7 +14,7 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from robolaser.arrays import Array, Ints
 
-Numbers = tuple[int, ...]
+Indices = tuple[int, ...]
 
 FUNCTIONS: dict[Any, Callable[..., Any]] = {}  # of arrays that have a rule of their own: what they make of duals
 LINEAR = frozenset(
@@ -72,7 +72,7 @@ class Dual(NDArrayOperatorsMixin):
 
     __slots__ = ("of", "slopes", "value")
 
-    def __init__(self, value: Array, slopes: Array, of: Numbers) -> None:
+    def __init__(self, value: Array, slopes: Array, of: Indices) -> None:
         self.value, self.slopes, self.of = value, slopes, of
 
     @classmethod
@@ -169,7 +169,7 @@ class Dual(NDArrayOperatorsMixin):
             self.slopes[(slice(None), *keys)] = 0.0
         self.value[key] = bare(item)
 
-    def _grow(self, of: Numbers) -> None:
+    def _grow(self, of: Indices) -> None:
         """Make room for the derivatives by these parameters."""
         every, own, _ = union(self.of, of)
         if every != self.of or not self.slopes.flags.writeable:
@@ -267,7 +267,7 @@ def padded(slopes: Array, ndim: int) -> Array:
 
 
 @lru_cache(maxsize=4096)
-def union(one: Numbers, other: Numbers) -> tuple[Numbers, Any, Any]:
+def union(one: Indices, other: Indices) -> tuple[Indices, Any, Any]:
     """All of two lists of parameters, and where each list's are among them."""
     every = one + tuple(number for number in other if number not in one)
     place = {number: i for i, number in enumerate(every)}
@@ -276,7 +276,7 @@ def union(one: Numbers, other: Numbers) -> tuple[Numbers, Any, Any]:
     return every, slice(len(one)), slice(own[0], own[-1] + 1) if own and in_a_row else own
 
 
-def joined(value: Array, terms: Sequence[tuple[Numbers, Array]]) -> Dual:
+def joined(value: Array, terms: Sequence[tuple[Indices, Array]]) -> Dual:
     """A dual whose slopes are the sum of terms, each by some parameters and broadcast to the value."""
     of, slopes = terms[0]
     if len(terms) == 1:

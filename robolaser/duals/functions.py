@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.duals.dual import FUNCTIONS, Dual, Numbers, after, bare, bilinear, joined, padded, union
+from robolaser.duals.dual import FUNCTIONS, Dual, Indices, after, bare, bilinear, joined, padded, union
 
 
 def _concatenate(parts: Sequence[Any], axis: int = 0) -> Dual:
@@ -23,7 +23,7 @@ def _stack(parts: Sequence[Any], axis: int = 0) -> Dual:
 
 def _side_by_side(value: Array, parts: Sequence[Any], places: Sequence[int | slice], axis: int) -> Dual:
     """A dual whose parts stand at places along an axis."""
-    of: Numbers = ()
+    of: Indices = ()
     for part in parts:
         if isinstance(part, Dual):
             of = union(of, part.of)[0]

@@ -33,7 +33,7 @@ class Status(IntEnum):
 
 
 @final
-class Servo:
+class LssServo:
     """One servo; it has an absolute encoder, so that it always knows its angle."""
 
     def __init__(self, axis: Axis) -> None:
@@ -63,7 +63,7 @@ class LssController(ServoChain):
 
     def __init__(self, cell: Cell) -> None:
         super().__init__(cell)
-        self._servos = {number: Servo(axis) for number, axis in zip(self._ids, self._axes, strict=True)}
+        self._servos = {number: LssServo(axis) for number, axis in zip(self._ids, self._axes, strict=True)}
         self._line = bytearray()
         self._awake_s = -np.inf
 

@@ -39,16 +39,11 @@ class AveragedData:
         def mean(values: Array) -> Array:
             return np.asarray(group_sums(values[kept], of_row) / shots[:, None])
 
-        averaged = replace(
-            points.take(first),
-            repeat=None,
-            pixel=None if points.pixel is None else mean(points.pixel),
-            xyz=None if points.xyz is None else mean(points.xyz),
-            columns={
-                name: mean(_of_one_sign(values, points.place) if name == "quaternion" else values)
-                for name, values in points.columns.items()
-            },
-        )
+        means = {
+            name: mean(_of_one_sign(values, points.place) if name == "quaternion" else values)
+            for name, values in points.arrays.items()
+        }
+        averaged = replace(points.take(first), repeat=None).with_arrays(means)
         group = np.full(len(points), -1, dtype=np.int64)
         group[kept] = of_row
         return cls(dataset, replace(dataset, points=averaged), shots, group)

@@ -45,8 +45,7 @@ class CameraBoard:
     @property
     def corners(self) -> Array:
         """The board's inner corners in its own frame, (k, 3) [m]."""
-        grid = np.stack(np.meshgrid(np.arange(self.board.columns), np.arange(self.board.rows)), axis=-1)
-        return self.board.square_m * np.pad(grid.reshape(-1, 2).astype(np.float64), ((0, 0), (0, 1)))
+        return self.board.corners.reshape(-1, 3)
 
     def tried(self, count: int, rng: np.random.Generator) -> Array:
         """Postures that bring the board's middle somewhere before the camera, (≤ count, j)."""
@@ -93,7 +92,7 @@ class CameraBoard:
 
     def _board_in_camera(self, q: Array) -> Array:
         """T_camera_board, (n, 4, 4); z is into the board as the camera sees it."""
-        hand_eye, target, flange = self._motion("hand_eye"), self._motion("target"), self.robot.forward(q[None])[0]
+        hand_eye, target, flange = self._motion("hand_eye"), self._motion("target"), self.robot.forward(q)
         return inverse(flange @ hand_eye) @ target if self.rides else inverse(hand_eye) @ flange @ target
 
     def _pixels(self, T_camera_board: Array) -> Array:
@@ -134,7 +133,7 @@ class ScannerBoard:
         good: Bools = -facing * T[:, 2, 2] > np.cos(TILT)
         corners = np.pad(np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) * self.size_m, ((0, 0), (0, 1)))
         good &= self.view.contains(self.view.pixels(apply(inverse(T)[:, None], corners)), MARGIN).all(axis=1)
-        frames = self.robot.joint_frames(q[None])[0][:, len(self.robot.chain) // 2 :, :3, 3]
+        frames = self.robot.joint_frames(q)[:, len(self.robot.chain) // 2 :, :3, 3]
         above = apply(inverse(self.T_base_target), frames)[..., 2]
         good &= (facing[:, None] * above > 0).all(axis=1)
         return np.asarray(good & np.isfinite(self._illuminated(T)).all(axis=(1, 2)))
@@ -174,7 +173,7 @@ class ScannerBoard:
 
     def _cameras(self, q: Array) -> Array:
         """T_target_camera, (n, 4, 4)."""
-        T: Array = inverse(self.T_base_target) @ self.robot.forward(q[None])[0] @ self.view.T_flange_camera
+        T: Array = inverse(self.T_base_target) @ self.robot.forward(q) @ self.view.T_flange_camera
         return T
 
     def _illuminated(self, T_target_camera: Array) -> Array:

@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.mechanism import Follower
+from robolaser.model.effects.mechanism import MimicJoint
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.pinocchio_model import PinocchioModel
 from robolaser.robot.urdf.checking import read_xml
@@ -26,7 +26,7 @@ class BodyJoint:
     axis: Array  # unit axis in the body's frame, (3,)
     slides: bool
     limits: Array  # least and largest value, (2,) [rad or m]; infinite: none
-    follows: Follower | None  # None: it moves by itself
+    follows: MimicJoint | None  # None: it moves by itself
 
 
 @final
@@ -63,7 +63,7 @@ def _joint(arm: PinocchioModel, number: int) -> BodyJoint:
     if number not in arm.columns:
         leader = int(np.abs(arm.ratios[number]).argmax())
         other, ratio = arm.moving[arm.columns[leader]], float(arm.ratios[number, leader])
-        follows = Follower(arm.moving[number], other, ratio, float(arm.offsets[number]))
+        follows = MimicJoint(arm.moving[number], other, ratio, float(arm.offsets[number]))
     limits = np.array([limit[number] for limit in arm.limits])
     return BodyJoint(arm.moving[number], arm.axes[number], bool(arm.slides[number]), limits, follows)
 

@@ -144,10 +144,10 @@ def link(rows: Array) -> Array:
 
 def joint_lines(robot: Robot) -> tuple[Array, Array, Array]:
     """A point of each joint's line and the line's direction, (j, 3) each, and T_base_flange, all at the arm's zero."""
-    zero = np.zeros((1, 1, len(robot.joints)))
-    frames = robot.joint_frames(zero)[0, 0]
+    zero = np.zeros(len(robot.joints))
+    frames = robot.joint_frames(zero)
     z = (frames[:, :3, :3] @ robot.axes[list(robot.chain), :, None])[..., 0]
-    return frames[:, :3, 3], z, robot.forward(zero)[0, 0]
+    return frames[:, :3, 3], z, robot.forward(zero)
 
 
 def _on_line(at: Array, z: Array, near: Array | None) -> Array:

@@ -11,7 +11,7 @@ from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.export.urdf import corrected_urdf, robot_urdf
 from robolaser.model.effects.effect import CandidateEffect, Effect
-from robolaser.model.effects.mechanism import Part, Spring
+from robolaser.model.effects.mechanism import ElasticJoint, MechanismPart
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.urdf.checking import read_xml
 from robolaser.robot.urdf.editing import names_in
@@ -54,7 +54,7 @@ class CorrectedArm:
         return name
 
     @cached_property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[MechanismPart, ...]:
         """What stands for effects, in the order of the model."""
         return tuple(part for _, effect in self.effects for part in effect.parts(self.calibration.model.run))
 
@@ -73,11 +73,11 @@ class CorrectedArm:
         return self.stated_payload_kg + float(found[0])
 
     @cached_property
-    def springs(self) -> tuple[Spring, ...]:
+    def springs(self) -> tuple[ElasticJoint, ...]:
         """The joints that give way."""
-        return tuple(part for part in self.parts if isinstance(part, Spring))
+        return tuple(part for part in self.parts if isinstance(part, ElasticJoint))
 
-    def stiffness(self, spring: Spring) -> float:
+    def stiffness(self, spring: ElasticJoint) -> float:
         """Of a linear spring that carries what is stated and `payload_kg` [Nm/rad or N/m]."""
         return 1.0 / float(_compliance(spring, np.array([self.payload_kg - self.stated_payload_kg]))[0])
 
@@ -107,16 +107,16 @@ def comment(text: str) -> str:
     return re.sub("-(?=-)", "- ", text)
 
 
-def _compliance(spring: Spring, payload_kg: Array) -> Array:
+def _compliance(spring: ElasticJoint, payload_kg: Array) -> Array:
     """Of the linear spring that fits best with each of several masses at the flange, (k,) -> (k,)."""
     torque = _torque(spring, payload_kg)
     fitted: Array = np.maximum((torque @ spring.sunk) / np.maximum((torque**2).sum(axis=1), SOFTEST), SOFTEST)
     return fitted
 
 
-def _wound(spring: Spring, payload_kg: Array) -> Array:
+def _wound(spring: ElasticJoint, payload_kg: Array) -> Array:
     return np.asarray(_compliance(spring, payload_kg)[:, None] * _torque(spring, payload_kg))
 
 
-def _torque(spring: Spring, payload_kg: Array) -> Array:
+def _torque(spring: ElasticJoint, payload_kg: Array) -> Array:
     return np.asarray(spring.borne + payload_kg[:, None] * spring.of_one_kg)

@@ -41,7 +41,7 @@ class Written:
 
 @final
 @dataclass(frozen=True)
-class _Numbers:
+class _NumberSpans:
     """The numbers of the effects at the joints of a moving arm, looked up by effect."""
 
     at: Mapping[Pair, Mapping[str, float]]
@@ -76,13 +76,13 @@ def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) ->
         RobotError: It is neither URDF nor MJCF, or has none of the joints.
     """
     root = markup.read(text, source, ROBOT_BYTES)
-    numbers = _Numbers(
+    numbers = _NumberSpans(
         {
             (one["effect"], one["where"]): {name: each["value"] for name, each in one["parameters"].items()}
             for one in effects
         }
     )
-    writers: dict[str, Callable[[ET.Element, _Numbers, set[str]], set[str]]] = {"robot": _urdf, "mujoco": _mjcf}
+    writers: dict[str, Callable[[ET.Element, _NumberSpans, set[str]], set[str]]] = {"robot": _urdf, "mujoco": _mjcf}
     if root.tag not in writers:
         raise RobotError(
             f"{source} starts with <{str(root.tag)[:60]}>: expected a URDF, <robot>, or an MJCF, <mujoco>."
@@ -117,7 +117,7 @@ DEFAULT_STEP_S = "0.002"
 """MuJoCo's."""
 
 
-def _urdf(robot: ET.Element, numbers: _Numbers, joints: set[str]) -> set[str]:
+def _urdf(robot: ET.Element, numbers: _NumberSpans, joints: set[str]) -> set[str]:
     there = {name: joint for joint in robot.findall("joint") if (name := joint.get("name", "")) in joints}
     for name, joint in there.items():
         if attributes := numbers.attributes(name, IN_URDF):
@@ -127,7 +127,7 @@ def _urdf(robot: ET.Element, numbers: _Numbers, joints: set[str]) -> set[str]:
     return set(there)
 
 
-def _mjcf(root: ET.Element, numbers: _Numbers, joints: set[str]) -> set[str]:
+def _mjcf(root: ET.Element, numbers: _NumberSpans, joints: set[str]) -> set[str]:
     there = {name: joint for joint in root.iter("joint") if (name := joint.get("name", "")) in joints}
     for name, joint in there.items():
         joint.attrib.update(numbers.attributes(name, IN_MJCF))
@@ -140,7 +140,7 @@ def _mjcf(root: ET.Element, numbers: _Numbers, joints: set[str]) -> set[str]:
     return set(there)
 
 
-def _actuator(actuator: ET.Element, joint: ET.Element, numbers: _Numbers, step: float) -> None:
+def _actuator(actuator: ET.Element, joint: ET.Element, numbers: _NumberSpans, step: float) -> None:
     name = joint.get("name", "")
     found = [numbers.take("droop", name, number) for number in ("compliance", "torque_compliance")]
     compliance = next((value for value in found if value is not None), None)

@@ -10,7 +10,7 @@ from robolaser.calibration.result import Calibration
 from robolaser.export.bodies import RADIUS_M, BodyJoint, RigidBody, bodies
 from robolaser.export.corrected_arm import CorrectedArm, comment
 from robolaser.geometry.rigid_motion import to_quaternion
-from robolaser.model.effects.mechanism import Follower, Footing, Play, Spring
+from robolaser.model.effects.mechanism import ElasticJoint, Footing, MimicJoint, Play
 from robolaser.robot.urdf.elements import digits
 
 RELAXES_S = 0.02  # time in which a spring comes to rest where nothing is carried; where it rests does not depend on it
@@ -83,7 +83,7 @@ def _joints(element: ET.Element, joint: BodyJoint, arm: CorrectedArm) -> None:
     for part in arm.parts:
         if isinstance(part, Footing) or part.joint != joint.name:
             continue
-        if isinstance(part, Spring):
+        if isinstance(part, ElasticJoint):
             behind = _spring(arm.unused_name(f"{joint.name}_spring"), line, arm.stiffness(part))
         elif isinstance(part, Play):
             width = {"range": digits(np.array([-0.5, 0.5]) * part.width), **_hard("limit")}
@@ -102,9 +102,9 @@ def _spring(name: str, line: Mapping[str, str], stiffness: float) -> dict[str, s
     return {"name": name, **line, "stiffness": repr(stiffness), "damping": damping, "armature": repr(ROTOR)}
 
 
-def _constraints(root: ET.Element, arm: CorrectedArm, mimics: Sequence[Follower]) -> None:
+def _constraints(root: ET.Element, arm: CorrectedArm, mimics: Sequence[MimicJoint]) -> None:
     """What ties joints to others: gears that follow, and friction of links that have play."""
-    followers = [part for part in arm.parts if isinstance(part, Follower)]
+    followers = [part for part in arm.parts if isinstance(part, MimicJoint)]
     plays = [part for part in arm.parts if isinstance(part, Play)]
     tied = [(arm.unused_name(f"{part.joint}_follower"), part) for part in followers]
     tied += [(mimic.joint, mimic) for mimic in mimics]

@@ -7,7 +7,7 @@ import numpy as np
 from robolaser.calibration.result import Calibration
 from robolaser.export.bodies import RigidBody, bodies
 from robolaser.export.corrected_arm import CorrectedArm, comment
-from robolaser.robot.urdf.elements import origin_attributes
+from robolaser.robot.urdf.elements import digits, origin_attributes
 
 VERSION = "1.7"  # the first in which a pose can be relative to a link
 MIMIC_VERSION = "1.11"  # the first in which a joint can follow another
@@ -48,12 +48,12 @@ def _link(model: ET.Element, body: RigidBody) -> None:
         ET.SubElement(link, "pose", relative_to=_name(body.parent)).text = f"{placed['xyz']} {placed['rpy']}"
     inertial = ET.SubElement(link, "inertial")
     mass = max(body.mass, LEAST_KG)
-    ET.SubElement(inertial, "pose").text = " ".join(repr(float(value)) for value in (*body.com, 0.0, 0.0, 0.0))
+    ET.SubElement(inertial, "pose").text = digits(np.array([*body.com, 0.0, 0.0, 0.0]))
     ET.SubElement(inertial, "mass").text = repr(mass)
     inertia = ET.SubElement(inertial, "inertia")
     tensor = body.inertia if body.mass > 0 else LEAST_KG * np.eye(3)
     for key, i, j in (("ixx", 0, 0), ("iyy", 1, 1), ("izz", 2, 2), ("ixy", 0, 1), ("ixz", 0, 2), ("iyz", 1, 2)):
-        ET.SubElement(inertia, key).text = repr(float(tensor[i, j]))
+        ET.SubElement(inertia, key).text = digits(tensor[i, j])
 
 
 def _joint(model: ET.Element, body: RigidBody) -> None:
@@ -64,7 +64,7 @@ def _joint(model: ET.Element, body: RigidBody) -> None:
     ET.SubElement(joint, "child").text = _name(body.name)
     if moves is not None:
         axis = ET.SubElement(joint, "axis")
-        ET.SubElement(axis, "xyz").text = " ".join(repr(float(value)) for value in moves.axis)
+        ET.SubElement(axis, "xyz").text = digits(moves.axis)
         limit = ET.SubElement(axis, "limit")
         for key, value in zip(("lower", "upper"), moves.limits.tolist(), strict=True):
             ET.SubElement(limit, key).text = repr(value)

@@ -39,7 +39,10 @@ def ur_calibration(calibration: Calibration) -> str | None:
     nominal = None if robot is None else _frames(robot)
     if robot is None or corrected is None or corrected is robot or nominal is None:
         return None
-    frames = np.concatenate([nominal[:1], _at_zero(corrected) @ inverse(_at_zero(robot)) @ nominal[1:]])
+    zero = np.zeros(len(robot.joints))
+    frames = np.concatenate(
+        [nominal[:1], corrected.joint_frames(zero) @ inverse(robot.joint_frames(zero)) @ nominal[1:]]
+    )
     lines = []
     for name, step in zip(LINKS, inverse(frames[:-1]) @ frames[1:], strict=True):
         numbers = " ".join(origin_attributes(step).values()).split()
@@ -73,11 +76,6 @@ def flange_by_ur_calibration(text: str, robot: Robot, q: Array) -> Array:
         T = T @ pose(turned, np.broadcast_to(xyz, (len(q), 3)))
     flange: Array = T @ inverse(nominal[-1]) @ robot.forward(np.zeros(len(LINKS)))
     return flange
-
-
-def _at_zero(robot: Robot) -> Array:
-    frames: Array = robot.joint_frames(np.zeros((1, 1, len(robot.joints))))[0, 0]
-    return frames
 
 
 def _frames(robot: Robot) -> Array | None:

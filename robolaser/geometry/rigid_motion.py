@@ -4,6 +4,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 
+Quaternion = tuple[float, float, float, float]  # x, y, z, w
 _X, _Y, _Z = 0, 1, 2
 
 

@@ -12,10 +12,10 @@ from robolaser.errors import EffectError, near
 from robolaser.motion.effect import At
 from robolaser.motion.effects import library_of
 from robolaser.motion.gap import KindGap, at_flange
+from robolaser.motion.kind_diagnoses import parts_of
+from robolaser.motion.kind_diagnosis import KindDiagnosis
 from robolaser.motion.log import MotionLog
-from robolaser.motion.part import Part
-from robolaser.motion.parts import parts_of
-from robolaser.motion.selection import Finding, Search, chosen
+from robolaser.motion.selection import EffectSearch, SelectedEffect, chosen
 
 
 @final
@@ -24,15 +24,20 @@ class MotionFit:
     """Effects with their numbers, and errors."""
 
     log: MotionLog
-    parts: tuple[Part, ...]
-    findings: tuple[Finding, ...]
+    parts: tuple[KindDiagnosis, ...]
+    findings: tuple[SelectedEffect, ...]
     gap_mm: dict[str, Any]  # the tracking error at the flange, as JSON files give it
     levers_mm: Array  # how far the flange moves with each joint, (j,) [mm/rad]
     seconds: float
 
     @classmethod
     def of(
-        cls, log: MotionLog, parts: Sequence[Part], findings: Sequence[Finding], seed: int | None, seconds: float
+        cls,
+        log: MotionLog,
+        parts: Sequence[KindDiagnosis],
+        findings: Sequence[SelectedEffect],
+        seed: int | None,
+        seconds: float,
     ) -> "MotionFit":
         """From what each kind of rows says."""
         gap_mm: dict[str, Any] = dict.fromkeys(("nominal", "calibrated", "after", "noise_floor"))
@@ -73,7 +78,7 @@ def calibrate_motion(
         if where and where not in sites:
             raise EffectError(f"{name} has no place '{where}'.{near(where, sites)}")
 
-    def searching(candidates: Sequence[At], least_share: float, start: tuple[At, ...]) -> Search:
+    def searching(candidates: Sequence[At], least_share: float, start: tuple[At, ...]) -> EffectSearch:
         return chosen([at for at in candidates if _is_asked(at, asked)])
 
     parts, missing, _ = parts_of(log, library, searching, progress or (lambda what, share: None))
@@ -92,9 +97,9 @@ def _is_asked(at: At, asked: Sequence[tuple[str, str]]) -> bool:
     return any(at.effect.name == name and where in places for name, where in asked)
 
 
-def merged(findings: Sequence[Finding]) -> list[Finding]:
+def merged(findings: Sequence[SelectedEffect]) -> list[SelectedEffect]:
     """One entry for an effect of the same rows at the same place that several joints show: clocks."""
-    groups: dict[tuple[str, str, str], list[Finding]] = {}
+    groups: dict[tuple[str, str, str], list[SelectedEffect]] = {}
     for one in findings:
         groups.setdefault((one.at.effect.rows, one.at.effect.name, one.at.where), []).append(one)
     whole = []

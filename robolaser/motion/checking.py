@@ -6,21 +6,21 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.motion.effect import At, Kind
+from robolaser.motion.effect import At, RowKind
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.linear_rows import candidates_of
 from robolaser.motion.log import MotionLog
 from robolaser.motion.quantities import quantities
 from robolaser.motion.tracking import TrackingRows
 
-LACKING: dict[Kind, str] = {
+LACKING: dict[RowKind, str] = {
     "tracking": "no commands in the data",
     "torque": "no torques in the data",
     "load": "no encoder behind the gear in the data",
 }
 
 
-def comparable(log: MotionLog) -> dict[Kind, str]:
+def comparable(log: MotionLog) -> dict[RowKind, str]:
     """Why there are no rows of a kind; "" where there are some."""
     reasons, read = dict(LACKING), log.has("q")
     if (log.has("command") & read).any():

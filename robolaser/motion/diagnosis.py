@@ -12,9 +12,9 @@ from robolaser.arrays import Array, Ints, Progress
 from robolaser.motion.calibration import MotionFit, merged
 from robolaser.motion.effect import MOVES_RAD
 from robolaser.motion.effects import library_of
+from robolaser.motion.kind_diagnoses import parts_of
+from robolaser.motion.kind_diagnosis import KindDiagnosis
 from robolaser.motion.log import MotionLog
-from robolaser.motion.part import Part
-from robolaser.motion.parts import parts_of
 from robolaser.motion.selection import search
 
 
@@ -75,7 +75,7 @@ def diagnose_motion(
     return MotionDiagnosis(fit, verdict, tuple(places), missing, (*remarks, *_remarks(log)))
 
 
-def _places(parts: Sequence[Part], joints: Sequence[str], verdict: str) -> list[Place]:
+def _places(parts: Sequence[KindDiagnosis], joints: Sequence[str], verdict: str) -> list[Place]:
     """Joints by their share of the gap, or of what is left of it: of the first kind of rows that has one."""
     for part in parts:
         if part.verdict != verdict:

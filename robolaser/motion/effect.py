@@ -15,7 +15,7 @@ TIMING, TOOL, JOINTS = "timing", "tool", "joints"
 
 MOVES_RAD = 1e-3
 """Spread of a joint's commands, from which on it is commanded to move. A judgement."""
-Kind = Literal["tracking", "torque", "load"]
+RowKind = Literal["tracking", "torque", "load"]
 """Of rows: measured against commands, torques against inverse dynamics, one encoder against the other."""
 
 
@@ -81,7 +81,7 @@ class MotionEffect:
     name: str
     clause: str  # what happens; goes on from "The gap is explained:"
     cause: str  # its class
-    rows: Kind
+    rows: RowKind
     numbers: tuple[Number, ...]
     remedy: str
     reference: str

@@ -13,7 +13,7 @@ from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.ros_bag import JOINT_TOPIC
 from robolaser.data.importers.ros_messages import STAMPS
 from robolaser.data.importers.units import Units
-from robolaser.data.lerobot import TURN, Servo, read_servos
+from robolaser.data.lerobot import TURN, MotorCalibration, read_servos
 from robolaser.errors import DataError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME
 from robolaser.motion.log import QUANTITIES, MotionLog
@@ -41,7 +41,7 @@ class _Angles:
     """What turns numbers of a file into radians."""
 
     unit: str  # "": it was not stated
-    servos: Mapping[str, Servo]
+    servos: Mapping[str, MotorCalibration]
 
     @classmethod
     def of(cls, units: Sequence[str], robot: Robot, further: Mapping[str, str]) -> tuple["_Angles", Mapping[str, str]]:

@@ -11,9 +11,9 @@ from robolaser.errors import DataError
 from robolaser.motion.effect import At, Number
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.gap import root_mean_squares
+from robolaser.motion.kind_diagnosis import FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import MotionLog, filled
-from robolaser.motion.part import FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST
 from robolaser.motion.quantities import quantities
 from robolaser.motion.result_json import motion_between
 from robolaser.motion.selection import INDISTINGUISHABLE, WORTH_ADDING

@@ -92,7 +92,7 @@ class Quantities:
     @cached_property
     def reach(self) -> float:
         """How far the flange was from the base at most [m]."""
-        return float(np.linalg.norm(self.log.robot.forward(self.q[None])[0, :, :3, 3], axis=1).max(initial=0.0))
+        return float(np.linalg.norm(self.log.robot.forward(self.q)[:, :3, 3], axis=1).max(initial=0.0))
 
     def payload(self) -> Array:
         """Torques for a kilogram at the flange's origin and for its first moments in the flange frame, (n, j, 4)."""

@@ -26,7 +26,7 @@ TURN = 180.0 / np.pi
 
 @final
 @dataclass(frozen=True)
-class SensorTable:
+class MotionSensorTable:
     """`[sensor]`."""
 
     kind: str
@@ -51,7 +51,7 @@ class MotionFile:
 
     format: str
     robot: RobotTable
-    sensor: SensorTable
+    sensor: MotionSensorTable
     name: str = ""
     source: str = ""
     licence: str = ""

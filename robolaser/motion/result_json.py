@@ -11,8 +11,8 @@ from robolaser.motion.calibration import MotionFit
 from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.effect import At
 from robolaser.motion.gap import KindGap
-from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE
-from robolaser.motion.selection import Finding
+from robolaser.motion.kind_diagnosis import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE
+from robolaser.motion.selection import SelectedEffect
 
 DIAGNOSIS = "robolaser-diagnosis/1"
 CERTAIN = 0.9
@@ -89,7 +89,7 @@ def _rows(gap: KindGap, joints: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _without(fit: MotionFit, findings: Sequence[Finding]) -> float | None:
+def _without(fit: MotionFit, findings: Sequence[SelectedEffect]) -> float | None:
     """The gap at the flange with some effects taken out again, as if what they explain were independent [mm]."""
     if fit.gap_mm["after"] is None:
         return None
@@ -97,7 +97,7 @@ def _without(fit: MotionFit, findings: Sequence[Finding]) -> float | None:
     return float(np.sqrt(fit.gap_mm["after"] ** 2 + np.nansum(sum(gained) * fit.levers_mm**2)))
 
 
-def _effect(one: Finding, fit: MotionFit) -> dict[str, Any]:
+def _effect(one: SelectedEffect, fit: MotionFit) -> dict[str, Any]:
     return _numbers(one) | {
         "probability": round(one.probability, 4),
         "gap_mm_before": fit.gap_mm["calibrated"],
@@ -107,7 +107,7 @@ def _effect(one: Finding, fit: MotionFit) -> dict[str, Any]:
     }
 
 
-def _numbers(one: Finding) -> dict[str, Any]:
+def _numbers(one: SelectedEffect) -> dict[str, Any]:
     return {
         "effect": one.at.effect.name,
         "where": one.at.where,
@@ -128,14 +128,14 @@ def kinds_json(fit: MotionFit) -> list[dict[str, Any]]:
     ]
 
 
-def _groups(fit: MotionFit, by: str) -> dict[str, list[Finding]]:
-    groups: dict[str, list[Finding]] = {}
+def _groups(fit: MotionFit, by: str) -> dict[str, list[SelectedEffect]]:
+    groups: dict[str, list[SelectedEffect]] = {}
     for one in fit.findings:
         groups.setdefault(getattr(one.at.effect, by), []).append(one)
     return groups
 
 
-def _together(group: Sequence[Finding], fit: MotionFit) -> dict[str, Any]:
+def _together(group: Sequence[SelectedEffect], fit: MotionFit) -> dict[str, Any]:
     probabilities = [one.probability for one in group]
     shared = set.intersection(*({rival.where for rival in one.rivals} for one in group))
     one_rival = bool(shared - set(fit.log.joints))  # of all of them together: a clock
@@ -144,7 +144,7 @@ def _together(group: Sequence[Finding], fit: MotionFit) -> dict[str, Any]:
     return {"probability": round(whole, 4), "gap_mm_without": _without(fit, group)}
 
 
-def _is_open(group: Sequence[Finding]) -> bool:
+def _is_open(group: Sequence[SelectedEffect]) -> bool:
     """Whether effects are no likelier than a rival that all of them have: at all places it is the one or the other."""
     shared = set.intersection(*({rival.effect.name for rival in one.rivals} - {one.at.effect.name} for one in group))
     return bool(shared) and max(one.probability for one in group) <= EVEN
@@ -173,14 +173,14 @@ def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
     return sorted(classes, key=lambda one: -one["probability"])
 
 
-def _of_class(name: str, group: Sequence[Finding]) -> float:
+def _of_class(name: str, group: Sequence[SelectedEffect]) -> float:
     """That at least one of a class is at work: rivals of the same class in a member's place count for it."""
     if _is_open(group) and any(rival.effect.cause != name for one in group for rival in one.rivals):
         return max(one.probability for one in group)
     return _at_least_one(group, lambda at: at.effect.cause == name)
 
 
-def _at_least_one(group: Sequence[Finding], belongs: Callable[[At], bool]) -> float:
+def _at_least_one(group: Sequence[SelectedEffect], belongs: Callable[[At], bool]) -> float:
     """That one of some effects is at work, or a rival that belongs to them."""
     each = [max(one.probability, 1.0 - one.none) if all(map(belongs, one.rivals)) else one.probability for one in group]
     return 1.0 - float(np.prod(1.0 - np.array(each)))
@@ -254,7 +254,7 @@ def _surely(probability: float) -> str:
     return "" if probability >= CERTAIN else "likely, " if probability > EVEN else "perhaps, "
 
 
-def _locations(group: Sequence[Finding], joints: Sequence[str]) -> str:
+def _locations(group: Sequence[SelectedEffect], joints: Sequence[str]) -> str:
     """The joints of an effect behind its clause; nothing where it sits at none."""
     at = [
         " or ".join([one.at.where, *(rival.where for rival in one.rivals if rival.effect is one.at.effect)])

@@ -16,12 +16,12 @@ INDISTINGUISHABLE = 6.0  # the same: a rival that is up to twenty to one worse
 ALIKE = 1e-3  # share by which squares of the same effect at a neighbour may be larger: it is the same motion then
 EXCHANGES, MIN_EXCHANGE = 4, 0.1
 Sets = Sequence[tuple[At, ...]]
-Search = Generator[Sets, Sequence[Fitted], "Selected"]
+EffectSearch = Generator[Sets, Sequence[Fitted], "Selection"]
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Finding:
+class SelectedEffect:
     """An effect of a model, held against none and against rivals in its place."""
 
     at: At
@@ -44,16 +44,16 @@ class Finding:
         named = [one for one in self.at.effect.numbers if one.name in self.numbers]
         return not named or any(abs(self.numbers[one.name][0]) >= one.least for one in named)
 
-    def beside(self, other: "Finding", rivals: Sequence[At]) -> "Finding":
+    def beside(self, other: "SelectedEffect", rivals: Sequence[At]) -> "SelectedEffect":
         """The same with rivals that stand against this and another one together."""
         more = tuple(one for one in rivals if one.effect.name not in {rival.effect.name for rival in self.rivals})
         return replace(self, probability=min(self.probability, other.probability), rivals=(*self.rivals, *more))
 
-    def doubted(self, most: float) -> "Finding":
+    def doubted(self, most: float) -> "SelectedEffect":
         """The same with no more than some probability."""
         return replace(self, probability=min(self.probability, most), none=max(self.none, 1.0 - most))
 
-    def less(self, rival: str) -> "Finding":
+    def less(self, rival: str) -> "SelectedEffect":
         """The same where an effect of that name is known not to be at work."""
         left = tuple(one for one in self.rivals if one.effect.name != rival)
         if len(left) == len(self.rivals):
@@ -64,12 +64,12 @@ class Finding:
 
 @final
 @dataclass(frozen=True)
-class Selected:
+class Selection:
     """A model and its effects, those that matter most first."""
 
     ideal: Fitted
     model: Fitted
-    findings: tuple[Finding, ...]
+    findings: tuple[SelectedEffect, ...]
 
 
 class Rows(Protocol):
@@ -79,7 +79,7 @@ class Rows(Protocol):
         """A model of the rows of each search, with each set of effects."""
 
 
-def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] = ()) -> Search:
+def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] = ()) -> EffectSearch:
     """Find the effects; each step asks for models with some sets of effects, and is sent them.
 
     Several searches go on side by side, so that their models can be fitted together: see `side_by_side`.
@@ -116,7 +116,7 @@ def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] =
             break
         model = following
         passed.add(model.names)
-    findings: list[Finding] = []
+    findings: list[SelectedEffect] = []
     for _ in range(EXCHANGES if model.effects else 0):
         without = yield [tuple(o for o in model.effects if o != one) for one in model.effects]
         swaps = [
@@ -136,15 +136,15 @@ def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] =
         ]
         break
     findings.sort(key=lambda one: one.without.score, reverse=True)
-    return Selected(ideal, model, tuple(findings))
+    return Selection(ideal, model, tuple(findings))
 
 
-def chosen(effects: Sequence[At]) -> Search:
+def chosen(effects: Sequence[At]) -> EffectSearch:
     """The effects that a user asks for, in the place of a search."""
     ideal, model = yield [(), tuple(effects)]
     without = yield [tuple(other for other in effects if other != one) for one in effects]
-    findings = [Finding(one, 1.0, 0.0, less, ()) for one, less in zip(effects, without, strict=True)]
-    return Selected(ideal, model, tuple(findings))
+    findings = [SelectedEffect(one, 1.0, 0.0, less, ()) for one, less in zip(effects, without, strict=True)]
+    return Selection(ideal, model, tuple(findings))
 
 
 def _with(effects: tuple[At, ...], one: At) -> tuple[At, ...]:
@@ -152,7 +152,7 @@ def _with(effects: tuple[At, ...], one: At) -> tuple[At, ...]:
     return (*(other for other in effects if (other.effect.name, other.where) != (one.effect.name, one.where)), one)
 
 
-def _finding(one: At, model: Fitted, without: Fitted, instead: Sequence[tuple[At, Fitted]]) -> Finding:
+def _finding(one: At, model: Fitted, without: Fitted, instead: Sequence[tuple[At, Fitted]]) -> SelectedEffect:
     instead = [
         (rival, fit) for rival, fit in instead if (rival.effect.name, rival.where) != (one.effect.name, one.where)
     ]
@@ -166,7 +166,7 @@ def _finding(one: At, model: Fitted, without: Fitted, instead: Sequence[tuple[At
     evidence = np.exp(-0.5 * (scores - scores.min()))
     share = evidence / evidence.sum()
     near = [rival for rival, fit in instead if fit.score < model.score + INDISTINGUISHABLE]
-    return Finding(one, float(share[0]), float(share[1]), without, tuple(near))
+    return SelectedEffect(one, float(share[0]), float(share[1]), without, tuple(near))
 
 
 def _reduced(model: Fitted, is_worth: Callable[[Fitted, Fitted], bool]) -> Generator[Sets, Sequence[Fitted], Fitted]:
@@ -197,10 +197,10 @@ def _near(one: At) -> range:
     return range(one.joint - beside, one.joint + beside + 1)
 
 
-def side_by_side(rows: Rows, searches: Sequence[Search]) -> list[Selected]:
+def side_by_side(rows: Rows, searches: Sequence[EffectSearch]) -> list[Selection]:
     """Run searches of the same rows to their ends, and fit in one go what they ask for at the same time."""
     asked: dict[int, Sets] = {number: next(one) for number, one in enumerate(searches)}
-    found: dict[int, Selected] = {}
+    found: dict[int, Selection] = {}
     while asked:
         fits = iter(rows.fit([(number, effects) for number, sets in asked.items() for effects in sets]))
         following: dict[int, Sets] = {}

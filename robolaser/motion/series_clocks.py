@@ -11,7 +11,7 @@ from robolaser.motion.effect import At
 from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.log import MotionLog
-from robolaser.motion.selection import Finding
+from robolaser.motion.selection import SelectedEffect
 
 FEWEST_SERIES, FEWEST_JOINTS = 3, 2
 BY_CHANCE = 1e-3
@@ -109,7 +109,7 @@ class SeriesClocks:
         delay = self.delay + [before.get(run, 0.0) for run in self.runs.tolist()]
         return replace(self, delay=delay, gained=self.gained + other.gained)
 
-    def finding(self, log: MotionLog, joints: Ints) -> Finding:
+    def finding(self, log: MotionLog, joints: Ints) -> SelectedEffect:
         """The clock as a finding, with a number for each series."""
         gained = np.zeros(len(log.joints))
         gained[joints] = self.gained
@@ -120,4 +120,4 @@ class SeriesClocks:
             )
         }
         without = Fitted((), (), (), float(np.sum((self.delay / self.deviation) ** 2)), gained)
-        return Finding(At(CLOCK, CLOCK.site, 0), 1.0, 0.0, without, (), numbers, gained)
+        return SelectedEffect(At(CLOCK, CLOCK.site, 0), 1.0, 0.0, without, (), numbers, gained)

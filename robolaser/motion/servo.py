@@ -11,11 +11,13 @@ control of machines with friction; Nordin, Gutman 2002, Controlling mechanical s
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Self, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.motion.quantities import SMOOTHED_S
+from robolaser.robot.kinematics import Robot
 
 IDEAL: Mapping[str, float] = {
     "delay": 0.0, "time": 0.0, "second": 0.0, "angle": 0.0, "scale": 0.0, "compliance": 0.0, "yields": 0.0, "dead": 0.0,
@@ -29,7 +31,7 @@ MOST_CELLS = 30_000_000  # simulated at a time
 
 @final
 @dataclass(frozen=True, eq=False)
-class Runs:
+class CommandSeries:
     """Commands as they are simulated, runs side by side, the longest first: (t, s) where the last of each is held."""
 
     length: Ints  # rows of each run, (s,)
@@ -38,6 +40,25 @@ class Runs:
     holding: Array  # torque that holds the arm still where it is commanded, (j, t, s) [Nm]
     moving: Array  # torque that the rigid arm takes to go there, (j, t, s) [Nm]
     start: Array  # where each joint is at the beginning, (j, s) [rad]
+
+    @classmethod
+    def of(cls, robot: Robot, commands: Sequence[Array], step: Array, step_s: float) -> Self:
+        """Runs by their commands, (n, j) each, the longest first, with the torques that they take; joints begin there.
+
+        Args:
+            robot: The arm.
+            commands: NaN where a joint was told nothing.
+            step: From each row to the next, (t, s) [s].
+            step_s: The usual one.
+        """
+        told, holding, moving = np.empty((3, len(robot.joints), *step.shape))
+        for s, command in enumerate(commands):
+            held = np.nan_to_num(command)
+            torques = robot.gravity_torques(held), _torques_along(robot, held, step_s)
+            for values, of_run in zip((told, holding, moving), (command, *torques), strict=True):
+                values[:, : len(command), s] = of_run.T
+                values[:, len(command) :, s] = of_run[-1][:, None]
+        return cls(np.array(list(map(len, commands))), step, told, holding, moving, told[:, 0])
 
     def simulate(self, joint: Ints, numbers: Sequence[Mapping[str, float]]) -> Array:
         """Where joints go whose servos have given numbers.
@@ -157,3 +178,20 @@ def _later(values: Array, rows: float) -> Array:
         return near
     far = values[np.clip(np.arange(len(values)) - whole - 1, 0, len(values) - 1)]
     return np.asarray((1.0 - part) * near + part * far)
+
+
+def _torques_along(robot: Robot, told: Array, step_s: float) -> Array:
+    """Torque that the rigid arm takes to follow commands (n, j), which are smoothed first, (n, j) [Nm]."""
+    width = 2 * round(SMOOTHED_S / max(step_s, 1e-4) / 2) + 1
+    if len(told) < 2 * width:
+        return robot.gravity_torques(told)
+    smooth = smoothed(told, width)
+    speed = np.gradient(smooth, step_s, axis=0)
+    return robot.by_pinocchio.inverse_dynamics(smooth, speed, np.gradient(speed, step_s, axis=0))
+
+
+def smoothed(values: Array, width: int) -> Array:
+    """Means of values (n, j) under a bell of so many rows, (n, j); the ends are held."""
+    weights = np.hanning(width + 2)[1:-1]
+    padded = np.pad(values, ((width // 2, (width - 1) // 2), (0, 0)), mode="edge")
+    return np.stack([np.convolve(column, weights / weights.sum(), "valid") for column in padded.T], axis=1)

@@ -7,12 +7,12 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.errors import EffectError, near
-from robolaser.motion.effect import At, Kind
+from robolaser.motion.effect import At, RowKind
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.linear_rows import LinearRows
 from robolaser.motion.log import MotionLog
 from robolaser.motion.quantities import Quantities, derivatives
-from robolaser.motion.tracking import runs_of_commands, smoothed
+from robolaser.motion.servo import CommandSeries, smoothed
 from robolaser.robot.kinematics import Robot
 
 RATE_HZ = 100.0
@@ -94,9 +94,9 @@ def _motion(kind: int, time: Array, middle: Array, half: Array, rng: np.random.G
     return smoothed(ramps, round(CORNER_S * RATE_HZ))
 
 
-def _requested(robot: Robot, sizes: Mapping[str, float]) -> dict[Kind, list[tuple[At, dict[str, float]]]]:
+def _requested(robot: Robot, sizes: Mapping[str, float]) -> dict[RowKind, list[tuple[At, dict[str, float]]]]:
     """Effects at their places with their numbers."""
-    found: dict[Kind, dict[str, tuple[At, dict[str, float]]]] = {"tracking": {}, "torque": {}, "load": {}}
+    found: dict[RowKind, dict[str, tuple[At, dict[str, float]]]] = {"tracking": {}, "torque": {}, "load": {}}
     names = list(dict.fromkeys(one.name for one in MOTION_EFFECTS))
     for text, size in sizes.items():
         name, _, place = text.partition(":")
@@ -128,7 +128,7 @@ def _followed(robot: Robot, runs: list[Array], time: Array, asked: list[tuple[At
     for at, numbers in asked:
         for joint in [at.joint] if at.effect.site == "joint" else range(joints):
             servos[joint] |= {one.servo: numbers[one.name] for one in at.effect.numbers if one.name in numbers}
-    paths = runs_of_commands(robot, runs, np.full((len(time), len(runs)), step_s), step_s).simulate(
+    paths = CommandSeries.of(robot, runs, np.full((len(time), len(runs)), step_s), step_s).simulate(
         np.arange(joints), servos
     )
     return np.concatenate(list(paths.transpose(1, 0, 2)))

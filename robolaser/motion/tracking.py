@@ -12,10 +12,8 @@ from robolaser.motion.effect import At, MotionEffect, Number, Trace
 from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
 from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.log import MotionLog, filled
-from robolaser.motion.quantities import SMOOTHED_S
 from robolaser.motion.series_clocks import Lateness
-from robolaser.motion.servo import IDEAL, Runs
-from robolaser.robot.kinematics import Robot
+from robolaser.motion.servo import IDEAL, CommandSeries
 
 ROUNDS = 3  # of a fit that begins at one with an effect less, or more
 MORE_ROUNDS = 8  # of the one that numbers are taken from
@@ -32,7 +30,7 @@ ONE_CLOCK_S, ONE_CLOCK_SHARE = 1e-3, 0.2  # by which delays of one clock may see
 
 @final
 @dataclass(eq=False)
-class _Fit:
+class _ServoFit:
     """A fit under way."""
 
     joint: int
@@ -89,7 +87,7 @@ class TrackingRows:
         for s, part in enumerate(self._pieces):
             self._q[:, : lengths[s], s] = log.q[part].T
             step[: lengths[s] - 1, s] = np.diff(log.time_s[part])
-        sent = runs_of_commands(log.robot, [filled(log.command[part]) for part in self._pieces], step, log.step_s)
+        sent = CommandSeries.of(log.robot, [filled(log.command[part]) for part in self._pieces], step, log.step_s)
         read = np.isfinite(self._q)
         first = np.take_along_axis(self._q, read.argmax(axis=1)[:, None], axis=1)[:, 0]
         self._runs = replace(sent, start=np.where(read.any(axis=1), first, sent.start))
@@ -97,7 +95,7 @@ class TrackingRows:
         self._form = np.hypot(FORM_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
         self.independent = np.ones(joints)
         """Values that each joint's rows are worth, (j,)."""
-        self._found: dict[tuple[int, frozenset[str]], _Fit] = {}
+        self._found: dict[tuple[int, frozenset[str]], _ServoFit] = {}
 
     @property
     def used(self) -> int:
@@ -193,17 +191,17 @@ class TrackingRows:
 
     def refined(self, models: Sequence[Fitted], like: "TrackingRows") -> list[Fitted]:
         """Models of all joints that other rows of the same log have led to, fitted to these."""
-        fits = [_Fit(found.joint, found.effects, found.x) for found in like._fits(models)]
+        fits = [_ServoFit(found.joint, found.effects, found.x) for found in like._fits(models)]
         self._forget_unseen(fits)
         self._improve(fits, MORE_ROUNDS)
         self._found.update({(fit.joint, frozenset(map(str, fit.effects))): fit for fit in fits})
         return [self._as_fitted(fit) for fit in fits]
 
-    def _fits(self, models: Sequence[Fitted]) -> list[_Fit]:
+    def _fits(self, models: Sequence[Fitted]) -> list[_ServoFit]:
         """What was found for a model of each joint."""
         return [self._found[joint, one.names] for joint, one in zip(self.joints.tolist(), models, strict=True)]
 
-    def _forget_unseen(self, fits: Sequence[_Fit]) -> None:
+    def _forget_unseen(self, fits: Sequence[_ServoFit]) -> None:
         """Numbers that change nothing in these rows become those of an ideal servo: only other rows tell them."""
         moving = [fit for fit in fits if fit.effects]
         cases = [(fit, [fit.x, *(fit.x + STEP * side for side in np.eye(len(fit.x)))]) for fit in moving]
@@ -212,7 +210,7 @@ class TrackingRows:
             ideal = [IDEAL[number.servo] / number.usual for number in fit.numbers]
             fit.x = np.where(unseen, ideal, fit.x)
 
-    def _begun(self, joint: int, effects: tuple[At, ...]) -> list[_Fit]:
+    def _begun(self, joint: int, effects: tuple[At, ...]) -> list[_ServoFit]:
         """Fits from where a model with an effect less, or more, ended; new effects begin at two sizes."""
         names = frozenset(map(str, effects))
         known = {}
@@ -235,12 +233,12 @@ class TrackingRows:
             starts.append(np.array(x))
             if all(str(one) in known for one in effects):
                 break
-        fits = [_Fit(joint, effects, start) for start in starts]
+        fits = [_ServoFit(joint, effects, start) for start in starts]
         for fit in fits:
             fit.x = fit.within(fit.x)
         return fits
 
-    def _improve(self, fits: list[_Fit], rounds: int) -> None:
+    def _improve(self, fits: list[_ServoFit], rounds: int) -> None:
         for fit, residual in zip(fits, self._computed([(fit, [fit.x]) for fit in fits]), strict=True):
             fit.residual = residual[:, 0]
             fit.cost = float(fit.residual @ fit.residual)
@@ -262,12 +260,12 @@ class TrackingRows:
             if not moving:
                 break
 
-    def _slopes(self, fits: Sequence[_Fit]) -> list[Array]:
+    def _slopes(self, fits: Sequence[_ServoFit]) -> list[Array]:
         """Derivatives of each fit's residuals by its numbers, (kept, d)."""
         aside = self._computed([(fit, [fit.x + STEP * side for side in np.eye(len(fit.x))]) for fit in fits])
         return [(each - fit.residual[:, None]) / STEP for fit, each in zip(fits, aside, strict=True)]
 
-    def _computed(self, cases: Sequence[tuple[_Fit, list[Array]]]) -> list[Array]:
+    def _computed(self, cases: Sequence[tuple[_ServoFit, list[Array]]]) -> list[Array]:
         """Residuals at the kept rows for some numbers of each fit, (kept, m)."""
         joint = np.array([fit.joint for fit, tried in cases for _ in tried], dtype=np.int64)
         numbers = [fit.servo(x) for fit, tried in cases for x in tried]
@@ -288,7 +286,7 @@ class TrackingRows:
         """Residuals of a joint, (n,), by a servo with one effect, the first number of some sizes, others zero."""
         usual = np.array([number.usual for number in at.effect.numbers])
         first = np.eye(len(usual))[0] / usual[0]
-        (found,) = self._computed([(_Fit(at.joint, (at,), first), [size * first for size in sizes])])
+        (found,) = self._computed([(_ServoFit(at.joint, (at,), first), [size * first for size in sizes])])
         return list(found.T)
 
     def lateness(self, models: Sequence[Fitted]) -> list[Lateness]:
@@ -305,7 +303,7 @@ class TrackingRows:
             found.append(Lateness(fit.residual, slope, run, float(self.independent[fit.joint]), late))
         return found
 
-    def _as_fitted(self, fit: _Fit) -> Fitted:
+    def _as_fitted(self, fit: _ServoFit) -> Fitted:
         squares, rows = np.zeros(len(self.independent)), np.zeros(len(self.independent))
         squares[fit.joint], rows[fit.joint] = fit.cost, len(fit.residual)
         score = score_of(squares, rows, np.where(rows > 0, self.independent, 0.0), self._form, len(fit.x))
@@ -336,42 +334,6 @@ class TrackingRows:
             for s, part in enumerate(self._pieces):
                 out[part, fit.joint] = paths[: part.stop - part.start, s, m]
         return out
-
-
-def runs_of_commands(robot: Robot, commands: Sequence[Array], step: Array, step_s: float) -> Runs:
-    """Runs by their commands, (n, j) each, the longest first, with the torques that they take; joints begin there.
-
-    Args:
-        robot: The arm.
-        commands: NaN where a joint was told nothing.
-        step: From each row to the next, (t, s) [s].
-        step_s: The usual one.
-    """
-    told, holding, moving = np.empty((3, len(robot.joints), *step.shape))
-    for s, command in enumerate(commands):
-        held = np.nan_to_num(command)
-        torques = robot.gravity_torques(held), torques_along(robot, held, step_s)
-        for values, of_run in zip((told, holding, moving), (command, *torques), strict=True):
-            values[:, : len(command), s] = of_run.T
-            values[:, len(command) :, s] = of_run[-1][:, None]
-    return Runs(np.array(list(map(len, commands))), step, told, holding, moving, told[:, 0])
-
-
-def torques_along(robot: Robot, told: Array, step_s: float) -> Array:
-    """Torque that the rigid arm takes to follow commands (n, j), which are smoothed first, (n, j) [Nm]."""
-    width = 2 * round(SMOOTHED_S / max(step_s, 1e-4) / 2) + 1
-    if len(told) < 2 * width:
-        return robot.gravity_torques(told)
-    smooth = smoothed(told, width)
-    speed = np.gradient(smooth, step_s, axis=0)
-    return robot.by_pinocchio.inverse_dynamics(smooth, speed, np.gradient(speed, step_s, axis=0))
-
-
-def smoothed(values: Array, width: int) -> Array:
-    """Means of values (n, j) under a bell of so many rows, (n, j); the ends are held."""
-    weights = np.hanning(width + 2)[1:-1]
-    padded = np.pad(values, ((width // 2, (width - 1) // 2), (0, 0)), mode="edge")
-    return np.stack([np.convolve(column, weights / weights.sum(), "valid") for column in padded.T], axis=1)
 
 
 def _named(candidates: Sequence[At], names: Sequence[str]) -> tuple[At, ...]:

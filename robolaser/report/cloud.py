@@ -4,7 +4,7 @@ import numpy as np
 
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, equal_axes, hover, layer, quantity, records
 from robolaser.report.digits import measured, millimetres, plain
-from robolaser.report.document import Block, Document, Figure, Figures, Notes, Section, Text, charts
+from robolaser.report.document import Content, Document, Figure, Figures, Notes, Section, Text, charts
 from robolaser.report.scene import Scene, dots
 from robolaser.report.viewer.shapes import CLEAR, by_height
 from robolaser.scan import Scan
@@ -47,7 +47,7 @@ def document(scan: Scan, quality: Quality, *, brief: bool = False) -> Document:
     )
 
 
-def _evidence(quality: Quality, points: int) -> list[Block]:
+def _evidence(quality: Quality, points: int) -> list[Content]:
     scene, shown = cloud_scene(quality), charts([heights(quality), off_plane(quality)])
     used = f"{len(quality.vertices)} of {points} points, evenly taken, were used for these figures."
     left_out = [Text(used, "quiet")] if len(quality.vertices) < points else []

@@ -10,7 +10,7 @@ from rich.table import Column as Heading
 from rich.table import Table as Grid
 from rich.text import Text as Line
 
-from robolaser.report.document import Block, Document, Figures, Notes, Table, Text
+from robolaser.report.document import Content, Document, Figures, Notes, Table, Text
 from robolaser.report.printable import printable
 
 WIDE = 160  # letters in a line of text that goes to a file, unless COLUMNS says otherwise
@@ -65,7 +65,7 @@ def printed(document: Document) -> str:
     return text.getvalue()
 
 
-def _print(block: Block, out: Console) -> None:
+def _print(block: Content, out: Console) -> None:
     match block:
         case Text(printed=True):
             out.print(_line(block.text, "dim" if block.kind else ""))

@@ -6,7 +6,7 @@ from typing import Any, Final
 from robolaser.diagnosis.cause_words import listed
 from robolaser.report.chart import FITTED, HELD_OUT, MUTED, Chart, chart, hover, layer, named_rows, quantity, records
 from robolaser.report.digits import SIGNIFICANT, human, millimetres, plain
-from robolaser.report.document import Cell, Column, Document, Section, Table, charts
+from robolaser.report.document import Column, Document, Section, Table, TableCell, charts
 
 CLEAR: Final = 3.0
 """Standard errors from which on a change is no chance among a dozen numbers."""
@@ -89,7 +89,7 @@ def _sense(found: Mapping[str, Any], rows: Sequence[Row], names: tuple[str, str]
     return " ".join(said)
 
 
-def _cells(row: Row) -> tuple[Cell, ...]:
+def _cells(row: Row) -> tuple[TableCell, ...]:
     name, unit, apart = str(row["name"]), row.get("unit", ""), row.get("errors")
     is_sure = name.startswith(PROBABILITY)
     change = _value_text(row["change"], unit, SIGNIFICANT, is_sure=is_sure) if row.get("change") else ""
@@ -98,8 +98,8 @@ def _cells(row: Row) -> tuple[Cell, ...]:
     if change and apart is not None:
         change += f" ({abs(apart):.1f})"
     digits = SIGNIFICANT if name in ERRORS else VALUE
-    values = [Cell(_value_text(row[each], unit, digits, is_sure=is_sure)) for each in PAIR]
-    return Cell(ERRORS.get(name, name)), *values, Cell(change, order=apart)
+    values = [TableCell(_value_text(row[each], unit, digits, is_sure=is_sure)) for each in PAIR]
+    return TableCell(ERRORS.get(name, name)), *values, TableCell(change, order=apart)
 
 
 def _value_text(value: float | str | None, unit: str, digits: int, *, is_sure: bool) -> str:

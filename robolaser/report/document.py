@@ -70,7 +70,7 @@ class Figures:
 
 @final
 @dataclass(frozen=True)
-class Cell:
+class TableCell:
     """A cell of a table.
 
     Attributes:
@@ -130,7 +130,7 @@ class Table:
     """
 
     columns: Sequence[Column]
-    rows: Sequence[Sequence[Cell | str]]
+    rows: Sequence[Sequence[TableCell | str]]
     title: str = ""
     note: str = ""
     fold: int = 40
@@ -138,9 +138,9 @@ class Table:
     kind: str = ""
 
     @property
-    def cells(self) -> list[list[Cell]]:
+    def cells(self) -> list[list[TableCell]]:
         """All rows as cells."""
-        return [[Cell(one) if isinstance(one, str) else one for one in row] for row in self.rows]
+        return [[TableCell(one) if isinstance(one, str) else one for one in row] for row in self.rows]
 
 
 @final
@@ -151,7 +151,7 @@ class Charts:
     charts: Sequence[Chart]
 
 
-Block = Text | Notes | Figures | Table | Charts | Scene
+Content = Text | Notes | Figures | Table | Charts | Scene
 
 
 @final
@@ -160,7 +160,7 @@ class Section:
     """Blocks under a heading."""
 
     title: str
-    blocks: Sequence[Block]
+    blocks: Sequence[Content]
 
 
 @final
@@ -186,14 +186,14 @@ class Document:
     setting: str
     lead: str
     sense: str
-    head: Sequence[Block]
+    head: Sequence[Content]
     sections: Sequence[Section]
     verdict: str = ""
     footer: str = ""
     prints_lead: bool = False
 
     @property
-    def blocks(self) -> list[Block]:
+    def blocks(self) -> list[Content]:
         """All blocks in their order."""
         return [*self.head, *(block for section in self.shown for block in section.blocks)]
 
@@ -204,12 +204,12 @@ class Document:
         return [section for section in said if section.blocks]
 
 
-def has_rows(block: Block) -> bool:
+def has_rows(block: Content) -> bool:
     """Does a block have something to say?"""
     return not isinstance(block, Notes | Figures | Table) or bool(block.rows)
 
 
-def charts(made: Sequence[Chart | None]) -> list[Block]:
+def charts(made: Sequence[Chart | None]) -> list[Content]:
     """A block of the charts that have something to show; none where none has."""
     shown = [one for one in made if one is not None]
     return [Charts(shown)] if shown else []

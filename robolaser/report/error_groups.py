@@ -11,7 +11,7 @@ from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
 from robolaser.report.chart import FITTED, HELD_OUT, NOISE, Chart, chart, colours, hover, layer, quantity, records, rule
 from robolaser.report.digits import millimetres, times
-from robolaser.report.document import Block, Cell, Column, Table, Text
+from robolaser.report.document import Column, Content, Table, TableCell, Text
 
 MOST_POINTS: Final = 60
 """Different names of points, up to which they are reflectors, sockets or balls and no points of a stripe."""
@@ -60,7 +60,7 @@ def groups(dataset: Dataset, errors_m: Sequence[Array]) -> list[ErrorGroup]:
     return [group for kind, names, number in _kinds(dataset) for group in _groups(kind, names, number, errors_m)]
 
 
-def group_blocks(dataset: Dataset, errors_m: Mapping[str, Array]) -> list[Block]:
+def group_blocks(dataset: Dataset, errors_m: Mapping[str, Array]) -> list[Content]:
     """What is odd in a sentence, and all groups in a table; errors by what they are called."""
     found = groups(dataset, list(errors_m.values()))
     if not found:
@@ -68,13 +68,13 @@ def group_blocks(dataset: Dataset, errors_m: Mapping[str, Array]) -> list[Block]
     columns = [Column("Of", width=30), Column("Kind"), Column("Points")]
     columns += [Column(f"RMS error, {name}") for name in errors_m]
     columns.append(Column("Times the median"))
-    rows: list[Sequence[Cell | str]] = [
+    rows: list[Sequence[TableCell | str]] = [
         (
-            Cell(one.name, note="odd" if one.is_odd else ""),
+            TableCell(one.name, note="odd" if one.is_odd else ""),
             one.kind,
-            Cell(f"{one.rows}", order=one.rows),
-            *(Cell(millimetres(size), order=size) for size in one.rms_m),
-            Cell(times(one.ratio), order=one.ratio),
+            TableCell(f"{one.rows}", order=one.rows),
+            *(TableCell(millimetres(size), order=size) for size in one.rms_m),
+            TableCell(times(one.ratio), order=one.ratio),
         )
         for one in sorted(found, key=lambda one: (not one.is_odd, -one.ratio))[:MOST_ROWS]
     ]

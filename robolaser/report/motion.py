@@ -11,19 +11,19 @@ from robolaser.motion.gap import KindGap
 from robolaser.motion.log import MotionLog
 from robolaser.motion.plan import MotionLimit, MotionPlan
 from robolaser.motion.result_json import kinds_json, next_motions, sentence
-from robolaser.motion.selection import Finding
+from robolaser.motion.selection import SelectedEffect
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records
 from robolaser.report.digits import SIGNIFICANT, measured, percent, plain, with_unit
 from robolaser.report.document import (
-    Block,
-    Cell,
     Column,
+    Content,
     Document,
     Figure,
     Figures,
     Notes,
     Section,
     Table,
+    TableCell,
     Text,
     charts,
 )
@@ -49,7 +49,7 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
     """
     log, sure = fit.log, found is not None
     lead, sense = f"{_counted(len(fit.findings))} fitted.", ""
-    steps, doubts, remarks, where = list[str](), list[Block](), list[Block](), list[Block]()
+    steps, doubts, remarks, where = list[str](), list[Content](), list[Content](), list[Content]()
     tables = [_effects(fit, sure=sure)]
     if found is not None:
         lead, _, sense = sentence(found).partition(". ")
@@ -113,9 +113,9 @@ def _kinds(found: MotionDiagnosis) -> Table:
     clauses = {one.at.effect.name: one.at.effect.clause for one in found.fit.findings}
     rows = [
         (
-            Cell(kind["effect"].replace("_", " "), below=[clauses[kind["effect"]]]),
+            TableCell(kind["effect"].replace("_", " "), below=[clauses[kind["effect"]]]),
             ", ".join(kind["where"]),
-            Cell(percent(kind["probability"]), order=kind["probability"]),
+            TableCell(percent(kind["probability"]), order=kind["probability"]),
         )
         for kind in kinds_json(found.fit)
     ]
@@ -124,11 +124,11 @@ def _kinds(found: MotionDiagnosis) -> Table:
 
 
 def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
-    rows: list[tuple[Cell | str, ...]] = [
+    rows: list[tuple[TableCell | str, ...]] = [
         (
-            Cell(_at(one.at), below=[_rivals(one)] if one.rivals else []),
+            TableCell(_at(one.at), below=[_rivals(one)] if one.rivals else []),
             _numbers(one),
-            *([Cell(percent(one.probability), order=one.probability)] if sure else []),
+            *([TableCell(percent(one.probability), order=one.probability)] if sure else []),
         )
         for one in fit.findings
     ]
@@ -140,11 +140,11 @@ def _at(at: At) -> str:
     return f"{at.effect.name.replace('_', ' ')} at {at.where}"
 
 
-def _rivals(one: Finding) -> str:
+def _rivals(one: SelectedEffect) -> str:
     return "these motions do not distinguish it from " + " or ".join(map(_at, one.rivals))
 
 
-def _numbers(one: Finding) -> str:
+def _numbers(one: SelectedEffect) -> str:
     """At most three numbers with their errors."""
     shown = [
         f"{name.replace('_', ' ')} {_with_error(value, deviation, unit)}"
@@ -172,7 +172,7 @@ def _steps(found: MotionDiagnosis) -> list[str]:
     return [*remedies, *next_motions(found)]
 
 
-def _where(found: MotionDiagnosis) -> list[Block]:
+def _where(found: MotionDiagnosis) -> list[Content]:
     what = "of the remaining error" if found.verdict == "unexplained" else "of the gap"
     return [
         Text(f"{100.0 * one.share:.0f} % {what} at {one.site}" + (f" ({one.coordinate})" if one.coordinate else ""),
@@ -183,11 +183,11 @@ def _where(found: MotionDiagnosis) -> list[Block]:
 
 def _joints(gap: KindGap, joints: tuple[str, ...]) -> Table:
     columns = [Column("Joint", "name"), *(Column(title, "number") for title in ("Nominal", "Before", "After", "Noise"))]
-    rows: list[tuple[Cell | str, ...]] = [
+    rows: list[tuple[TableCell | str, ...]] = [
         (
             joint,
             *(
-                Cell(plain(value, gap.unit, SIGNIFICANT), order=value)
+                TableCell(plain(value, gap.unit, SIGNIFICANT), order=value)
                 for value in (getattr(gap, name)[j] for name in NAMES)
             ),
         )

@@ -13,7 +13,7 @@ import jinja2
 from markupsafe import Markup
 
 from robolaser.report.chart import CONFIG, Chart
-from robolaser.report.document import Block, Charts, Document
+from robolaser.report.document import Charts, Content, Document
 from robolaser.report.printable import printable
 
 ASSETS: Final = "report/assets"
@@ -71,7 +71,7 @@ def minus(text: str) -> str:
     return re.sub(r"(?<![\w-])-(?=\d)", "\u2212", text)
 
 
-def _kind(block: Block) -> str:
+def _kind(block: Content) -> str:
     return type(block).__name__.lower()
 
 

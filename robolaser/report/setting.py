@@ -6,7 +6,7 @@ from typing import Any
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import spoken
 from robolaser.report.digits import millimetres, plain
-from robolaser.report.document import Cell, Column, Section, Table
+from robolaser.report.document import Column, Section, Table, TableCell
 
 SOURCES: Mapping[str, str] = {
     "pixel": "position in the image",
@@ -55,19 +55,15 @@ def origin(dataset: Dataset) -> str:
     return f"{source} Licence of the data: {dataset.licence}." if dataset.licence else source
 
 
-Delivered = Sequence[Mapping[str, Any]]
-"""As `files` of calibration.json and diagnosis.json."""
-
-
-def files_section(files: Delivered) -> Section:
-    """The error of each file on new poses, read by the program that it is for."""
+def files_section(files: Sequence[Mapping[str, Any]]) -> Section:
+    """The error of each of `files` of a result's JSON on new poses, read by the program that it is for."""
 
     def named(pairs: Sequence[Sequence[str]]) -> str:
         return ", ".join(f"{spoken(effect)} at {where}" for effect, where in pairs) or "nothing"
 
-    rows: list[tuple[Cell | str, ...]] = [
+    rows: list[tuple[TableCell | str, ...]] = [
         (
-            Cell(one["file"], link=one["file"]),
+            TableCell(one["file"], link=one["file"]),
             "not known" if one["held_out_mm"] is None else millimetres(one["held_out_mm"] / 1e3),
             named(one["contains"]),
             named(one["lacks"]),

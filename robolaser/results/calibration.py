@@ -8,13 +8,14 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import FORMAT, Calibration, as_json
+from robolaser.data.result_folder import json_text
 from robolaser.export.files import EXPORTED, exported
 from robolaser.report.calibration import page as of_calibration
 from robolaser.report.console import print_document
 from robolaser.report.document import Document
 from robolaser.report.page import render
 from robolaser.results import PAGE, Files, FittedResult
-from robolaser.results.contents import json_text, numbers_of, read_result, robot_in
+from robolaser.results.contents import numbers_of, read_result, robot_in
 from robolaser.results.delivered import Delivered, delivered
 from robolaser.robot.kinematics import Robot
 

@@ -1,6 +1,5 @@
 """What the files of a calibration or a diagnosis hold."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -12,11 +11,6 @@ from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
 
 FILES: Final = {CALIBRATION: "calibration.json", DIAGNOSIS: "diagnosis.json"}
-
-
-def json_text(contents: Mapping[str, Any]) -> str:
-    """A JSON file of a result."""
-    return json.dumps(contents, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def read_result(path: Path, *formats: str) -> tuple[dict[str, Any], Path]:

@@ -224,7 +224,7 @@ def _by_arm(read: Callable[[str, Robot, Array], Array]) -> Callable[[str, Datase
 
 def _flange_by_urdf(text: str, robot: Robot, q: Array) -> Array:
     """T_base_flange by Pinocchio from a URDF, (n, j) -> (n, 4, 4)."""
-    return np.asarray(Robot.from_urdf(text, flange=robot.flange, joints=robot.joints).forward(q[None])[0])
+    return Robot.from_urdf(text, flange=robot.flange, joints=robot.joints).forward(q)
 
 
 def _by_mujoco(text: str, data: Dataset, held: Bools) -> Array:

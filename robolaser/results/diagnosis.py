@@ -8,6 +8,7 @@ from typing import Any, Final, Self, final
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
+from robolaser.data.result_folder import json_text
 from robolaser.diagnosis.corrected_model import corrected, corrected_json
 from robolaser.diagnosis.growth import with_poses
 from robolaser.diagnosis.result import Diagnosis
@@ -19,7 +20,7 @@ from robolaser.report.document import Document
 from robolaser.report.page import render
 from robolaser.results import PAGE, Files, FittedResult, Record
 from robolaser.results.calibration import CALIBRATION_FILES
-from robolaser.results.contents import json_text, read_result, robot_in
+from robolaser.results.contents import read_result, robot_in
 from robolaser.results.delivered import Delivered, delivered
 from robolaser.robot.kinematics import Robot
 

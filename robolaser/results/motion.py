@@ -1,8 +1,8 @@
 """Diagnoses of moving arms that were just made."""
 
-import json
 from typing import TYPE_CHECKING, Final, final
 
+from robolaser.data.result_folder import json_text
 from robolaser.export import servo_table
 from robolaser.motion.calibration import MotionFit
 from robolaser.motion.diagnosis import MotionDiagnosis
@@ -37,7 +37,7 @@ class MotionResult(FittedResult):
         """diagnosis.json, the table of the servos' numbers, and the page."""
         found = self.to_dict()
         return {
-            "diagnosis.json": json.dumps(found, indent=1) + "\n",
+            "diagnosis.json": json_text(found),
             servo_table.FILE: servo_table.servo_table(found["effects"], found["step_s"]),
             PAGE: render(of_motion.document(self.diagnosis.fit, self.diagnosis), command),
         }
@@ -74,7 +74,7 @@ class MotionCalibrationResult(FittedResult):
     def files(self, *, command: str = "") -> Files:
         """calibration.json and the page."""
         return {
-            "calibration.json": json.dumps(self.to_dict(), indent=1) + "\n",
+            "calibration.json": json_text(self.to_dict()),
             PAGE: render(of_motion.document(self.fit), command),
         }
 

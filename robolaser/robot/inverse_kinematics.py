@@ -86,7 +86,7 @@ def reaching(robot: Robot, tool: Array, goals: Array, *, wanted: int, rng: np.ra
                 f"{robot.name}: from {tried} starts within the joint limits, {len(found)} configurations reach the"
                 f" socket at ({at}) m, but {each} are needed. Ask for fewer poses, or take another seed."
             )
-        of_goal.append(found[farthest_first(robot.forward(found[None])[0, :, :3, :3].reshape(-1, 9))])
+        of_goal.append(found[farthest_first(robot.forward(found)[:, :3, :3].reshape(-1, 9))])
     deep = min(len(q) for q in of_goal)
     return np.stack([q[:deep] for q in of_goal], axis=1).reshape(-1, len(robot.joints)), np.tile(
         np.arange(len(goals)), deep

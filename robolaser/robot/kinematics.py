@@ -123,8 +123,11 @@ class Robot:
     def joint_frames(self, q: Array, placements: Array | None = None) -> Array:
         """T_base_joint of the chain, from base to flange, each turned by its own value, (c, n, len(chain), 4, 4).
 
-        Arguments as those of `forward`.
+        Arguments as those of `forward`; fewer leading axes give fewer.
         """
+        if np.ndim(q) < 3:
+            whole: Array = self.joint_frames(self._rows(q), placements)[0]
+            return whole if np.ndim(q) == 2 else whole[0]
         return self.by_pinocchio.frames(q, placements)[:, :, [self.by_pinocchio.columns[i] for i in self.chain]]
 
     def motion(self, q: Array, placements: Array | None = None, *, by_placements: bool = True) -> FlangeMotion:

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.errors import RobotError, near
 from robolaser.robot.pinocchio_model import PinocchioModel
-from robolaser.robot.urdf.checking import MOST_LISTED, MOVING, Follower, for_pinocchio, joint_kind, unknown_frame
+from robolaser.robot.urdf.checking import MOST_LISTED, MOVING, Mimic, for_pinocchio, joint_kind, unknown_frame
 from robolaser.robot.urdf.markup import too_large
 
 MOST_JOINTS = 100  # that move: Pinocchio's memory grows with their cube
@@ -88,7 +88,7 @@ def _listed(names: Sequence[str], moving: Sequence[str], source: str) -> list[st
     return list(names)
 
 
-def _rule(name: str, listed: Sequence[str], followers: Mapping[str, Follower]) -> Follower:
+def _rule(name: str, listed: Sequence[str], followers: Mapping[str, Mimic]) -> Mimic:
     """The joint at the end of those that one follows, its value over that joint's, and where that one is at zero."""
     ratio, offset = 1.0, 0.0
     while name not in listed and name in followers:

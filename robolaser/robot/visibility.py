@@ -10,6 +10,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import RobotError
 from robolaser.geometry.camera import laser_plane
 from robolaser.geometry.rigid_motion import apply
+from robolaser.parameters import as_batch
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, foot_of, most_crowded, random_configurations
 
@@ -52,7 +53,7 @@ class View:
         Returns:
             Points in the camera frame, (n, k, 3) [m]; NaN behind the camera.
         """
-        plane = laser_plane({name: np.array([value]) for name, value in self.values.items()})[0, 0]
+        plane = laser_plane(as_batch(self.values))[0, 0]
         pitch, centre = (("s_u", "u_0"), ("s_v", "v_0"))[self.along]
         slope = (at - self.values[centre]) * self.values[pitch] / self.values["f"]
         slope = -slope if self.along == 0 else slope
@@ -116,7 +117,7 @@ def configurations_looking_down(
     down, tried, level = 0, 0, None
     while len(seeing) < enough and tried < BATCH * BATCHES * (5 if 5 * len(seeing) >= wanted else 1):
         q = random_configurations(robot, BATCH, rng)
-        T = robot.forward(q[None])[0]
+        T = robot.forward(q)
         reach = float(np.linalg.norm(T[:, :3, 3] - foot, axis=-1).max())
         T = T @ view.T_flange_camera
         steep = -T[:, 2, 2] > np.cos(TILT)
@@ -159,7 +160,7 @@ def _sees(robot: Robot, q: Array, T_base_camera: Array, view: View, level: float
     seen: Bools = np.asarray(view.contains(view.stripe(T_base_camera, level, at)).all(axis=1))
     rows = np.flatnonzero(seen)
     if len(rows):
-        outer = robot.joint_frames(q[None, rows])[0][:, len(robot.chain) // 2 :, 2, 3]
+        outer = robot.joint_frames(q[rows])[:, len(robot.chain) // 2 :, 2, 3]
         seen[rows] = (outer > level).all(axis=1)
     return seen
 

@@ -6,7 +6,7 @@ from typing import final
 
 from robolaser.data.dataset import Dataset
 from robolaser.scan.calibrated import Calibrated, read_calibration
-from robolaser.scan.cloud import Cloud, Part, arm_scatter
+from robolaser.scan.cloud import Cloud, ScannedRecording, arm_scatter
 from robolaser.scan.scanner_model import carried_over
 from robolaser.scan.sources import sample_points, source_of
 
@@ -67,7 +67,9 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
     stated = recording.noise.pixel_px
     source = source_of(fitted, stated if stated is not None else calibrated.noise.get("pixel", float("nan")))
     scanner, notes = carried_over(calibrated, fitted, sample_points(source, fitted))
-    return Scan(calibrated, fitted, Cloud((Part(scanner, source, arm_scatter(scanner, calibrated)),)), notes)
+    return Scan(
+        calibrated, fitted, Cloud((ScannedRecording(scanner, source, arm_scatter(scanner, calibrated)),)), notes
+    )
 
 
 def merged(scans: Sequence[Scan]) -> Scan:

@@ -1,9 +1,9 @@
 """A scanner as a calibration left it, read from calibration.json and the robot.urdf beside it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal, final
+from typing import final
 
 import msgspec
 import numpy as np
@@ -11,90 +11,17 @@ import numpy as np
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.dataset_file import QUATERNION_SLACK, Pixels, inside
-from robolaser.data.toml_schema import NotNegative
+from robolaser.data.dataset_file import QUATERNION_SLACK, inside
 from robolaser.errors import DataError, EffectError, ScanError, near
 from robolaser.model import effects as library
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.sensors.stripe import SCANNER, Stripe
-from robolaser.parameters import Parameter, Values
+from robolaser.parameters import Parameter, Values, as_batch
 from robolaser.robot.kinematics import DOWN, Robot
+from robolaser.scan.saved_calibration import SavedCalibration, SavedEffect, SavedModel, SavedParameter
 
 FILE = "calibration.json"
-
-
-@final
-@dataclass(frozen=True)
-class SavedModel:
-    """`model` of a stripe scanner's calibration."""
-
-    sensor: Literal["stripe"]
-    stripe_axis: Literal["u", "v"]  # image axis that the stripe runs along
-    bracket_quat: tuple[float, float, float, float]  # nominal turn of the camera on the flange, (x, y, z, w)
-    angles: Literal["xyz", "zyz"]  # order of the hand-eye angles
-    image: tuple[Pixels, Pixels]  # width and height [px]
-    robot: str | None = None
-    flange: str | None = None
-    joints: tuple[str, ...] | None = None
-    gravity: tuple[float, float, float] | None = None
-
-
-@final
-@dataclass(frozen=True)
-class SavedParameter:
-    """A number as it was found; of the scanner's, nominal value and bounds, or where it started without these, too."""
-
-    value: float
-    nominal: float | None = None
-    lower: float | None = None
-    upper: float | None = None
-    start: float | None = None
-
-
-@final
-@dataclass(frozen=True)
-class SavedEffect:
-    """An effect at a location."""
-
-    effect: str
-    where: str
-    parameters: dict[str, SavedParameter]
-
-
-@final
-@dataclass(frozen=True)
-class SavedCalibration:
-    """calibration.json of a stripe scanner, as far as a scan needs it."""
-
-    format: Literal["robolaser-calibration/1"]
-    dataset: str
-    parameters: dict[str, SavedParameter]
-    model: SavedModel
-    effects: list[SavedEffect]
-    rms_m: NotNegative | None = None
-    held_out_rms_m: NotNegative | None = None
-    noise: dict[str, NotNegative] = field(default_factory=dict)
-    run: RunSummary | None = None
-
-
-@final
-@dataclass(frozen=True)
-class SavedImages:
-    """`model` of any calibration."""
-
-    image: tuple[Pixels, Pixels] | None = None  # width and height [px]
-
-
-@final
-@dataclass(frozen=True)
-class SavedCell:
-    """calibration.json of any sensor, as far as a picture of it needs it."""
-
-    effects: list[SavedEffect]
-    model: SavedImages
-    parameters: dict[str, SavedParameter] = field(default_factory=dict)
-    run: RunSummary | None = None
 
 
 @final
@@ -160,7 +87,7 @@ class Calibrated:
                 f"There is no nominal model of {self.name}: its [parameters] gave no {', '.join(missing)}, so the"
                 " calibration started from closed forms. Leave out --nominal."
             )
-        nominal = {name: np.array([item.nominal]) for name, item in self.parameters.items()}
+        nominal = as_batch({name: item.nominal for name, item in self.parameters.items()})
         origin = f"by the nominal model of {self.name}"
         noise = {key: sigma for key, sigma in self.noise.items() if key == "pixel"}
         return replace(self, origin=origin, values=nominal, candidates=(), noise=noise, rms_m=None)

@@ -41,7 +41,7 @@ class Counts:
 
 @final
 @dataclass(frozen=True)
-class Part:
+class ScannedRecording:
     """The points that a scanner shows of one recording."""
 
     scanner: ScannerModel  # what the scanner sees
@@ -79,7 +79,7 @@ class Cloud:
         25
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[ScannedRecording, ...]
     counts: Counts = field(default_factory=Counts)
 
     @property
@@ -128,7 +128,7 @@ class Cloud:
                 )
 
 
-def _in_threads(part: Part) -> Iterator[tuple[float, tuple[int, Vertices]]]:
+def _in_threads(part: ScannedRecording) -> Iterator[tuple[float, tuple[int, Vertices]]]:
     """The pieces of a part in their order, computed on all cores, each with the share that is done."""
     waiting, done, count = iter(part.source.pieces), 0, len(part.source.pieces)
     with ThreadPoolExecutor(cores(), thread_name_prefix="robolaser") as threads:
@@ -158,5 +158,5 @@ def arm_scatter(scanner: ScannerModel, calibrated: Calibrated) -> Array:
     axis = replace(scanner, effects=tuple(one for one in scanner.effects if one.stage is not Stage.PIXELS))
     seen = np.nan_to_num(axis.in_camera(axis.at_poses))  # where none is seen: the camera's position
     points = apply(scanner.camera, seen)
-    moves = robot.jacobian(poses.q[None], points[None])[0][:, :3, list(robot.chain)]  # by each joint, (n, 3, j)
+    moves = robot.jacobian(poses.q, points[None])[:, :3, list(robot.chain)]  # by each joint, (n, 3, j)
     return np.asarray(sigma * np.linalg.norm(np.linalg.norm(moves, axis=1), axis=1))

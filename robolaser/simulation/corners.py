@@ -12,6 +12,7 @@ from robolaser.errors import EffectError
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
+from robolaser.parameters import as_batch
 
 ALONG = 5  # squares of the board along a stripe that crosses the image
 ROUNDS = 40  # of a fixed point that settles by a factor of ten or more each
@@ -56,7 +57,7 @@ def _seen(exact: Dataset, truth: Mapping[str, float], effects: tuple[CandidateEf
     assert exact.image_px is not None  # a scanner has it
     size, corners = np.array(exact.image_px), _near(exact)
     pixel = np.tile((size - 1) / 2.0, (len(corners), 1))
-    values = {name: np.array([value]) for name, value in truth.items()}
+    values = as_batch(truth)
     off = np.full_like(pixel, np.inf)
     for _ in range(ROUNDS):
         model = Model(scanner_with_corners(exact, replace(corners, pixel=pixel)), effects)

@@ -6,11 +6,10 @@ from itertools import product
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.geometry.rigid_motion import from_quaternion
+from robolaser.geometry.rigid_motion import Quaternion, from_quaternion
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
-from robolaser.simulation.setup import Quaternion
 
 IMAGE_PX = (640, 480)
 DEGREE = float(np.pi / 180)
@@ -72,9 +71,8 @@ def facing_outward(robot: Robot) -> Quaternion:
 
     On most arms that is the flange's own z, and the turn is none.
     """
-    middle = np.clip(0.0, robot.lower, robot.upper)[None, None]
-    T_base_flange = robot.forward(middle)[0, 0]
-    frames = robot.joint_frames(middle)[0, 0]
+    middle = np.clip(0.0, robot.lower, robot.upper)
+    T_base_flange, frames = robot.forward(middle), robot.joint_frames(middle)
     axis = T_base_flange[:3, :3].T @ frames[-1, :3, :3] @ robot.axes[robot.chain[-1]]
     behind = (T_base_flange[:3, 3] - frames[:, :3, 3]) @ T_base_flange[:3, :3] @ axis
     telling = behind[np.abs(behind) > 0.01]

@@ -8,12 +8,13 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points
+from robolaser.data.sensor_format import Mount
 from robolaser.errors import EstimationError
 from robolaser.geometry.rigid_motion import from_angles, inverse, pose
-from robolaser.model.sensors.placements import SIX, motion, six_of
-from robolaser.parameters import Values
+from robolaser.model.sensors.placements import SIX, motion, numbers_of_motion
+from robolaser.parameters import Values, as_batch
 from robolaser.simulation.sensors import simulated_sensor
-from robolaser.simulation.setup import CellOptions, Mount, RandomStreams, SensorSetup
+from robolaser.simulation.setup import CellOptions, RandomStreams, SensorSetup
 
 DRAWN = 8  # sensors that are drawn, at most: how one is mounted decides what it sees
 TRIED = 4  # planned poses, and poses that see a target, by pairs of which it is placed
@@ -57,13 +58,13 @@ def planned(dataset: Dataset, *, points: int | None = None, mount: Mount = "flan
         blank = kind.describe(blank, setup)
     stated = {name: item.nominal for name, item in dataset.parameters.items()}
     robot, q = dataset.arm
-    flange = robot.forward(q[None])[0]
+    flange = robot.forward(q)
     best, measured, truth = np.zeros(len(q), dtype=bool), blank, {}
     for number in range(DRAWN):
         sensor = kind.build(blank, setup, RandomStreams.of(seed + number))
-        there = robot.forward(sensor.candidates[None])[0]
+        there = robot.forward(sensor.candidates)
         for placed in _placements({**sensor.truth, **stated}, flange, there):
-            values: Values = {name: np.array([value]) for name, value in placed.items()}
+            values: Values = as_batch(placed)
             seen, good = sensor.measure(blank, np.arange(len(q)), values, ())
             good = good & (np.abs(seen.arm[1] - q) < MOVED).all(axis=1)
             if good.sum() > best.sum():
@@ -92,7 +93,7 @@ def _placements(truth: Mapping[str, float], flange: Array, there: Array) -> Iter
     yield dict(truth)
     if not all(f"target.{part}" in truth for part in SIX):
         return
-    target = motion({name: np.array([value]) for name, value in truth.items() if name.startswith("target.")}, "target")
+    target = motion(as_batch(truth), "target")
     some = np.unique(np.linspace(0, len(flange) - 1, TRIED).astype(int))
     for i in some:
         for T_flange_target in inverse(there[:TRIED]) @ target:
@@ -100,4 +101,4 @@ def _placements(truth: Mapping[str, float], flange: Array, there: Array) -> Iter
             heading = np.arctan2(T[1, 0], T[0, 0])
             level = pose(from_angles(np.zeros(()), np.zeros(()), heading), T[:3, 3])
             for placed in (T, level):
-                yield {**truth, **{name: float(value[0]) for name, value in six_of(placed[None], "target").items()}}
+                yield {**truth, **numbers_of_motion(placed, "target")}

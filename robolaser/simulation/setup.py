@@ -2,16 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Literal, Self, final
+from typing import Self, final
 
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.data.sensor_format import Mount
 from robolaser.data.stated_noise import Noise
+from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.model.sensors.placements import motion
-
-Quaternion = tuple[float, float, float, float]
-Mount = Literal["flange", "base"]
+from robolaser.parameters import as_batch
 
 
 @final
@@ -56,7 +56,7 @@ class SensorSetup:
         """Where an earlier session has the sensor, on the flange or in the cell, (4, 4); None in the first."""
         if "hand_eye.x" not in self.known:
             return None
-        return np.asarray(motion({name: np.array([value]) for name, value in self.known.items()}, "hand_eye")[0])
+        return np.asarray(motion(as_batch(self.known), "hand_eye")[0])
 
 
 @final

@@ -16,7 +16,7 @@ from robolaser.errors import EffectError, UsageError
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.outliers import NAME as OUTLIERS
 from robolaser.model.effects.outliers import WHERE as OF_OUTLIERS
-from robolaser.parameters import Values
+from robolaser.parameters import Values, as_batch
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import limits
 from robolaser.simulation.corners import seen_beside
@@ -91,57 +91,81 @@ def simulate(
         >>> made.dataset
         <Dataset simulated-ur5e: ball in fixed sockets, robot ur5e, 20 points in 20 poses>
     """
-    options, noise = options or CellOptions(), noise or Noise()
-    repeats, sessions, speed = options.repeats, options.sessions, options.speed
-    robot = find_robot(robot) if isinstance(robot, str) else robot
+    options = options or CellOptions()
     with_corners = kind == "stripe+camera"
-    kind = "stripe" if with_corners else kind
-    sensor_type = simulated_sensor(kind)
+    sensor_type = simulated_sensor("stripe" if with_corners else kind)
     points = sensor_type.default_points if points is None else points
-    sensor_type.check_counts(poses=poses, points=points, repeats=repeats)
-    _check_noise(noise)
-    if sessions < 1:
-        raise impossible("number of sessions", sessions, "1 or more")
-    asked = {name.partition(":")[0] for name in effects or ()}
-    setup = SensorSetup(points, options, frozenset(asked))
+    sensor_type.check_counts(poses=poses, points=points, repeats=options.repeats)
+    cell = _Cell(
+        find_robot(robot) if isinstance(robot, str) else robot,
+        sensor_type,
+        SensorSetup(points, options, frozenset(name.partition(":")[0] for name in effects or ())),
+        poses,
+        noise or Noise(),
+        effects or {},
+        with_corners=with_corners,
+    )
+    _check_noise(cell.noise)
+    if options.sessions < 1:
+        raise impossible("number of sessions", options.sessions, "1 or more")
+    first = cell.session(seed, {})
+    if options.sessions == 1:
+        return first
+    if once := next((str(one) for one in first.effects if one.effect.begins), ""):
+        raise UsageError(f"{once} happens at one moment, and not in each session: simulate it in one session.")
+    names = Sessions(tuple(f"session-{number + 1}" for number in range(options.sessions)))
+    shared = {parameter: value for parameter, value in first.truth.items() if not names.is_own(parameter)}
+    later = np.random.SeedSequence(seed).generate_state(options.sessions - 1, np.uint64).tolist()
+    return _joined(names, [first, *(cell.session(int(own), shared) for own in later)])
 
-    def session(seed: int, shared: Mapping[str, float]) -> Simulated:
-        random = RandomStreams.of(seed)
-        qd = random.speed.uniform(-1.0, 1.0, (poses, len(robot.joints))) * (EXPOSURE_SPEED if speed is None else speed)
+
+@final
+@dataclass(frozen=True)
+class _Cell:
+    """What is asked of a cell, alike in all of its sessions."""
+
+    robot: Robot
+    sensor_type: type[SimulatedSensor]
+    setup: SensorSetup
+    poses: int
+    noise: Noise
+    effects: Mapping[str, float]
+    with_corners: bool
+
+    def session(self, seed: int, shared: Mapping[str, float]) -> Simulated:
+        """A campaign, whose sensor is shared with the first one."""
+        random, options = RandomStreams.of(seed), self.setup.options
+        blank = self._described(random)
+        sensor = self.sensor_type.build(blank, replace(self.setup, known=shared), random)
+        sizes = dict(self.effects)
+        share = _share_of_outliers(sizes)
+        effects, numbers = numbers_of(sizes, blank)
+        rests = options.speed is None and not any(effect.where == "timing" for effect in effects)
+        if rests or options.speed == 0:
+            blank = replace(blank, poses=replace(blank.poses, qd=None))
+        truth = {**sensor.truth, **shared, **numbers}
+        exact = _measure(blank, sensor, truth, effects, random.order)
+        noisy = _add_noise(exact, sensor, self.noise, options.repeats, random)
+        rows, sign = _gross_rows(len(noisy.points), share, random.gross)
+        spoilt = sensor.add_gross_errors(noisy, rows, sign, random.gross) if len(rows) else noisy
+        if self.with_corners:
+            spoilt = seen_beside(exact, truth, effects, spoilt, self.noise, random.point_noise)
+        return Simulated(spoilt, truth, effects, rows)
+
+    def _described(self, random: RandomStreams) -> Dataset:
+        """The data set before anything is measured."""
+        robot, options = self.robot, self.setup.options
+        speed = EXPOSURE_SPEED if options.speed is None else options.speed
         blank = Dataset(
             name=options.name or f"simulated-{robot.name}",
             source="simulated by robolaser",
             robot=robot,
-            kind=kind,
-            poses=_mid_range(robot, qd),
+            kind=self.sensor_type.kind,
+            poses=_mid_range(robot, random.speed.uniform(-1.0, 1.0, (self.poses, len(robot.joints))) * speed),
             points=Points(np.empty(0, dtype=np.int64), ()),
-            noise=options.stated or noise,
+            noise=options.stated or self.noise,
         )
-        blank = sensor_type.describe(blank, setup)
-        sensor = sensor_type.build(blank, replace(setup, known=shared), random)
-        sizes = dict(effects or {})
-        share = _share_of_outliers(sizes)
-        candidate_effects, numbers = numbers_of(sizes, blank)
-        if not speed and not (speed is None and any(effect.where == "timing" for effect in candidate_effects)):
-            blank = replace(blank, poses=replace(blank.poses, qd=None))
-        truth = {**sensor.truth, **shared, **numbers}
-        exact = _measure(blank, sensor, truth, candidate_effects, random.order)
-        noisy = _add_noise(exact, sensor, noise, repeats, random)
-        rows, sign = _gross_rows(len(noisy.points), share, random.gross)
-        spoilt = sensor.add_gross_errors(noisy, rows, sign, random.gross) if len(rows) else noisy
-        if with_corners:
-            spoilt = seen_beside(exact, truth, candidate_effects, spoilt, noise, random.point_noise)
-        return Simulated(spoilt, truth, candidate_effects, rows)
-
-    first = session(seed, {})
-    if sessions == 1:
-        return first
-    if once := next((str(one) for one in first.effects if one.effect.begins), ""):
-        raise UsageError(f"{once} happens at one moment, and not in each session: simulate it in one session.")
-    names = Sessions(tuple(f"session-{number + 1}" for number in range(sessions)))
-    shared = {parameter: value for parameter, value in first.truth.items() if not names.is_own(parameter)}
-    later = np.random.SeedSequence(seed).generate_state(sessions - 1, np.uint64).tolist()
-    return _joined(names, [first, *(session(int(own), shared) for own in later)])
+        return self.sensor_type.describe(blank, self.setup)
 
 
 def _joined(sessions: Sessions, made: Sequence[Simulated]) -> Simulated:
@@ -200,7 +224,7 @@ def _measure(
     rng: np.random.Generator,
 ) -> Dataset:
     """Measure in the first candidates, in random order, and replace those in which the sensor cannot until it can."""
-    values: Values = {key: np.array([value]) for key, value in truth.items()}
+    values: Values = as_batch(truth)
     (robot, _), n, candidates = blank.arm, len(blank.poses), sensor.candidates
     chosen, spare = rng.permutation(n), n
     while True:

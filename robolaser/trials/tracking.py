@@ -8,6 +8,7 @@ from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.stated_noise import Noise
 from robolaser.geometry.rigid_motion import pose
 from robolaser.model.sensors.placements import motion, vector
+from robolaser.parameters import as_batch
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import random_configurations
 from robolaser.trials.building import PAYLOAD_KG, Ranges, pause_times, velocities
@@ -53,7 +54,7 @@ def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.
 
 def _found(source: ReferenceCell, run: SyntheticRun) -> TrackerCell:
     """Tracker and reflectors where a calibration found them."""
-    values = {name: np.array([value]) for name, value in source.found.items()}
+    values = as_batch(source.found)
     names = dict.fromkeys(source.dataset.points.names)
     return TrackerCell(run, motion(values, "base")[0], {name: vector(values, f"tool.{name}")[0] for name in names})
 

@@ -1,6 +1,5 @@
 """A trial on disk: data sets made and sealed, diagnosed where no diagnosis is there yet, and scored."""
 
-import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, field
@@ -13,7 +12,7 @@ from robolaser.arrays import Progress
 from robolaser.bounded_reading import read_json
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
-from robolaser.data.result_folder import write_results
+from robolaser.data.result_folder import json_text, write_results
 from robolaser.data.writing import FOLDER, texts_of
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import FORMAT, diagnosis_json
@@ -152,7 +151,7 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
 
 
 def _diagnosed(dataset: Dataset, seed: int) -> str:
-    return json.dumps(diagnosis_json(examine(dataset, seed=seed)), indent=1) + "\n"
+    return json_text(diagnosis_json(examine(dataset, seed=seed)))
 
 
 def _no_diagnosis(path: Path, why: str) -> TrialError:

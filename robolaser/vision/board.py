@@ -6,11 +6,9 @@ from typing import Any, final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from robolaser.arrays import Array, Bools
-
-Image = NDArray[np.uint8]
+from robolaser.arrays import Array, Bools, Image
+from robolaser.data.board import lattice
 
 SEARCHED_PX = (640, 450, 320)
 """Long sides [px] of the reduced images that are searched: few pixels blur the stripe and dirt away."""
@@ -131,11 +129,6 @@ def _wiped(image: Image, light: float) -> Iterator[Image]:
         breadth = max(1, round(share * max(image.shape)))
         for kernel in (np.ones((1, breadth), np.uint8), np.ones((breadth, 1), np.uint8)):
             yield np.where(glare, cv2.morphologyEx(image, cv2.MORPH_OPEN, kernel), image).astype(np.uint8)
-
-
-def lattice(columns: int, rows: int) -> Array:
-    """Corners in squares, or circles in their distances, (rows, columns, 2)."""
-    return np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).astype(np.float64)
 
 
 def _pattern(grid: Array) -> tuple[Array, Bools]:

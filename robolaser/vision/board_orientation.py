@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.vision.board import heading
-from robolaser.vision.lens import Lens, view_board
+from robolaser.vision.lens import Intrinsics, view_board
 
 ROUNDS: Final = 10
 """In which images are laid anew against all others; two or three settle it."""
@@ -23,7 +23,7 @@ Orientations = Sequence[Array]
 """Every way to lay the frame on the board of one image, each a grid of corners (rows, columns, 2) [px]."""
 
 
-def oriented(orientations: Sequence[Orientations], R_base_flange: Array, lens: Lens) -> tuple[list[Array], bool]:
+def oriented(orientations: Sequence[Orientations], R_base_flange: Array, lens: Intrinsics) -> tuple[list[Array], bool]:
     """Choose for each image the way that lays the same frame on the board as in the others, (rows, columns, 2) [px].
 
     By the robot's turns where the lens is known, else by sight.
@@ -62,7 +62,9 @@ def orient_by_continuity(orientations: Sequence[Orientations]) -> list[Array]:
     return settled
 
 
-def orient_by_robot(orientations: Sequence[Orientations], R_base_flange: Array, lens: Lens) -> tuple[list[Array], bool]:
+def orient_by_robot(
+    orientations: Sequence[Orientations], R_base_flange: Array, lens: Intrinsics
+) -> tuple[list[Array], bool]:
     """Let the board turn before the camera from image to image by as much as the flange turned.
 
     The angle of a turn is the same seen from camera and flange, whatever the hand-eye is. Image by image is laid

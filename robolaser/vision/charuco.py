@@ -5,10 +5,10 @@ from functools import cache
 import cv2
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Image
 from robolaser.data.board import Board
 from robolaser.data.printed_board import dictionary
-from robolaser.vision.board import Image, sharpened
+from robolaser.vision.board import sharpened
 
 WINDOW_PX = (2, 8)  # half sides of the window in which a corner is sharpened, least and most
 

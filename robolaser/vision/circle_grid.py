@@ -3,9 +3,9 @@
 import cv2
 import numpy as np
 
-from robolaser.arrays import Array
-from robolaser.data.board import Board
-from robolaser.vision.board import LARGEST_UNEVENNESS, Image, lattice, off_pattern, quarter_turns
+from robolaser.arrays import Array, Image
+from robolaser.data.board import Board, lattice
+from robolaser.vision.board import LARGEST_UNEVENNESS, off_pattern, quarter_turns
 
 LARGER = 1.15
 """Times the usual diameter, from which a circle is the one that marks the origin."""

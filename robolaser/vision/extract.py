@@ -6,13 +6,13 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Bools, Image, Ints
 from robolaser.data.board import Board
 from robolaser.data.dataset import Points
 from robolaser.data.image_list import PoseImages
-from robolaser.vision.board import BoardCorners, Image, find_board
+from robolaser.vision.board import BoardCorners, find_board
 from robolaser.vision.board_placement import FEWEST_LINES, crosses_squares, on_plane
-from robolaser.vision.lens import BoardPlane, Lens
+from robolaser.vision.lens import BoardPlane, Intrinsics
 from robolaser.vision.runs import LineCentres
 from robolaser.vision.stripe_detection import find_line_centres
 from robolaser.vision.stripe_trace import StripeSearch
@@ -34,7 +34,7 @@ class Extraction:
     # found in, `repeat` the number of the image at its pose, from 1
     points: Points
     frames: tuple[Frame, ...]  # what became of each pose, in the order given
-    lens: Lens  # the lens that was taken off before planes were laid
+    lens: Intrinsics  # the lens that was taken off before planes were laid
     pixel_noise_px: float  # scatter of the stripe's centre about its smooth course [px]
     channel: str = "grey"  # name of the channel in which the light was looked for
 
@@ -113,7 +113,9 @@ class OnBoard:
     left_out: float  # share of its lines of pixels beyond a step beside the squares
 
 
-def on_board(shots: tuple[LineCentres, ...], view: BoardPlane, lens: Lens, board: Board, step: int) -> list[OnBoard]:
+def on_board(
+    shots: tuple[LineCentres, ...], view: BoardPlane, lens: Intrinsics, board: Board, step: int
+) -> list[OnBoard]:
     """The stripe in each image of a pose that shows enough of it on the board."""
     found = []
     size, surely_m = board.square_m * np.array([board.columns - 1, board.rows - 1]), SQUARES_BEYOND * board.square_m

@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from robolaser.arrays import Image
 from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
 from robolaser.errors import DataError, ImageError
-from robolaser.vision.board import Image
 from robolaser.vision.runs import FULL
 
 DEPTHS = (8, 10, 12, 14, 16)  # bits of grey that cameras tell apart; files of sixteen bits hold any of them

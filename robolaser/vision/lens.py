@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.data.board import lattice
 from robolaser.geometry.board_views import one_thread
 from robolaser.vision.board import off_pattern
 
@@ -35,7 +36,7 @@ way by a part in some hundreds."""
 
 @final
 @dataclass(frozen=True)
-class Lens:
+class Intrinsics:
     """A pinhole and its radial distortion, as OpenCV writes them."""
 
     matrix: Array  # camera matrix, (3, 3) [px]
@@ -71,12 +72,12 @@ class BoardPlane:
 def _seen(grid: Array, square_m: float) -> tuple[Array, Array]:
     """Give the corners that are there, by place on the board, (n, 2) [m], and pixel, (n, 2)."""
     rows, columns = grid.shape[:2]
-    board = square_m * np.indices((rows, columns), dtype=np.float64)[::-1].reshape(2, -1).T
+    board = square_m * lattice(columns, rows).reshape(-1, 2)
     there = np.isfinite(grid).all(axis=-1).ravel()
     return board[there], grid.reshape(-1, 2)[there]
 
 
-def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px: int) -> Lens:
+def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px: int) -> Intrinsics:
     """Find the lens from all boards seen.
 
     Args:
@@ -89,7 +90,7 @@ def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px:
         The lens; not known where there are too few boards or they do not tell.
     """
     guess = np.array([[2.0 * width_px, 0, (width_px - 1) / 2], [0, 2.0 * width_px, (height_px - 1) / 2], [0, 0, 1]])
-    unknown = Lens(guess, np.zeros(5), known=False)
+    unknown = Intrinsics(guess, np.zeros(5), known=False)
     if len(grids) < FEWEST_VIEWS:
         return unknown
     chosen = np.unique(np.linspace(0, len(grids) - 1, min(len(grids), MOST_VIEWS)).astype(np.int64))
@@ -105,7 +106,7 @@ def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px:
                 )
         except cv2.error:
             continue
-        lens = Lens(np.asarray(matrix, float), np.asarray(distortion, float).ravel(), known=True)
+        lens = Intrinsics(np.asarray(matrix, float), np.asarray(distortion, float).ravel(), known=True)
         left = np.abs(_intrinsics(lens) - _intrinsics(unknown))[list(freed)]
         surely = not freed or (left > FREED_SIGMAS * doubts.ravel()[list(freed)]).any()
         if FOCAL_RANGE[0] < matrix[0, 0] / width_px < FOCAL_RANGE[1] and surely:
@@ -113,13 +114,13 @@ def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px:
     return best
 
 
-def _intrinsics(lens: Lens) -> Array:
+def _intrinsics(lens: Intrinsics) -> Array:
     """In OpenCV's order, (9,)."""
     K = lens.matrix
     return np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2], *lens.distortion])
 
 
-def view_board(grid: Array, square_m: float, lens: Lens) -> BoardPlane:
+def view_board(grid: Array, square_m: float, lens: Intrinsics) -> BoardPlane:
     """Find the plane of a board in one image from its corners, (rows, columns, 2) [px].
 
     With a known lens the plane has the six freedoms of a rigid board, which carries further beyond the
@@ -138,12 +139,12 @@ def view_board(grid: Array, square_m: float, lens: Lens) -> BoardPlane:
     return BoardPlane(H_board_pixel, R, float(np.sqrt(np.mean(off**2))))
 
 
-def _loose(board: Array, straight: Array, lens: Lens) -> tuple[Array, Array]:
+def _loose(board: Array, straight: Array, lens: Intrinsics) -> tuple[Array, Array]:
     H = cv2.findHomography(board, straight)[0]
     return np.asarray(H, dtype=np.float64), np.full_like(lens.matrix, np.nan)
 
 
-def _rigid(board: Array, straight: Array, lens: Lens) -> tuple[Array, Array]:
+def _rigid(board: Array, straight: Array, lens: Intrinsics) -> tuple[Array, Array]:
     flat = np.pad(board, ((0, 0), (0, 1)))
     pixel = straight.reshape(-1, 1, 2)
     # Not SOLVEPNP_IPPE: for a board tilted about one of its own axes it gives NaN, as rounding has it.

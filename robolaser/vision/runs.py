@@ -6,11 +6,10 @@ from typing import Any, Literal, final
 import cv2
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Bools, Image, Ints
 from robolaser.geometry.mad_scale import mad_scale
-from robolaser.vision.board import Image
 
-Axis = Literal["u", "v"]
+ImageAxis = Literal["u", "v"]
 BACKGROUND_SHARE = 1 / 6  # width of the box that blurs the stripe into its background, as a share of the line's length
 WIDEST_SHARE = 1 / 8  # widest stripe, as a share of the line's length; wider light is a lamp or a polished part
 FAINTEST = 8.0  # least height [grey] of a stripe above its blurred surroundings
@@ -33,10 +32,10 @@ FLANK_PX = 0.05
 
 @final
 @dataclass(frozen=True)
-class Runs:
+class BrightRuns:
     """Runs in an image's lines."""
 
-    axis: Axis  # image axis that the stripe runs along
+    axis: ImageAxis  # image axis that the stripe runs along
     across: Image  # the image, turned so that the lines that cross the stripe are its rows, (lines, length)
     line: Ints  # line of each run, ascending, (n,)
     first: Ints  # its first pixel, ascending within a line, (n,)
@@ -55,7 +54,7 @@ class Runs:
         return before, after
 
 
-def find_runs(image: Image, axis: Axis) -> Runs:
+def find_runs(image: Image, axis: ImageAxis) -> BrightRuns:
     """Find what is brighter than its surroundings, narrow enough for a stripe, and strong in its line."""
     across = image if axis == "v" else np.asarray(cv2.transpose(image), dtype=image.dtype)
     length = across.shape[1]
@@ -74,7 +73,7 @@ def find_runs(image: Image, axis: Axis) -> Runs:
     fits = (last - first >= 1) & (last - first < WIDEST_SHARE * length)
     line, first, last = line[fits], first[fits], last[fits]
     kept = _strongest(rise, line, first, last)
-    return Runs(axis, across, line[kept], first[kept], last[kept], _noise(across))
+    return BrightRuns(axis, across, line[kept], first[kept], last[kept], _noise(across))
 
 
 def _strongest(rise: Image, line: Ints, first: Ints, last: Ints) -> Ints:
@@ -106,7 +105,7 @@ def _noise(across: Image) -> float:
 class LineCentres:
     """Centres of bright runs, several to a line of pixels where light is double."""
 
-    axis: Axis  # image axis that the stripe runs along
+    axis: ImageAxis  # image axis that the stripe runs along
     line: Ints  # row (column, where the stripe runs along u) of each centre, (n,)
     centre: Array  # the centre in its line of pixels, (n,) [px]; NaN where the image's border cuts the run
     std: Array  # its standard deviation by the image's noise, (n,) [px]
@@ -138,7 +137,7 @@ class LineCentres:
         )
 
 
-def measure(runs: Runs) -> LineCentres:
+def measure(runs: BrightRuns) -> LineCentres:
     """Measure each run's profile; its centre is that of gravity above LEVEL.
 
     Integrated over heights, the centre of gravity above a level is the mean of the midpoints between the flanks, so it
@@ -159,7 +158,7 @@ def measure(runs: Runs) -> LineCentres:
     )
 
 
-def _cut_out(runs: Runs, reach: int) -> tuple[Array, Ints, Array, Ints, Ints]:
+def _cut_out(runs: BrightRuns, reach: int) -> tuple[Array, Ints, Array, Ints, Ints]:
     """Each run's pixels and `reach` more on either side of its middle.
 
     Returns:
@@ -215,7 +214,7 @@ def _above_level(level: Array, grey: Array, peak_column: Ints) -> tuple[Array, A
     return centre, np.where(whole, tail - head + to_head + to_tail, np.nan), area, moments
 
 
-def _grey_at(runs: Runs, column: Ints) -> Array:
+def _grey_at(runs: BrightRuns, column: Ints) -> Array:
     """Mean grey of three pixels of each run's line about a column, (n,)."""
     nearby = np.clip(column[:, None] + np.arange(-1, 2), 0, runs.across.shape[1] - 1)
     return np.asarray(runs.across[runs.line[:, None], nearby].mean(axis=1, dtype=np.float64))

@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
-from robolaser.vision.board import Image
-from robolaser.vision.runs import FOOT, FULL, LEVEL, Axis, LineCentres, Runs, find_runs, measure
+from robolaser.arrays import Array, Bools, Image, Ints
+from robolaser.vision.runs import FOOT, FULL, LEVEL, BrightRuns, ImageAxis, LineCentres, find_runs, measure
 
 BEYOND_SIGMAS = 3.0
 """Pixels fitted beyond a flank: where the gaussian ends, and enough ground beside it to know its slope."""
@@ -24,7 +23,7 @@ LONGEST = (-0.4, 0.6)  # steps of the Gaussian's breadth at most, as shares; its
 FEWEST = 7  # pixels that are needed for a Gaussian's five unknowns
 
 
-def find_line_centres(image: Image, axis: Axis) -> LineCentres:
+def find_line_centres(image: Image, axis: ImageAxis) -> LineCentres:
     """Find every bright run that may be the stripe and the middle of each, to a fraction of a pixel.
 
     Runs cut by the image's border have no centre and are left out.
@@ -41,7 +40,7 @@ def find_line_centres(image: Image, axis: Axis) -> LineCentres:
     return found.at(np.isfinite(found.centre) & np.isfinite(found.std))
 
 
-def _gaussian_fit(runs: Runs, profiles: LineCentres) -> LineCentres:
+def _gaussian_fit(runs: BrightRuns, profiles: LineCentres) -> LineCentres:
     """Fit A exp(-(x - m)² / 2 s²) + c + d x to each run by least squares, saturated pixels left out.
 
     Where no gaussian fits, the centre of gravity stands. A centre's deviation is by the image's noise, or by what the
@@ -78,7 +77,7 @@ def _start(profiles: LineCentres, at: Ints, origin: Ints) -> Array:
     return np.stack([height, profiles.centre[at] - origin, breadth, ground, np.zeros_like(ground)], axis=-1)
 
 
-def _pixels(runs: Runs, at: Ints, low: Ints, high: Ints, origin: Ints) -> tuple[Array, Array, Array]:
+def _pixels(runs: BrightRuns, at: Ints, low: Ints, high: Ints, origin: Ints) -> tuple[Array, Array, Array]:
     """Distances x from `origin` (k,), and the grey of the pixels there and whether they are fitted, 1 or 0, (n, k)."""
     reach = np.maximum(origin - low, high - origin).max(initial=0)
     x = np.arange(-reach, reach + 1)

@@ -8,13 +8,13 @@ from typing import final
 import cv2
 import numpy as np
 
+from robolaser.arrays import Image
 from robolaser.data.dataset import Dataset
 from robolaser.data.image_list import PoseImages
 from robolaser.data.stripe_file import STRIPE, Stripes
-from robolaser.vision.board import Image
 from robolaser.vision.images import CameraImages, Weights, eight_bits, laser_alone, light_in, read_image
 from robolaser.vision.line_tracking import track_stripe
-from robolaser.vision.runs import Axis
+from robolaser.vision.runs import ImageAxis
 from robolaser.vision.stripe_detection import find_line_centres
 
 CHANNELS: Mapping[str, Weights | None] = MappingProxyType(
@@ -35,7 +35,7 @@ BETTER = 1.1
 """How many times the longest stripe in grey another channel's must be to be taken instead: grey has the least noise."""
 
 
-def trace(image: Image, axis: Axis) -> Stripes:
+def trace(image: Image, axis: ImageAxis) -> Stripes:
     """Find the stripe in an image, one centre at most in each line of pixels.
 
     A centre's standard deviation is what the image's noise makes of it, or what the scatter along the stripe shows
@@ -64,7 +64,7 @@ class StripeSearch:
     """How the stripe is looked for in the images of a recording."""
 
     camera: CameraImages
-    axis: Axis  # image axis that the stripe runs along
+    axis: ImageAxis  # image axis that the stripe runs along
     channel: str = "grey"  # name of the channel in which the light stands out, one of CHANNELS
 
     @classmethod
@@ -76,7 +76,7 @@ class StripeSearch:
         """
         assert recording.image_px is not None  # a stripe's data set has a size
         camera = CameraImages.of((file for one in shots for file in one.files), recording.image_px)
-        axis: Axis = "u" if recording.stripe_axis == "u" else "v"
+        axis: ImageAxis = "u" if recording.stripe_axis == "u" else "v"
         return cls(camera, axis, find_channel(shots, camera, axis))
 
     def lights(self, shots: PoseImages) -> Iterator[tuple[Image, Image]]:
@@ -108,7 +108,7 @@ class StripeSearch:
             yield stripes
 
 
-def find_channel(shots: Sequence[PoseImages], camera: CameraImages, axis: Axis) -> str:
+def find_channel(shots: Sequence[PoseImages], camera: CameraImages, axis: ImageAxis) -> str:
     """Name of the channel in which the stripe is the longest in some of the images; "grey" of grey images.
 
     Where the laser was also off, that is taken away in each channel first.

@@ -6,12 +6,12 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Progress
+from robolaser.arrays import Array, Bools, Image, Progress
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import images_of_poses, repeat_columns
 from robolaser.errors import ImageError
-from robolaser.vision.board import Image, find_board, lattice
+from robolaser.vision.board import find_board
 from robolaser.vision.board_orientation import oriented
 from robolaser.vision.charuco import find_charuco
 from robolaser.vision.circle_grid import find_circles
@@ -169,10 +169,9 @@ def corner_points(board: Board, poses: Sequence[int], grids: Sequence[Array]) ->
     """
     pixel = np.reshape(grids, (-1, board.rows, board.columns, 2))
     image, row, column = np.nonzero(_there(pixel))
-    places = board.square_m * np.pad(lattice(board.columns, board.rows), ((0, 0), (0, 0), (0, 1)))
     return Points(
         np.asarray(poses, dtype=np.int64)[image],
         tuple(f"{i}_{j}" for i, j in zip(column.tolist(), row.tolist(), strict=True)),
         pixel=pixel[image, row, column],
-        xyz=places[row, column],
+        xyz=board.corners[row, column],
     )

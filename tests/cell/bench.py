@@ -12,7 +12,7 @@ from emulated_cell import cell_folder
 from fake_ur import UrRig
 from virtual_cell import Bench, Jumping
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Image
 from robolaser.cell.arm import ARMS, Arm
 from robolaser.cell.camera import no_more_images
 from robolaser.cell.recording_writer import RecordingWriter
@@ -22,7 +22,6 @@ from robolaser.cell.session import Session
 from robolaser.cell.ur import UrArm
 from robolaser.data.cell_config import Cell, load_cell
 from robolaser.emulator.emulated_cell import controller_of
-from robolaser.vision.board import Image
 
 
 class Watched:

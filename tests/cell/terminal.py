@@ -10,9 +10,9 @@ import pytest
 from virtual_cell import in_virtual_time
 
 import robolaser
+from robolaser.arrays import Image
 from robolaser.cli import main
 from robolaser.emulator.emulated_cell import controller_of
-from robolaser.vision.board import Image
 
 
 class Shown:

@@ -15,12 +15,12 @@ import cv2
 import numpy as np
 import pytest
 
+from robolaser.arrays import Image
 from robolaser.cell import camera as camera_module
 from robolaser.cell.camera import Camera, LiveCamera, open_camera
 from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import CameraLine
 from robolaser.errors import CameraError
-from robolaser.vision.board import Image
 
 SIZE = (24, 16)
 FRAME_S = 0.005

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from robolaser.cell.arm import arm_class
-from robolaser.cell.following import BEHIND, Follower, smooth
+from robolaser.cell.following import BEHIND, SetpointStreamer, smooth
 from robolaser.cell.route import Waypoint, both_ways
 from robolaser.data.cell_config import Cell
 from robolaser.emulator.bus_servos import BusServos
@@ -68,11 +68,11 @@ def test_the_pose_is_what_was_read_not_what_was_commanded(cell: Cell, tmp_path: 
 def test_a_joint_that_sticks_is_noticed_and_named(cell: Cell, tmp_path: Path) -> None:
     rig = rig_of(cell)
     arm = bench.arm_on(rig, cell)
-    follower = Follower(arm, cell.robot, 0.8, rig.clock, HZ)
-    follower.move(rig.motor() + 0.05, "p")
+    streamer = SetpointStreamer(arm, cell.robot, 0.8, rig.clock, HZ)
+    streamer.move(rig.motor() + 0.05, "p")
     rig.clock.at.append((0.3 + rig.clock.now(), lambda: rig.controller.inject(ArmFault.STALL, 2, rig.clock.now())))
     with pytest.raises(ArmError, match=r"joint_2 is at .* but was commanded to"):
-        follower.move(rig.motor() + 0.6, "p")
+        streamer.move(rig.motor() + 0.6, "p")
 
 
 def test_an_interrupted_recording_goes_on_with_the_log_of_the_poses_that_are_done(cell: Cell, tmp_path: Path) -> None:

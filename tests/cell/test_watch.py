@@ -9,10 +9,9 @@ import pytest
 from terminal import Rig, emulated
 
 import robolaser
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Image
 from robolaser.cell.watch import watch
 from robolaser.errors import OutputError
-from robolaser.vision.board import Image
 
 COUNT = 30
 

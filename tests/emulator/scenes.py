@@ -6,8 +6,8 @@ from functools import cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robolaser.arrays import Array
-from robolaser.emulator.world.scene import CameraModel, CameraSettings, Image, Projector, Scene
+from robolaser.arrays import Array, Image
+from robolaser.emulator.world.scene import CameraModel, CameraSettings, Projector, RenderedScene
 from robolaser.emulator.world.solids import Solid
 from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 
@@ -37,19 +37,21 @@ def _spotless(stripe_axis: str) -> CameraModel:
     return CameraModel(optics, optics.lens + LENS_ERROR)
 
 
-def scene(*solids: Solid, stripe_axis: str = "v", projector: Projector | None = None, **settings: float) -> Scene:
+def scene(
+    *solids: Solid, stripe_axis: str = "v", projector: Projector | None = None, **settings: float
+) -> RenderedScene:
     """Without noise, speckle and the room's light, if nothing else is said."""
-    return Scene(solids, eye(stripe_axis, **settings), light(), projector or Projector(speckle=0.0))
+    return RenderedScene(solids, eye(stripe_axis, **settings), light(), projector or Projector(speckle=0.0))
 
 
-def grey(scene: Scene, T_base_camera: Array, *, lit: bool = True) -> Array:
+def grey(scene: RenderedScene, T_base_camera: Array, *, lit: bool = True) -> Array:
     """The image without noise, speckle and the sensor's end of range, (height, width)."""
     room, laser = scene.render(T_base_camera)
     settings = scene.eye.settings
     return settings.ambient_grey * room + lit * laser
 
 
-def photograph(scene: Scene, T_base_camera: Array, *, lit: bool = True, seed: int = 1) -> Image:
+def photograph(scene: RenderedScene, T_base_camera: Array, *, lit: bool = True, seed: int = 1) -> Image:
     rng = np.random.default_rng(seed)
     room, laser = scene.render(T_base_camera)
     return scene.expose(room, lit * laser, rng=rng, grain=rng)

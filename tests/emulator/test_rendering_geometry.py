@@ -10,13 +10,13 @@ from robolaser.arrays import Array
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.printed_board import board_print
-from robolaser.emulator.world.solids import Block, Floor, PrintedBoard, Solid, Sphere
+from robolaser.emulator.world.solids import Cuboid, Floor, PrintedBoard, Solid, Sphere
 from robolaser.geometry.rigid_motion import inverse
-from robolaser.trials.synthetic.scanner import Lens
+from robolaser.trials.synthetic.scanner import LensDistortion
 from robolaser.vision.recordings import points_from_images
 
 BALL = Sphere(near(0.012, 0.01, 0.018), 0.018)
-BLOCK = Block(near(-0.02, -0.03, 0.0), (0.05, 0.04, 0.01), heading(17))
+BLOCK = Cuboid(near(-0.02, -0.03, 0.0), (0.05, 0.04, 0.01), heading(17))
 BOARD = PrintedBoard(face_up(near(-0.04, 0.025, 0.0)), board_print(Board(9, 6, 0.010)))
 T = above()
 
@@ -31,7 +31,7 @@ def seen(*solids: Solid) -> tuple[Array, Array]:
 
 def shown(point: Array) -> Array:
     """Where the camera shows points of its own frame, (n, 3) -> (n, 2)."""
-    return eye().optics.pixels(point, Lens(eye().lens))
+    return eye().optics.pixels(point, LensDistortion(eye().lens))
 
 
 def corners() -> Array:
@@ -66,7 +66,7 @@ def test_every_pixel_lies_on_the_solid_that_it_shows() -> None:
 
 @pytest.mark.parametrize("solid", [Floor(), BALL, BLOCK, BOARD], ids=lambda solid: type(solid).__name__)
 def test_seen_from_above_normals_point_at_who_looks(solid: Solid) -> None:
-    aims = {Floor: MIDDLE, Sphere: BALL.centre_m, Block: BLOCK.origin_m, PrintedBoard: corners().mean(axis=0)}
+    aims = {Floor: MIDDLE, Sphere: BALL.centre_m, Cuboid: BLOCK.origin_m, PrintedBoard: corners().mean(axis=0)}
     start = np.add(aims[type(solid)], [0.0, 0.0, 0.3])
     direction = np.random.default_rng(3).uniform(-0.02, 0.02, (50, 3)) - [0.0, 0.0, 1.0]
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)

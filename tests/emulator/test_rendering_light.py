@@ -6,17 +6,17 @@ from scenes import above, grey, heading, light, near, photograph, scene
 from true_stripe import TrueStripe, true_stripe
 
 from robolaser.arrays import Array
-from robolaser.emulator.world.scene import Projector, Scene
-from robolaser.emulator.world.solids import Block, Floor, Sphere
+from robolaser.emulator.world.scene import Projector, RenderedScene
+from robolaser.emulator.world.solids import Cuboid, Floor, Sphere
 
-STEP = Block(near(0.005, 0.0, 0.0), (0.05, 0.06, 0.02))
+STEP = Cuboid(near(0.005, 0.0, 0.0), (0.05, 0.06, 0.02))
 FLOOR, STEPPED = (Floor(),), (Floor(), STEP)
 BALL = (Floor(), Sphere(near(0.0, 0.0, 0.018), 0.018))
 T, STRAIGHT_DOWN = above(), above(0, 0, 0)
 ENDS = 4  # lines at which the blur meets the image's border
 
 
-def centroids(scene: Scene, T_base_camera: Array, at: Array, reach: int = 9) -> Array:
+def centroids(scene: RenderedScene, T_base_camera: Array, at: Array, reach: int = 9) -> Array:
     """Of the light around one place on each line; NaN where there is no place."""
     image = grey(scene, T_base_camera)
     image = image if scene.eye.optics.stripe_axis == "v" else image.T
@@ -51,7 +51,7 @@ def test_on_a_ball_it_leans_to_the_bright_side_by_its_breadth_squared() -> None:
 
 
 def test_a_step_hides_the_floor_behind_it_from_the_light() -> None:
-    def stripe(*solids: Block | Floor) -> TrueStripe:
+    def stripe(*solids: Cuboid | Floor) -> TrueStripe:
         return true_stripe(scene(*solids), STRAIGHT_DOWN)
 
     with_step, without = stripe(*STEPPED), stripe(*FLOOR)

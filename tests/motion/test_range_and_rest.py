@@ -10,10 +10,10 @@ from robolaser.motion.effect import At, Trace
 from robolaser.motion.effects.servo import TRACKING
 from robolaser.motion.effects.transmission import TRANSMISSION
 from robolaser.motion.gap import KindGap, at_flange
+from robolaser.motion.kind_diagnosis import KindDiagnosis
 from robolaser.motion.log import MotionLog
-from robolaser.motion.part import Part
 from robolaser.motion.quantities import quantities
-from robolaser.motion.selection import Finding
+from robolaser.motion.selection import SelectedEffect
 from robolaser.robot.kinematics import Robot
 
 LIMIT = next(one for one in TRACKING if one.name == "range_limit")
@@ -40,7 +40,7 @@ def test_a_joint_that_stops_has_a_limit_on_that_side_only() -> None:
 def test_a_limit_on_one_side_is_named() -> None:
     at = At(LIMIT, "elbow", 0)
     numbers = {"lower": (-np.inf, 0.0, "rad"), "upper": (0.7, 1e-4, "rad")}
-    one = Finding(at, 0.99, 0.0, None, (), numbers, np.ones(1))  # type: ignore[arg-type]
+    one = SelectedEffect(at, 0.99, 0.0, None, (), numbers, np.ones(1))  # type: ignore[arg-type]
     assert not one.is_on_bound
 
 
@@ -88,7 +88,7 @@ def test_an_effect_that_explains_less_than_is_left_beside_it_is_not_certain(gain
     gap = KindGap("tracking", "rad", np.array([10.0]), np.array([10.0]), np.array([1.0]), np.array([1e-3]), 400)
     at = At(next(one for one in TRACKING if one.name == "dead_zone"), "elbow", 0)
     numbers = {"half_width": (0.02, 1e-4, "rad")}
-    finding = Finding(at, 0.99, 0.0, None, (), numbers, np.array([gained]))  # type: ignore[arg-type]
-    part = Part(gap, (at,), (finding,), run, before, after, {}, np.zeros(1))
+    finding = SelectedEffect(at, 0.99, 0.0, None, (), numbers, np.array([gained]))  # type: ignore[arg-type]
+    part = KindDiagnosis(gap, (at,), (finding,), run, before, after, {}, np.zeros(1))
     (shown,) = part.shown
     assert (shown.probability >= 0.9) is certain

@@ -3,12 +3,15 @@
 from page_claims import HOSTILE, Reader
 
 from robolaser.report.console import printed
-from robolaser.report.document import Cell, Column, Document, Figure, Figures, Notes, Section, Table, Text
+from robolaser.report.document import Column, Document, Figure, Figures, Notes, Section, Table, TableCell, Text
 from robolaser.report.page import fragment, render
 
 
 def made(word="thing"):
-    rows = [(Cell(f"{word} {i}", below=["meaning"]), Cell(f"{i} mm", order=i), Cell(note="beware")) for i in range(9)]
+    rows = [
+        (TableCell(f"{word} {i}", below=["meaning"]), TableCell(f"{i} mm", order=i), TableCell(note="beware"))
+        for i in range(9)
+    ]
     columns = [Column("Name", "name", brief="name"), Column("Size", "number", brief="size"), Column("Remark")]
     return Document(
         word,

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from robolaser.vision.board import find_board
 from robolaser.vision.board_orientation import orient_by_continuity, orient_by_robot
-from robolaser.vision.lens import Lens, find_lens, view_board
+from robolaser.vision.lens import Intrinsics, find_lens, view_board
 
 ONE_WAY = [(7, 6), (6, 7)]
 TWO_WAYS = [(7, 5), (6, 4), (5, 5)]
@@ -109,7 +109,7 @@ def test_a_known_plane_gives_places_far_beyond_the_corners():
 @pytest.mark.parametrize("tilt", [(0, 0, 0), (0, 18, 0), (12, 0, 0), (0, 18, 90)])
 def test_a_board_tilted_about_its_own_axes_has_its_plane_whatever_the_last_digits(tilt):
     one = scene(tilt, (-0.012, 0, 0.16))
-    lens = Lens(np.array([[800.0, 0, 319.5], [0, 800, 239.5], [0, 0, 1]]), np.zeros(5), known=True)
+    lens = Intrinsics(np.array([[800.0, 0, 319.5], [0, 800, 239.5], [0, 0, 1]]), np.zeros(5), known=True)
     one = replace(one, k1=0.0)
     rng = np.random.default_rng(4)
     for _ in range(100):

@@ -7,8 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 from true_stripe import TrueStripe, true_stripe
 
-from robolaser.emulator.world.scene import CameraModel, Image, Projector, Scene
-from robolaser.emulator.world.solids import Block, Floor, Sphere
+from robolaser.arrays import Image
+from robolaser.emulator.world.scene import CameraModel, Projector, RenderedScene
+from robolaser.emulator.world.solids import Cuboid, Floor, Sphere
 from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 from robolaser.vision.stripe_trace import trace
 
@@ -35,7 +36,7 @@ def looking_down(tilt_deg=(0.0, 0.0, 0.0)):
 
 
 FLAT = (Floor(0.0, 0.4),)
-THINGS = (*FLAT, Sphere((0.002, -0.03, 0.012), 0.018), Block((0.0, 0.03, 0.0), (0.03, 0.03, 0.01)))
+THINGS = (*FLAT, Sphere((0.002, -0.03, 0.012), 0.018), Cuboid((0.0, 0.03, 0.0), (0.03, 0.03, 0.01)))
 OPTICS = ScannerOptics(BUILT, (0.0, 0.0, 0.0, 1.0), "xyz", "u")
 EYE = CameraModel(OPTICS, OPTICS.lens)
 LIGHT = Light(BUILT["b"], np.array(BUILT["theta"]), np.array(0.0), np.array(0.0))
@@ -50,7 +51,7 @@ class Photo:
 
 
 def pictured(solids, *, power=260.0, speckle=0.1, tilt=(0.0, 0.0, 0.0)):
-    scene, T = Scene(solids, EYE, LIGHT, Projector(power, speckle=speckle)), looking_down(tilt)
+    scene, T = RenderedScene(solids, EYE, LIGHT, Projector(power, speckle=speckle)), looking_down(tilt)
     rng = np.random.default_rng(1)
     return Photo(scene.expose(*scene.render(T), rng=rng, grain=rng), true_stripe(scene, T))
 

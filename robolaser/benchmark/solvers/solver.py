@@ -21,7 +21,7 @@ Search = Callable[[BudgetedEvaluator, int], None]
 Costs and residuals come from the evaluator and from nothing else, all randomness from the seed, at least 1: the same
 seed evaluates the same candidates in the same order.
 """
-Refusal = Callable[[BenchmarkProblem], str | None]
+RefusalReason = Callable[[BenchmarkProblem], str | None]
 """Why a solver does not apply to a problem; None if it does."""
 
 
@@ -53,7 +53,7 @@ class Solver:
     name: str
     title: str
     search: Search
-    refuses: Refusal = applies_to_all
+    refuses: RefusalReason = applies_to_all
     knows_budget: bool = False
 
 

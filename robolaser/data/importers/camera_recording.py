@@ -10,9 +10,8 @@ from robolaser.data.atomic_write import Contents, written_later
 from robolaser.data.board import Board, Printed
 from robolaser.data.csv_tables import finite
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.importers.hand_eye_pairs import Mount
 from robolaser.data.importers.importer import ImportOptions
-from robolaser.data.sensor_format import sensor_format
+from robolaser.data.sensor_format import Mount, sensor_format
 from robolaser.errors import DataError, UsageError, near
 from robolaser.geometry.units import FACTORS, LENGTH
 

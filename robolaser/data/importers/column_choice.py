@@ -26,10 +26,10 @@ ORIENTATIONS = (QUATERNION, EULER, ROTATION_VECTOR)  # ways to state how the fla
 Chosen = Mapping[str, str]  # column of a file by the column of the data set
 TEXT: Final = None  # in place of a quantity: the column holds texts
 
-Quantities = Mapping[str, str | None]
+ColumnQuantities = Mapping[str, str | None]
 
 
-def pose_quantities(options: ImportOptions) -> Quantities:
+def pose_quantities(options: ImportOptions) -> ColumnQuantities:
     """The columns of poses.csv that can be read, and the quantity of each."""
     readings: dict[str, str | None]
     if options.robot is None:
@@ -45,7 +45,7 @@ def pose_quantities(options: ImportOptions) -> Quantities:
     return {"pose": TEXT, "time_s": TIME, **readings, "temperature_c": NONE, "payload_kg": NONE}
 
 
-def point_quantities(declared: SensorFormat, *, timed: bool = False) -> Quantities:
+def point_quantities(declared: SensorFormat, *, timed: bool = False) -> ColumnQuantities:
     """The columns of points.csv that can be read, and the quantity of each.
 
     Args:
@@ -67,7 +67,7 @@ class ColumnReader:
     name: str  # of the table: POSES or POINTS
     file: CsvTable
     chosen: Chosen
-    quantities: Quantities
+    quantities: ColumnQuantities
     options: ImportOptions
 
     def read(self, *, number_poses: bool) -> tuple[CsvTable, dict[str, str]]:
@@ -121,7 +121,7 @@ class ColumnReader:
 
 
 def choose(
-    files: Mapping[str, CsvTable], known: Mapping[str, Quantities], options: ImportOptions
+    files: Mapping[str, CsvTable], known: Mapping[str, ColumnQuantities], options: ImportOptions
 ) -> tuple[dict[str, ColumnReader], tuple[str, ...]]:
     """Choose by `--column`, and where a file's column has the name of the data set's already, or numbers its joints.
 
@@ -174,7 +174,7 @@ def choose(
     return readers, tuple(left_out)
 
 
-def _owners(name: str, known: Mapping[str, Quantities]) -> tuple[list[str], str]:
+def _owners(name: str, known: Mapping[str, ColumnQuantities]) -> tuple[list[str], str]:
     """The tables that a name of `--column` is of, and the column's name there."""
     table, _, column = name.partition(".")
     if table == POSES and column:
@@ -210,7 +210,9 @@ def _check_poses(file: CsvTable, chosen: Chosen, options: ImportOptions) -> None
         )
 
 
-def _check_points(file: CsvTable, poses: CsvTable, chosen: Chosen, known: Quantities, options: ImportOptions) -> None:
+def _check_points(
+    file: CsvTable, poses: CsvTable, chosen: Chosen, known: ColumnQuantities, options: ImportOptions
+) -> None:
     _all_there(file, [name for name in known if name not in ("pose", "point", "repeat")], chosen, "points.")
     if file is not poses and "pose" in known:
         _all_there(file, ["pose"], chosen, what="the pose in which each point was measured")

@@ -7,9 +7,10 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.importers.hand_eye_pairs import MOUNT, Mount, Pairs, flange_poses, mount_of, pairs_dataset
+from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, flange_poses, mount_of, pairs_dataset
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.yaml_file import motion, peek, read_yaml, under
+from robolaser.data.sensor_format import Mount
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import inverse
 

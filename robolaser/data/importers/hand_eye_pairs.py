@@ -2,20 +2,19 @@
 
 import re
 from dataclasses import dataclass, replace
-from typing import Final, Literal, cast, final
+from typing import Final, cast, final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points, Poses, SensorData
 from robolaser.data.importers.importer import Imported, ImportOptions
-from robolaser.data.sensor_format import POSE_UNITS
+from robolaser.data.sensor_format import POSE_UNITS, Mount
 from robolaser.data.several_sensors import with_points_of
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import from_quaternion, inverse, pose, to_angles, to_quaternion
 from robolaser.parameters import Parameter
 
-Mount = Literal["flange", "base"]
 MOUNTS: tuple[Mount, ...] = ("flange", "base")
 MOUNT: Final = "mount"  # option that says what carries the camera
 BODIES: dict[Mount, str] = {"flange": "camera", "base": "target"}

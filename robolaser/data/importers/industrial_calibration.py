@@ -11,9 +11,10 @@ from robolaser.data.board import Board
 from robolaser.data.dataset import Poses
 from robolaser.data.dataset_file import inside
 from robolaser.data.importers.camera_recording import SUFFIXES, camera_recording, image_files
-from robolaser.data.importers.hand_eye_pairs import MOUNT, Mount, mount_of, placed_camera
+from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of, placed_camera
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.yaml_file import motion, number, peek, read_yaml, under
+from robolaser.data.sensor_format import Mount
 from robolaser.errors import DataError, UsageError
 from robolaser.parameters import Parameter
 

@@ -14,7 +14,8 @@ from robolaser.data.dataset import Poses
 from robolaser.data.importers.camera_recording import BOARD, board_of, camera_recording
 from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, mount_of, pairs_dataset
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
-from robolaser.data.importers.ros_messages import IMAGES, JOINTS, ODOMETRY, POSES, STAMPS, Bag, image_file
+from robolaser.data.importers.ros_images import image_file
+from robolaser.data.importers.ros_messages import IMAGES, JOINTS, ODOMETRY, POSES, STAMPS, Bag
 from robolaser.data.importers.time_matching import TOLERANCE, match, tolerance_of, with_readings
 from robolaser.errors import DataError, UsageError
 

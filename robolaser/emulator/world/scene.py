@@ -6,14 +6,12 @@ from typing import final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Bools, Image, Ints
 from robolaser.data.toml_schema import NotNegative, Positive
 from robolaser.emulator.world.solids import Solid
 from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 
-Image = NDArray[np.uint8]
 LAMP = np.array([0.30, 0.20, 0.93]) / np.linalg.norm([0.30, 0.20, 0.93])
 """Where most of the room's light comes from, in the base frame."""
 FROM_ALL_SIDES = 0.55
@@ -89,7 +87,7 @@ class Projector:
 
 @final
 @dataclass(frozen=True)
-class Scene:
+class RenderedScene:
     """Solids before a camera that carries a laser."""
 
     solids: tuple[Solid, ...]  # in the base frame; where two coincide, the later one is on top

@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 from robolaser.arrays import Array
 from robolaser.data.printed_board import BoardPrint
 from robolaser.data.toml_schema import NotNegative, Positive
+from robolaser.geometry.rigid_motion import Quaternion
 
 Vector = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
 BORDER_M = 0.01  # of a board's plate
 PAPER, INK = 0.85, 0.09  # shares of light that they reflect
 UP = np.array([0.0, 0.0, 1.0])
@@ -95,7 +95,7 @@ class Sphere(Solid):
 
 @final
 @dataclass(frozen=True)
-class Block(Solid):
+class Cuboid(Solid):
     """A cuboid: on a floor its top is a step."""
 
     origin_m: Vector  # the middle of its underside

@@ -9,16 +9,17 @@ from typing import Any, Literal, final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Image
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import QUATERNION_SLACK, no_rotation
 from robolaser.data.printed_board import board_print
 from robolaser.data.toml_schema import Positive, read_toml, typed, wrong
 from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
-from robolaser.emulator.world.scene import CameraModel, CameraSettings, Image, Projector, Scene
-from robolaser.emulator.world.solids import Block, Floor, PrintedBoard, Quaternion, Solid, Sphere, Vector
+from robolaser.emulator.world.scene import CameraModel, CameraSettings, Projector, RenderedScene
+from robolaser.emulator.world.solids import Cuboid, Floor, PrintedBoard, Solid, Sphere, Vector
 from robolaser.errors import DataError, near
+from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 
@@ -40,7 +41,7 @@ class EmulatedWorld:
     def __init__(
         self,
         arm: ScrewArm,
-        scene: Scene,
+        scene: RenderedScene,
         truth: Mapping[str, float],
         faults: Mapping[tuple[str, str], float],
         loop: ServoLoop | None = None,
@@ -103,7 +104,7 @@ class BoardTable:
 
 @final
 @dataclass(frozen=True)
-class Fault:
+class EffectTable:
     """`[[effect]]`."""
 
     name: Literal["backlash", "joint_offset", "dead_time", "lag", "dead_zone", "droop"]
@@ -122,9 +123,9 @@ class WorldFile:
     camera: CameraSettings = CameraSettings()
     floor: Floor | None = None
     board: BoardTable | None = None
-    block: tuple[Block, ...] = ()
+    block: tuple[Cuboid, ...] = ()
     sphere: tuple[Sphere, ...] = ()
-    effect: tuple[Fault, ...] = ()
+    effect: tuple[EffectTable, ...] = ()
 
 
 def _table(name: str, *numbers: str, **tables: type) -> type:
@@ -164,7 +165,7 @@ def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
         eye = CameraModel(optics, optics.lens, *size, read.camera)
     else:
         eye = CameraModel(_optics_of_camera(truth), np.array([truth[name] for name in LENS]), *size, read.camera)
-    scene = Scene(tuple(_solids(path.name, read, description.board)), eye, light, read.light)
+    scene = RenderedScene(tuple(_solids(path.name, read, description.board)), eye, light, read.light)
     arm = ScrewArm(robot)
     faults = _faults(path.name, read.effect, arm)
     in_servos = any(name in SERVO_FAULTS for name, _ in faults)
@@ -225,7 +226,7 @@ def _printed_board(file: str, board: BoardTable, described: Board) -> PrintedBoa
     return PrintedBoard(T, board_print(described))
 
 
-def _faults(file: str, stated: Iterable[Fault], arm: ScrewArm) -> dict[tuple[str, str], float]:
+def _faults(file: str, stated: Iterable[EffectTable], arm: ScrewArm) -> dict[tuple[str, str], float]:
     """Sizes by name and joint."""
     for fault in stated:
         if fault.where not in arm.joints:

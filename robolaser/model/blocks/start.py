@@ -11,7 +11,7 @@ from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.sensors.sensor_parameters import not_given
 from robolaser.model.stages import Perturbation
-from robolaser.parameters import Parameter, Parameters, Values
+from robolaser.parameters import Parameter, Parameters, Values, from_batch
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
 ANGLE_SPAN_RAD = np.pi
@@ -77,7 +77,7 @@ def _of_sensor(blocks: Sequence[Block], known: Mapping[str, Parameter], T_base_f
                 raise not_given(block.sensor.format, missing)
         values = {name: np.array([item.nominal]) for name, item in given.items()}
         started = _initialized(blocks, values, T_base_flange, Perturbation()) | values
-        given = _around(blocks, {name: float(value[0]) for name, value in started.items()}) | given
+        given = _around(blocks, from_batch(started)) | given
     if any(name not in given for name in derived):
         fixed = [name for name in derived if name in given and given[name].fixed]
         fixed += [block.named[name] for block in blocks for name in block.sensor.parameters.fixed]

@@ -10,7 +10,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.effects.joints import add_to_joint, joint_column
-from robolaser.model.effects.mechanism import Part, Play
+from robolaser.model.effects.mechanism import MechanismPart, Play
 from robolaser.model.effects.requirements import path
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
@@ -54,7 +54,7 @@ class Backlash(Effect):
         share = ahead[:, np.argsort(np.concatenate(run.paths))] / half[:, None]
         return add_to_joint(q, run, self.where, self.lost_motion[:, None] / 2 * share)
 
-    def parts(self, run: Run) -> tuple[Part, ...]:
+    def parts(self, run: Run) -> tuple[MechanismPart, ...]:
         """Play behind the joint, held by twice the friction that its weight needs; none where the link leads."""
         column = joint_column(run, self.where)
         friction = 1.0 + 2.0 * float(np.abs(run.loads.gravity_torques[:, column]).max())

@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
-from robolaser.model.effects.mechanism import Footing, Part
+from robolaser.model.effects.mechanism import Footing, MechanismPart
 from robolaser.model.effects.requirements import masses
 from robolaser.model.stages import Stage
 
@@ -57,7 +57,7 @@ class BaseCompliance(Effect):
         """The compliance about each horizontal axis, (c, 2)."""
         return self.compliance[:, None] * np.stack([1.0 + self.anisotropy, 1.0 - self.anisotropy], axis=-1)
 
-    def parts(self, run: Run) -> tuple[Part, ...]:
+    def parts(self, run: Run) -> tuple[MechanismPart, ...]:
         """Springs about the horizontal axes that give way."""
         compliance, axes = self._about_axes()[0], horizontal_axes(np.array(run.robot.gravity))
         soft = compliance > 0

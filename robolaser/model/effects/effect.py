@@ -12,7 +12,7 @@ from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.duals import Dual, is_dual
 from robolaser.model.effects.joints import moving_joints
-from robolaser.model.effects.mechanism import Part
+from robolaser.model.effects.mechanism import MechanismPart
 from robolaser.model.effects.requirements import passes
 from robolaser.model.effects.run import Run
 from robolaser.model.effects.run_summary import RunSummary
@@ -171,7 +171,7 @@ class Effect(ABC):
         """Why it cannot act in a run; "" if it can."""
         return self.missing(run.dataset)
 
-    def parts(self, run: Run) -> tuple[Part, ...]:
+    def parts(self, run: Run) -> tuple[MechanismPart, ...]:
         """What stands for it in a simulator, of one candidate; empty: nothing does, and a note says so."""
         return ()
 

@@ -6,7 +6,7 @@ from typing import final
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
-from robolaser.model.effects.mechanism import Follower, Part
+from robolaser.model.effects.mechanism import MechanismPart, MimicJoint
 from robolaser.model.stages import Stage
 
 
@@ -31,6 +31,6 @@ class EncoderScale(Effect):
         angle = q[:, :, joint_column(run, self.where)]
         return add_to_joint(q, run, self.where, self.scale[:, None] * angle)
 
-    def parts(self, run: Run) -> tuple[Part, ...]:
+    def parts(self, run: Run) -> tuple[MechanismPart, ...]:
         """A joint that follows itself."""
-        return (Follower(self.where, self.where, float(self.scale[0])),)
+        return (MimicJoint(self.where, self.where, float(self.scale[0])),)

@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
-from robolaser.model.effects.mechanism import Part, Spring
+from robolaser.model.effects.mechanism import ElasticJoint, MechanismPart
 from robolaser.model.effects.requirements import masses
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
@@ -56,12 +56,14 @@ class JointCompliance(Effect):
         wound: Array = self.compliance[:, None] * g + self.payload[:, None] * of_one_kg
         return wound
 
-    def parts(self, run: Run) -> tuple[Part, ...]:
+    def parts(self, run: Run) -> tuple[MechanismPart, ...]:
         """A spring."""
         column = joint_column(run, self.where)
         q = np.zeros((1, *run.q.shape))
         sunk = -self.apply(q, run)[0, :, column]
-        spring = Spring(self.where, sunk, run.loads.gravity_torques[:, column], run.loads.torques_of_one_kg[:, column])
+        spring = ElasticJoint(
+            self.where, sunk, run.loads.gravity_torques[:, column], run.loads.torques_of_one_kg[:, column]
+        )
         return (spring,) if sunk.any() else ()
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:

@@ -9,7 +9,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joints import add_to_joint, moving_joints
-from robolaser.model.effects.mechanism import Follower, Part
+from robolaser.model.effects.mechanism import MechanismPart, MimicJoint
 from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.reading import MOST_JOINTS
@@ -65,10 +65,10 @@ class JointCoupling(Effect):
         other = np.broadcast_to(q, (len(column), *q.shape[1:]))[np.arange(len(column)), :, column]
         return add_to_joint(q, run, self.where, self.ratio[:, None] * other + self.offset[:, None])
 
-    def parts(self, run: Run) -> tuple[Part, ...]:
+    def parts(self, run: Run) -> tuple[MechanismPart, ...]:
         """A joint that follows the other one."""
         other = run.robot.joints[self._column(run)[0]]
-        return (Follower(self.where, other, float(self.ratio[0]), float(self.offset[0])),)
+        return (MimicJoint(self.where, other, float(self.ratio[0]), float(self.offset[0])),)
 
     def _column(self, run: Run) -> Ints:
         """The column of the other joint, (c,)."""

@@ -18,7 +18,7 @@ class Play:
 
 @final
 @dataclass(frozen=True)
-class Spring:
+class ElasticJoint:
     """A joint behind whose encoder a spring gives way."""
 
     joint: str  # its name
@@ -29,7 +29,7 @@ class Spring:
 
 @final
 @dataclass(frozen=True)
-class Follower:
+class MimicJoint:
     """A joint that moves by ratio times another joint's reading, or its own, plus an offset [rad or m]."""
 
     joint: str
@@ -47,4 +47,4 @@ class Footing:
     stiffness: Array  # about each, (a,) [Nm/rad]
 
 
-Part = Play | Spring | Follower | Footing
+MechanismPart = Play | ElasticJoint | MimicJoint | Footing

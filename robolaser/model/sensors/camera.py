@@ -22,7 +22,7 @@ from robolaser.model.sensors.placements import motion, six_names
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Values
+from robolaser.parameters import Values, from_batch
 
 SENSOR_WIDTH_M = 4.8e-3
 """Width of an image sensor of 1/3", the commonest: what pixels are in metres, where effects of the lens ask for it."""
@@ -160,7 +160,7 @@ class CameraSensor(Sensor):
                 there = there + straight - perturb(Stage.IMAGE, there * metres) / metres
             return np.asarray(there[0])
 
-        numbers = {name: float(value[0]) for name, value in one.items()}
+        numbers = from_batch(one)
         exact = None if perturb.touches(Stage.IMAGE) else distortion(numbers)
         return CameraView(camera_matrix(numbers), slopes, exact)
 

@@ -17,7 +17,7 @@ from robolaser.geometry.hand_eye import (
     turn_about_second_axis,
 )
 from robolaser.geometry.rigid_motion import inverse
-from robolaser.model.sensors.placements import SIX, motion, six_of
+from robolaser.model.sensors.placements import SIX, motion, numbers_of_motion
 from robolaser.parameters import Values
 
 FEWEST_PLACED = 3  # poses whose boards place the camera
@@ -68,8 +68,8 @@ class CameraStart:
         else:
             every_X, found_Z = robot_world_hand_eye(flange, B, X=None if X is None else X[None], Z=Z)
             found_X = every_X[0]
-        placed = zip(self._prefixes, (found_X[None], found_Z[None]), strict=True)
-        six = {name: float(value[0]) for prefix, T in placed for name, value in six_of(T, prefix).items()}
+        one, other = self._prefixes
+        six = numbers_of_motion(found_X, one) | numbers_of_motion(found_Z, other)
         return dict(intrinsics) | {name: known.get(name, value) for name, value in six.items()}
 
     def _known(self, known: Mapping[str, float], prefix: str) -> Array | None:

@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Literal, final
+from typing import final
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.data.sensor_format import Mount
 
 
 @final
@@ -13,7 +14,7 @@ from robolaser.data.dataset import Dataset
 class Mounting:
     """Keys of `[sensor]`: where the sensor is mounted; what it measures is at the other end."""
 
-    mount: Literal["flange", "base"] = "flange"
+    mount: Mount = "flange"
 
 
 @final

@@ -1,12 +1,12 @@
 """Placements and points as named parameters: `target.x` .. `target.psi`, `tool.P.x` .. `tool.P.z`."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import from_angles, pose, to_angles
-from robolaser.parameters import Values
+from robolaser.parameters import Values, from_batch
 
 SIX = ("x", "y", "z", "w", "phi", "psi")
 
@@ -26,6 +26,16 @@ def six_of(T: Array, prefix: str) -> dict[str, Array]:
     """The six parameters of a rigid motion (c, 4, 4), by name."""
     parts = (*np.moveaxis(T[:, :3, 3], -1, 0), *to_angles(T[:, :3, :3]))
     return {f"{prefix}.{part}": value for part, value in zip(SIX, parts, strict=True)}
+
+
+def numbers_of_motion(T: Array, prefix: str) -> dict[str, float]:
+    """The six numbers of one rigid motion, (4, 4), by name."""
+    return from_batch(six_of(T[None], prefix))
+
+
+def named_parts(prefix: str, numbers: Iterable[float]) -> dict[str, float]:
+    """A point's three numbers, or the six of a rigid motion, by name."""
+    return {f"{prefix}.{part}": float(number) for part, number in zip(SIX, numbers, strict=False)}
 
 
 def vector(values: Values, prefix: str) -> Array:

@@ -9,7 +9,7 @@ from robolaser.geometry.rigid_motion import apply, carry, from_angles, from_quat
 from robolaser.model.sensors.in_cell import CameraView
 from robolaser.model.sensors.placements import motion
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Values
+from robolaser.parameters import Values, from_batch
 from robolaser.robot.visibility import View
 
 USUAL_IMAGE_PX = (640, 480)
@@ -42,8 +42,7 @@ def in_base(
 def view_of(dataset: Dataset, values: Values) -> View:
     """What the scanner sees from the flange by its parameters alone, one candidate."""
     T_flange_camera = mount(dataset, values, Perturbation())[0, 0]
-    numbers = {name: float(value[0]) for name, value in values.items()}
-    return View(T_flange_camera, numbers, dataset.stripe_axis, dataset.image_px or USUAL_IMAGE_PX)
+    return View(T_flange_camera, from_batch(values), dataset.stripe_axis, dataset.image_px or USUAL_IMAGE_PX)
 
 
 def camera_view(values: Values, perturb: Perturbation) -> CameraView:

@@ -1,22 +1,19 @@
 """The report of a calibration: a page, and a few lines on the terminal."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
+from robolaser.report.calibration.image_errors import image_errors
+from robolaser.report.calibration.judgement import headline, judgement, method
 from robolaser.report.calibration.rows import effect_rows, parameter_rows
-from robolaser.report.cell_poses import CellPoses
-from robolaser.report.chart import MUTED, Chart, chart, equal_axes, hover, layer, records
-from robolaser.report.digits import SIGNIFICANT, millimetres, plain, times
-from robolaser.report.document import Block, Column, Document, Figure, Figures, Notes, Section, Table, Text, charts
-from robolaser.report.error_analysis import ErrorAnalysis, lengths_mm, point_names, some_rows
+from robolaser.report.digits import SIGNIFICANT, millimetres, plain
+from robolaser.report.document import Column, Content, Document, Figure, Figures, Notes, Section, Table, Text, charts
+from robolaser.report.error_analysis import ErrorAnalysis
 from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
-from robolaser.report.scene import magnification
-from robolaser.report.setting import Delivered, disturbed, files_section, noise_table, origin
+from robolaser.report.setting import disturbed, files_section, noise_table, origin
 
 ESTIMATED = "estimated from the residuals, including what is unmodelled"
 MANY = 24
@@ -67,7 +64,7 @@ def document(
     calibration: Calibration,
     *,
     brief: bool = False,
-    files: Delivered = (),
+    files: Sequence[Mapping[str, Any]] = (),
     folder: Path | None = None,
 ) -> Document:
     """The report.
@@ -112,12 +109,12 @@ def _evidence(analysis: ErrorAnalysis) -> list[Section]:
     return [
         Section("Which errors stand out", group_blocks(of_fit, compared)),
         Section("The cell", [cell]),
-        Section("Charts", charts([image(analysis), pose_errors(of_fit, compared, reading=reading)])),
+        Section("Charts", charts([image_errors(analysis), pose_errors(of_fit, compared, reading=reading)])),
         Section("Noise", [noise_table(noise)]),
     ]
 
 
-def _undetermined(calibration: Calibration) -> list[Block]:
+def _undetermined(calibration: Calibration) -> list[Content]:
     found = calibration.unidentifiable
     if not found:
         return []
@@ -127,7 +124,7 @@ def _undetermined(calibration: Calibration) -> list[Block]:
     return [Notes([one.reason for one in found]), Text(remedy, "quiet")]
 
 
-def _parameters(calibration: Calibration) -> list[Block]:
+def _parameters(calibration: Calibration) -> list[Content]:
     given, placed = parameter_rows(calibration)
     within = Column("Within its bounds", "wide", brief="")
     closed_form = "Initialized from the data" if given else ""
@@ -142,79 +139,7 @@ def _parameters(calibration: Calibration) -> list[Block]:
     ]
 
 
-MOST_DOTS = 600  # points that a chart carries
-DIVERGING = ("#2f6fbb", "#a9b1b9", "#cf4a2e")
-"""From nearer than known to farther; visible on light and dark paper."""
-
-
-def image(analysis: ErrorAnalysis) -> Chart | None:
-    """Errors over the pixel plane: lines across the view, colour along it where a row places a point in space."""
-    calibration = analysis.calibration
-    dataset, pixel = calibration.model.dataset, calibration.model.dataset.points.pixel
-    cell = CellPoses(calibration.model, calibration.x)
-    misses, errors_mm = cell.misses(calibration.errors_m), lengths_mm(calibration.errors_m)
-    if misses is None or pixel is None or dataset.image_px is None:
-        return None
-    width, height = dataset.image_px
-    depth_mm = _along_view(analysis, cell)
-    rows = some_rows(errors_mm, MOST_DOTS)
-    pose, point = point_names(dataset, rows)
-    factor = magnification(float(np.percentile(np.linalg.norm(misses, axis=-1), 95)), float(width))
-    end = pixel + factor * misses
-    error = {"error": "error [mm]"} | ({} if depth_mm is None else {"depth": "error along the view [mm]"})
-    data = records(
-        pose=pose, point=point, x=pixel[rows, 0], y=pixel[rows, 1], x2=end[rows, 0], y2=end[rows, 1],
-        error=errors_mm[rows], **({} if depth_mm is None else {"depth": depth_mm[rows]}),
-    )  # fmt: skip
-    corners = np.array([[-0.5, -0.5], [width - 0.5, height - 0.5]])
-    x, y, tall = equal_axes(corners, ("u [px]", "v [px]"), margin=0.01)
-    y["scale"]["reverse"] = True
-    frame = records(x=-0.5, y=-0.5, x2=width - 0.5, y2=height - 0.5)
-    ends = {"x": x, "y": y, "x2": {"field": "x2"}, "y2": {"field": "y2"}}
-    dots = {"type": "point", "size": 22, "opacity": 1}
-    in_space = depth_mm is not None
-    colour = {"value": MUTED} if depth_mm is None else _colour(depth_mm)
-    seen = "the stripe" if in_space else "the target"
-    of_colour = "its colour is the error along the view (red: estimated too far away), " if in_space else ""
-    return chart(
-        "Errors over the image",
-        f"Each dot is a pixel of {seen}: {of_colour}its line leads to where the model predicts it, {factor:.3g} times"
-        " as long."
-        f" {'Colours or lines' if in_space else 'Lines'} that change slowly over the image indicate the lens"
-        f"{' or the laser plane' if in_space else ''}; a random mixture is noise.",
-        f"The image of {width} × {height} pixels with dots where {seen} was seen.",
-        [
-            layer(dots, data, tooltip=hover("pose", "point", **error), x=x, y=y, color=colour),
-            layer({"type": "rule", "color": MUTED, "strokeWidth": 0.8}, data, **ends),
-            layer({"type": "rect", "filled": False, "stroke": MUTED, "strokeWidth": 0.7}, frame, **ends),
-        ],
-        height=tall,
-    )
-
-
-def _colour(depth_mm: Array) -> dict[str, Any]:
-    limit = float(np.percentile(np.abs(depth_mm), 98)) or 1.0
-    return {
-        "field": "depth",
-        "type": "quantitative",
-        "title": "error along the view [mm]",
-        "scale": {"domain": [-limit, 0, limit], "range": DIVERGING, "clamp": True},
-        "legend": {"gradientLength": 180, "format": ".2~g"},
-    }
-
-
-def _along_view(analysis: ErrorAnalysis, cell: CellPoses) -> Array | None:
-    """Errors of estimates along the view, (m,) [mm]; 0 for rows that say nothing of it, None if all are such."""
-    across = cell.across_view(analysis.calibration.errors_m)
-    if cell.camera is None or across.all():
-        return None
-    along = np.einsum(
-        "mj,mj->m", cell.camera[analysis.calibration.model.dataset.points.pose, :3, 2], analysis.calibration.errors_m
-    )
-    return np.where(across, 0.0, -1e3 * along)
-
-
-def _remarks(calibration: Calibration, folder: Path | None) -> list[Block]:
+def _remarks(calibration: Calibration, folder: Path | None) -> list[Content]:
     """What the terminal says of what is not determined, and where ROS finds its files."""
     groups = [one.parameters for one in calibration.unidentifiable]
     together = [", ".join(names) for names in groups if len(names) > 1]
@@ -228,89 +153,3 @@ def _remarks(calibration: Calibration, folder: Path | None) -> list[Block]:
 
 
 FOR_ROS = ("camera.yaml", "robot.urdf", "static_transform.sh", "easy_handeye2.calib")
-
-
-WEIGHTING = {"plain": "plain: all points weighted alike", "noise": "points weighted by their noise"}
-"""What a calibration's option `weights` does."""
-NOISE_ALONE = 1.1
-"""Excess over noise up to which all is well: stated noise is seldom known better."""
-CHANCE = 2.0
-"""Standard errors of the excess that are allowed for on top."""
-UNMODELLED = 2.0
-"""Excess over noise from which no doubt about the noise explains it."""
-OVERFITTED = 1.5
-"""Error on new poses over error on fitted ones from which the parameters are more than the poses can carry."""
-
-
-def headline(analysis: ErrorAnalysis) -> str:
-    """Error on new poses beside what noise alone would give."""
-    calibration = analysis.calibration
-    does = calibration.model.blocks.sensor.format.task
-    noise = analysis.noise_m
-    if calibration.held_out_rms_m is None:
-        first = "The error on new poses is unknown: there are too few poses to hold any out"
-    else:
-        first = f"On held-out poses, {does} {millimetres(calibration.held_out_rms_m)} off"
-    if noise is None:
-        return f"{first}; these data do not show how much of that is noise."
-    return f"{first}; measurement noise alone would give {millimetres(noise)}."
-
-
-def judgement(analysis: ErrorAnalysis) -> str:
-    """What the two figures together mean."""
-    calibration, noise = analysis.calibration, analysis.noise_m
-    error = calibration.held_out_rms_m
-    said = []
-    if calibration.setup_warning is not None:
-        said.append(calibration.setup_warning)
-    elif noise is None:
-        said.append(
-            "State the known noise under `[noise]` in `dataset.toml`: then this report separates it from the errors of"
-            " the model."
-        )
-    elif error is None:
-        said.append("Measure more poses: the training error says little.")
-    else:
-        said.append(_against_noise(*excess(analysis, noise), error / noise))
-    if error is not None and error > OVERFITTED * calibration.rms_m:
-        said.append(
-            f"The error on new poses is {times(error / calibration.rms_m)} times the training error:"
-            " the poses are too few or too similar for this many parameters."
-        )
-    return " ".join(said)
-
-
-def excess(analysis: ErrorAnalysis, noise_m: float) -> tuple[float, float]:
-    """How many times larger the residuals are than noise leaves them in a fit, and the standard error of that.
-
-    Fitted parameters swallow a part of the noise, which the degrees of freedom make up for; the error on new poses
-    would not do here, since few poses raise it without anything being unmodelled.
-    """
-    calibration = analysis.calibration
-    numbers = int(calibration.model.blocks.row_numbers.sum())
-    free = max(1, numbers - len(calibration.x) + len(calibration.model.blocks.held))
-    ratio = calibration.rms_m / noise_m * float(np.sqrt(numbers / free))
-    return ratio, ratio / float(np.sqrt(2 * free))
-
-
-def _against_noise(over: float, chance: float, ratio: float) -> str:
-    if over <= NOISE_ALONE + CHANCE * chance:
-        return "The remaining error is noise: the model is complete for these data."
-    if over < UNMODELLED:
-        return (
-            f"That is {times(ratio)} times the noise: a small effect is unmodelled, or the noise is larger than stated."
-            " `robolaser diagnose` finds which."
-        )
-    return (
-        f"That is {times(ratio)} times the noise: something is unmodelled, and no choice of these parameters"
-        " removes it. `robolaser diagnose` finds where it is, and which effects explain it."
-    )
-
-
-def method(analysis: ErrorAnalysis) -> str:
-    """How the parameters were found."""
-    calibration = analysis.calibration
-    return (
-        f"{calibration.algorithm}, seed {calibration.seed}, {WEIGHTING[calibration.weights]}; "
-        f"{calibration.evaluations:,} candidates in {calibration.seconds:.1f} s"
-    )

@@ -8,37 +8,37 @@ import numpy as np
 from robolaser.calibration.result import Calibration
 from robolaser.parameters import Parameter
 from robolaser.report.digits import measured, plain
-from robolaser.report.document import Cell
+from robolaser.report.document import TableCell
 
 FIXED, ON_BOUND, UNDETERMINED = "fixed", "on its bound", "not determined by these data"
 CORRELATED = "hardly distinguishable from others"
 
 
-def parameter_rows(calibration: Calibration) -> tuple[list[Sequence[Cell]], list[Sequence[Cell]]]:
+def parameter_rows(calibration: Calibration) -> tuple[list[Sequence[TableCell]], list[Sequence[TableCell]]]:
     """The sensor's parameters: those with bounds from the user, and those that started from a closed form.
 
     Cells: name, value, nominal value, bounds and caveat; the latter have no nominal value.
     """
     model = calibration.model
-    given: list[Sequence[Cell]] = []
-    placed: list[Sequence[Cell]] = []
+    given: list[Sequence[TableCell]] = []
+    placed: list[Sequence[TableCell]] = []
     for i, item in enumerate(model.parameters.items[: len(model.parameters) - len(model.effect_parameters)]):
-        name = Cell(item.name, below=[said] if (said := meaning(item.name)) else [])
-        value, caveat = Cell(_measured(calibration, i)), note(calibration, i)
+        name = TableCell(item.name, below=[said] if (said := meaning(item.name)) else [])
+        value, caveat = TableCell(_measured(calibration, i)), note(calibration, i)
         if item.given:
-            nominal = Cell(plain(item.nominal, item.unit))
-            given.append((name, value, nominal, Cell(below=_bounds(item), note=caveat)))
+            nominal = TableCell(plain(item.nominal, item.unit))
+            given.append((name, value, nominal, TableCell(below=_bounds(item), note=caveat)))
         else:
-            placed.append((name, value, Cell(note=caveat)))
+            placed.append((name, value, TableCell(note=caveat)))
     return given, placed
 
 
-def effect_rows(calibration: Calibration) -> list[Sequence[Cell]]:
+def effect_rows(calibration: Calibration) -> list[Sequence[TableCell]]:
     """The numbers of the effects in the model: which, value, how far from zero, and caveat."""
     from robolaser.diagnosis.cause_words import named  # noqa: PLC0415 - brings all of a diagnosis
 
     names = calibration.model.parameters.names
-    rows: list[Sequence[Cell]] = []
+    rows: list[Sequence[TableCell]] = []
     for one in calibration.model.effects:
         for item in one.parameters.items:
             i = names.index(item.name)
@@ -47,10 +47,10 @@ def effect_rows(calibration: Calibration) -> list[Sequence[Cell]]:
             which = f"{named(one)}, {item.name.rpartition('.')[2].replace('_', ' ')}"
             rows.append(
                 (
-                    Cell(which, below=[one.effect.title]),
-                    Cell(_measured(calibration, i)),
-                    Cell("" if away is None else f"{away:.1f}", order=away),
-                    Cell(note=note(calibration, i)),
+                    TableCell(which, below=[one.effect.title]),
+                    TableCell(_measured(calibration, i)),
+                    TableCell("" if away is None else f"{away:.1f}", order=away),
+                    TableCell(note=note(calibration, i)),
                 )
             )
     return rows

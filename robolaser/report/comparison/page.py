@@ -27,7 +27,7 @@ from robolaser.report.chart import (
     records,
 )
 from robolaser.report.comparison import tables, words
-from robolaser.report.document import Block, Cell, Column, Document, Section, Table, Text, charts
+from robolaser.report.document import Column, Content, Document, Section, Table, TableCell, Text, charts
 
 LONG = 140
 """Letters of a sentence that is too long for large type."""
@@ -83,7 +83,7 @@ def _family(comparison: BenchmarkResult, standings: Standings, number: int, *, b
     title = words.FAMILIES[standings.family]
     most = max(FEWEST_PRINTED, MOST_PRINTED // len(comparison.families))
     table = tables.standing_table(comparison, standings, _numbers(standings), most)
-    blocks: list[Block] = [] if number == 0 else [Text(standings.order.answer, printed=True)]
+    blocks: list[Content] = [] if number == 0 else [Text(standings.order.answer, printed=True)]
     blocks.append(replace(table, title=title) if brief and len(comparison.families) > 1 else table)
     blocks.append(tables.effect_table(standings))
     if not brief:
@@ -179,7 +179,7 @@ def _conditions(comparison: BenchmarkResult, judged: Sequence[Standings]) -> lis
     failed = Table(
         [Column("Algorithm", "name", brief="failed"), Column("Runs", "number", brief="runs"),
          Column("Reason", "wide", brief="reason"), Column("Problems", "wide")],
-        [(name, Cell(str(n), order=n), reason, where) for name, reason, n, where in tables.failure_rows(comparison)],
+        [(name, TableCell(str(n), order=n), why, where) for name, why, n, where in tables.failure_rows(comparison)],
         printed=MOST_LINES,
     )  # fmt: skip
     refused = Table(
@@ -199,7 +199,7 @@ def _problems(comparison: BenchmarkResult, standings: Standings) -> list[Section
     sections, several = [], len(standings.by_problem) > 1
     for on in standings.by_problem:
         problem = next(one for one in comparison.problems if one.name == on.problem)
-        blocks: list[Block] = [Text(problem.title, "quiet")]
+        blocks: list[Content] = [Text(problem.title, "quiet")]
         blocks += [Text(on.order.answer)] if several else []
         blocks += charts([attained(comparison, standings, problem)])
         blocks.append(tables.result_table(problem, on, standings.tolerance, _numbers(standings)))
@@ -212,8 +212,8 @@ def _problem_table(comparison: BenchmarkResult, judged: Sequence[Standings]) -> 
     tolerance = {one.family: one.tolerance for one in judged}
     rows = [
         (
-            Cell(one.name, below=[one.title], note=NOISY if one.noisy else ""),
-            Cell(str(one.dimension), order=one.dimension),
+            TableCell(one.name, below=[one.title], note=NOISY if one.noisy else ""),
+            TableCell(str(one.dimension), order=one.dimension),
             f"{one.budget:,}",
             words.target(one, tolerance[one.family]) if one.family in tolerance else "",
         )

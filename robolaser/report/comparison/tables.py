@@ -18,7 +18,7 @@ from robolaser.benchmark.standings.table import (
 )
 from robolaser.report.comparison.words import excess, number, target
 from robolaser.report.digits import duration, rate
-from robolaser.report.document import Cell, Column, Table
+from robolaser.report.document import Column, Table, TableCell
 
 NEVER = "never"
 """Of a running time to a target that no run reached."""
@@ -49,7 +49,7 @@ def standing_table(comparison: BenchmarkResult, standings: Standings, colours: M
 
 def _standing(
     comparison: BenchmarkResult, standings: Standings, standing: Standing, colours: Mapping[str, int]
-) -> list[Cell]:
+) -> list[TableCell]:
     name = standing.algorithm
     results = [result for on in standings.by_problem for result in on.results if result.algorithm == name]
     problems = len(standings.by_problem)
@@ -57,46 +57,46 @@ def _standing(
     knows = "knows its budget: searches differently with another" if name in comparison.know_budget else ""
     success = standing.success
     return [
-        Cell(
+        TableCell(
             name,
             below=[comparison.solvers[name]],
             note="\n".join(filter(None, (standing.unranked, knows))),
             line=colours.get(name, -1),
         ),
         _rank(standing),
-        Cell("" if success.value is None else share(success), below=solved, order=success.value),
+        TableCell("" if success.value is None else share(success), below=solved, order=success.value),
         _running_time(standing, results),
         _against(standing),
-        Cell(f"{standing.failed} of {standing.runs}" if standing.failed else ""),
+        TableCell(f"{standing.failed} of {standing.runs}" if standing.failed else ""),
     ]
 
 
-def _rank(standing: Standing) -> Cell:
-    return Cell("–" if standing.rank is None else str(standing.rank), order=standing.rank or np.inf)
+def _rank(standing: Standing) -> TableCell:
+    return TableCell("–" if standing.rank is None else str(standing.rank), order=standing.rank or np.inf)
 
 
-def _running_time(standing: Standing, results: Sequence[ResultOnProblem]) -> Cell:
+def _running_time(standing: Standing, results: Sequence[ResultOnProblem]) -> TableCell:
     """The ERT on one problem, the ratio to the first's over several; none to an algorithm that never got there."""
     if not standing.runs:
-        return Cell("")
+        return TableCell("")
     if not standing.solved:
-        return Cell(NEVER)
+        return TableCell(NEVER)
     pair = standing.against_first
     ratio = "" if pair is None or pair.ratio.value is None else f"{figure(pair.ratio.value)} ×{between(pair.ratio)}"
     if len(results) == 1 and (spent := results[0].evaluations).value is not None:
-        return Cell(
+        return TableCell(
             f"{figure(spent.value)}{between(spent) if spent.lower else ''}", [ratio] if ratio else [], order=spent.value
         )
     each = [f"{one.problem} {figure(one.evaluations.value)}" for one in results if one.evaluations.value is not None]
     shown = ratio or ("the first" if standing.rank == 1 else "–")
-    return Cell(shown, each if len(each) <= MANY else [])
+    return TableCell(shown, each if len(each) <= MANY else [])
 
 
-def _against(standing: Standing) -> Cell:
+def _against(standing: Standing) -> TableCell:
     pair = standing.against_first
     if pair is None or pair.p_adjusted is None or pair.superiority.value is None:
-        return Cell("")
-    return Cell(
+        return TableCell("")
+    return TableCell(
         f"{'yes' if pair.significant else 'no'}, {chance(pair.p_adjusted)}",
         (f"loses {rate(pair.superiority.value)} of pairs",),
         order=pair.p_adjusted,
@@ -108,10 +108,12 @@ def result_table(problem: ProblemSummary, on: OnProblem, tolerance: float, colou
     of = {result.algorithm: result for result in on.results}
     rows = [
         [
-            Cell(place.algorithm, line=colours.get(place.algorithm, -1)),
+            TableCell(place.algorithm, line=colours.get(place.algorithm, -1)),
             _rank(place),
             _reached(of[place.algorithm]),
-            Cell("" if of[place.algorithm].run_seconds is None else duration(of[place.algorithm].run_seconds or 0.0)),
+            TableCell(
+                "" if of[place.algorithm].run_seconds is None else duration(of[place.algorithm].run_seconds or 0.0)
+            ),
             _quality(problem, of[place.algorithm]),
         ]
         for place in on.order.places
@@ -126,29 +128,29 @@ def result_table(problem: ProblemSummary, on: OnProblem, tolerance: float, colou
     )
 
 
-def _reached(result: ResultOnProblem) -> Cell:
+def _reached(result: ResultOnProblem) -> TableCell:
     if not result.runs:
-        return Cell("")
+        return TableCell("")
     success, spent = f"{result.successes} of {result.runs} runs", result.evaluations.value
-    return Cell(NEVER if spent is None else figure(spent), (success,), order=spent)
+    return TableCell(NEVER if spent is None else figure(spent), (success,), order=spent)
 
 
-def _quality(problem: ProblemSummary, result: ResultOnProblem) -> Cell:
+def _quality(problem: ProblemSummary, result: ResultOnProblem) -> TableCell:
     """Median, and quartiles unless they are alike; the violation where most runs found nothing feasible."""
     if result.final is None:
-        return Cell("")
+        return TableCell("")
     if result.final["median"] is None and result.violation is not None:
-        return Cell("nothing feasible", (f"violation {number(result.violation)}",))
+        return TableCell("nothing feasible", (f"violation {number(result.violation)}",))
     ends = [result.final[end] for end in ("lower_quartile", "median", "upper_quartile")]
     lower, median, upper = (excess(problem, math.inf if end is None else end) for end in ends)
-    return Cell(median, () if lower == upper else (f"{lower} to {upper}",), order=ends[1])
+    return TableCell(median, () if lower == upper else (f"{lower} to {upper}",), order=ends[1])
 
 
 def pairwise_matrix(order: Order) -> Table:
     """Algorithms in order, each against each."""
     names = [standing.algorithm for standing in order.places]
     of = {(pair.one, pair.other): pair for pair in order.pairs}
-    rows = [[Cell(f"{i} {one}"), *(_pair(of, one, other) for other in names)] for i, one in enumerate(names, 1)]
+    rows = [[TableCell(f"{i} {one}"), *(_pair(of, one, other) for other in names)] for i, one in enumerate(names, 1)]
     note = (
         "A12: probability that a run of the row's algorithm does better than one of the column's. Star: significant"
         " after Holm's correction. Blue: the row's is better; orange: the column's."
@@ -157,16 +159,16 @@ def pairwise_matrix(order: Order) -> Table:
     return Table(columns, rows if len(names) > 1 else [], "Pairwise comparison", note, FEW, kind="matrix")
 
 
-def _pair(of: Mapping[tuple[str, str], PairwiseComparison], one: str, other: str) -> Cell:
+def _pair(of: Mapping[tuple[str, str], PairwiseComparison], one: str, other: str) -> TableCell:
     if one == other:
-        return Cell("·")
+        return TableCell("·")
     pair = of.get((one, other)) or of.get((other, one))
     if pair is None or pair.superiority.value is None:
-        return Cell(hint="nothing is known of these two")
+        return TableCell(hint="nothing is known of these two")
     value = pair.superiority.value if pair.one == one else 1.0 - pair.superiority.value
     p = "" if pair.p_adjusted is None else f", {chance(pair.p_adjusted)}"
     significant = "significant" if pair.significant else "not significant"
-    return Cell(
+    return TableCell(
         f"{value:.2f}{'*' if pair.significant else ''}",
         order=value,
         lean=200 * (value - 0.5),
@@ -185,14 +187,14 @@ def effect_table(standings: Standings) -> Table:
     ]
     rows = [
         (
-            Cell(f"{effect.operator} as {effect.slot}"),
+            TableCell(f"{effect.operator} as {effect.slot}"),
             f"{effect.stock}'s own",
-            Cell(share(effect.superiority), order=effect.superiority.value),
-            Cell(
+            TableCell(share(effect.superiority), order=effect.superiority.value),
+            TableCell(
                 "–" if effect.ratio.value is None else f"{figure(effect.ratio.value)}{between(effect.ratio)}",
                 order=effect.ratio.value,
             ),
-            Cell(chance(effect.p_adjusted), order=effect.p_adjusted),
+            TableCell(chance(effect.p_adjusted), order=effect.p_adjusted),
         )
         for effect in standings.effects
     ]

@@ -1,6 +1,7 @@
 """The report of a diagnosis: a page, and twenty lines on the terminal."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from robolaser.diagnosis.cause_words import place, spoken
 from robolaser.diagnosis.result import Diagnosis, Gap
@@ -8,10 +9,10 @@ from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.report.diagnosis.charts import effect_charts, waterfall
 from robolaser.report.digits import millimetre_interval, millimetres
-from robolaser.report.document import Block, Document, Figure, Figures, Notes, Section, Text, charts
+from robolaser.report.document import Content, Document, Figure, Figures, Notes, Section, Text, charts
 from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
-from robolaser.report.setting import Delivered, files_section, noise_table, origin
+from robolaser.report.setting import files_section, noise_table, origin
 
 LEAST_SHARE = 0.1
 """Share of the gap from which on a place is suspected."""
@@ -21,7 +22,7 @@ MOST_SITES, MOST_ADVICE = 2, 3
 """Lines of each on the terminal."""
 
 
-def document(diagnosis: Diagnosis, *, brief: bool = False, files: Delivered = ()) -> Document:
+def document(diagnosis: Diagnosis, *, brief: bool = False, files: Sequence[Mapping[str, Any]] = ()) -> Document:
     """The report.
 
     Args:
@@ -128,7 +129,7 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     ]
 
 
-def _printed_sites(diagnosis: Diagnosis) -> list[Block]:
+def _printed_sites(diagnosis: Diagnosis) -> list[Content]:
     """The sites with the largest shares, for the terminal."""
     what = "of the remaining error" if diagnosis.verdict == "unexplained" else "of the gap"
     return [
@@ -138,11 +139,11 @@ def _printed_sites(diagnosis: Diagnosis) -> list[Block]:
     ]
 
 
-def _remarks(diagnosis: Diagnosis) -> list[Block]:
+def _remarks(diagnosis: Diagnosis) -> list[Content]:
     return [Text(remark, "quiet", printed=True) for remark in diagnosis.noise_remarks]
 
 
-def _untested(diagnosis: Diagnosis) -> list[Block]:
+def _untested(diagnosis: Diagnosis) -> list[Content]:
     """Effects that could be tested at none of their locations, for the terminal."""
     seen = [limit for limit in diagnosis.limits if limit.size is not None or limit.is_imitated]
     tested = {limit.candidate_effect.effect.name for limit in seen}

@@ -11,7 +11,7 @@ from robolaser.diagnosis.result import Alternative, CauseClass, DetectionLimit, 
 from robolaser.diagnosis.thresholds import CERTAIN
 from robolaser.report.diagnosis.advice import UNDETERMINED, caveats, doubt, sentence_case
 from robolaser.report.digits import measured, millimetres, percent, plain
-from robolaser.report.document import Cell, Column, Table
+from robolaser.report.document import Column, Table, TableCell
 from robolaser.report.setting import untestable
 
 MOST_MEMBERS: Final = 8
@@ -27,10 +27,10 @@ def class_table(diagnosis: Diagnosis) -> Table:
     """Classes of causes: their probability, the gap without and with them, and their members."""
     rows = [
         (
-            Cell(spoken(one.name), below=[said] if (said := _meaning(one)) else []),
+            TableCell(spoken(one.name), below=[said] if (said := _meaning(one)) else []),
             ", ".join(f"{named(member)} {percent(p)}" for member, p in one.members[:MOST_MEMBERS])
             + (f" and {more} more" if (more := len(one.members) - MOST_MEMBERS) > 0 else ""),
-            Cell(f"{percent(one.probability)}{_without(one.gap_without_m)}", order=one.probability),
+            TableCell(f"{percent(one.probability)}{_without(one.gap_without_m)}", order=one.probability),
         )
         for one in diagnosis.classes
     ]
@@ -67,7 +67,7 @@ def effect_table(diagnosis: Diagnosis) -> Table:
     rows = [
         (
             *_effect(found),
-            Cell(
+            TableCell(
                 f"{percent(found.probability)}{_without(found.gap_without_m)}",
                 below=[f"added: {millimetres(found.gap_before_m)} → {millimetres(found.gap_after_m)}"],
                 note="\n".join(caveats(found)),
@@ -105,7 +105,7 @@ def _without(gap_m: float | None) -> str:
     return "" if gap_m is None else f"; gap {millimetres(gap_m)} without it"
 
 
-def _effect(one: Finding | Alternative) -> tuple[Cell, Cell]:
+def _effect(one: Finding | Alternative) -> tuple[TableCell, TableCell]:
     """An effect, and its parameters, of its amplitudes the clearest first."""
     effect = one.candidate_effect.effect
     amplitudes = {amplitude.name for amplitude in effect.amplitudes()}
@@ -114,7 +114,7 @@ def _effect(one: Finding | Alternative) -> tuple[Cell, Cell]:
         f"{name.replace('_', ' ')} {_value(number)}" + (f" ({said})" if (said := doubt(number)) else "")
         for name, number in ordered
     ]
-    return Cell(sentence_case(named(one.candidate_effect)), below=[effect.title]), Cell("\n".join(values))
+    return TableCell(sentence_case(named(one.candidate_effect)), below=[effect.title]), TableCell("\n".join(values))
 
 
 def _value(number: Estimate) -> str:
@@ -135,7 +135,7 @@ def site_table(diagnosis: Diagnosis) -> Table:
         (
             place(lies.site),
             lies.coordinate,
-            Cell(f"{100 * lies.share:.0f} %, p {_chance(lies.p_value)}", share=100 * lies.share, order=lies.share),
+            TableCell(f"{100 * lies.share:.0f} %, p {_chance(lies.p_value)}", share=100 * lies.share, order=lies.share),
         )
         for lies in diagnosis.where
     ]
@@ -154,7 +154,7 @@ def limit_table(diagnosis: Diagnosis) -> Table:
     """Effects that were looked for and not found, and how small they must be at each place."""
     by_effect = sorted(diagnosis.limits, key=lambda limit: limit.candidate_effect.effect.name)
     rows = [
-        (Cell(sentence_case(spoken(kind.name)), below=[kind.title]), "\n".join(_less(tuple(limits))))
+        (TableCell(sentence_case(spoken(kind.name)), below=[kind.title]), "\n".join(_less(tuple(limits))))
         for kind, limits in groupby(by_effect, key=lambda limit: limit.candidate_effect.effect)
     ]
     note = (
@@ -208,10 +208,10 @@ def validation_table(diagnosis: Diagnosis) -> Table:
     """Other data of the same arm: name, the error step by step, and what did not carry over."""
     columns = [Column("Data set", "name", 24), Column("Nominal"), Column("Calibrated"), Column("With the effects"),
                Column("Noise alone"), Column("What does not transfer", "wide")]  # fmt: skip
-    rows: list[Sequence[Cell | str]] = [
+    rows: list[Sequence[TableCell | str]] = [
         (one.dataset, "none" if one.nominal_m is None else millimetres(one.nominal_m),
          *map(millimetres, (one.calibrated_m, one.after_m, one.noise_floor_m)),
-         Cell(note="\n".join(one.remarks)))
+         TableCell(note="\n".join(one.remarks)))
         for one in diagnosis.validation
     ]  # fmt: skip
     note = (

@@ -11,8 +11,9 @@ from robolaser.arrays import Array
 from robolaser.cell.plan_validation import collisions
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import pose
-from robolaser.report.cell_poses import ArmAlone, CellFrames, CellPoses
-from robolaser.report.viewer.shapes import Colour, Shape, ball, bar, dots, lines, sheet, solid
+from robolaser.report.cell_poses import CellFrames, CellPoses
+from robolaser.report.viewer.cells import ArmAlone
+from robolaser.report.viewer.shapes import Colour, SceneNode, ball, bar, dots, lines, sheet, solid
 from robolaser.robot.collision_bodies import Body, link_radius
 from robolaser.robot.collisions import CollisionModel
 
@@ -34,7 +35,7 @@ DOT = 0.006  # size of a point as a share of the extent of the target
 LEAST_DOT_M, MOST_DOT_M = 2e-4, 3e-3
 
 
-def moving_shapes(model: ShownCell, frames: CellFrames) -> tuple[Shape, ...]:
+def moving_shapes(model: ShownCell, frames: CellFrames) -> tuple[SceneNode, ...]:
     """Shapes that move with the joints: arm, scanner and laser plane.
 
     Args:
@@ -45,7 +46,7 @@ def moving_shapes(model: ShownCell, frames: CellFrames) -> tuple[Shape, ...]:
     return (*_arm(model.dataset, frames, radius), *_scanner(frames, radius))
 
 
-def fixed_shapes(model: ShownCell, others: tuple[ShownCell, ...]) -> tuple[Shape, ...]:
+def fixed_shapes(model: ShownCell, others: tuple[ShownCell, ...]) -> tuple[SceneNode, ...]:
     """Shapes that do not move: the target, and the measured points by this model.
 
     Args:
@@ -56,7 +57,7 @@ def fixed_shapes(model: ShownCell, others: tuple[ShownCell, ...]) -> tuple[Shape
     extent = max((float(np.ptp(one.target, axis=0).max()) for one in others if len(one.target)), default=0.0)
     size = float(np.clip(DOT * extent, LEAST_DOT_M, MOST_DOT_M))
     seen = model.points[np.isfinite(model.points).all(axis=1)]
-    shapes: list[Shape] = []
+    shapes: list[SceneNode] = []
     if len(known):
         shapes.append(dots("target/points", known, TARGET, 0.8 * size))
     if len(seen):
@@ -64,8 +65,8 @@ def fixed_shapes(model: ShownCell, others: tuple[ShownCell, ...]) -> tuple[Shape
     return tuple(shapes)
 
 
-def _arm(dataset: Dataset, frames: CellFrames, radius: float) -> list[Shape]:
-    shapes: list[Shape] = []
+def _arm(dataset: Dataset, frames: CellFrames, radius: float) -> list[SceneNode]:
+    shapes: list[SceneNode] = []
     if len(frames.joints):
         robot, _ = dataset.arm
         points = [np.zeros(3), *frames.joints[:, :3, 3], frames.flange[:3, 3]]
@@ -88,7 +89,7 @@ def _arm(dataset: Dataset, frames: CellFrames, radius: float) -> list[Shape]:
     return shapes
 
 
-def _scanner(frames: CellFrames, radius: float) -> list[Shape]:
+def _scanner(frames: CellFrames, radius: float) -> list[SceneNode]:
     T, corners, light = frames.camera, frames.corners, frames.light
     if T is None or corners is None:
         return []
@@ -96,7 +97,7 @@ def _scanner(frames: CellFrames, radius: float) -> list[Shape]:
     size = 1.1 * radius
     body = T @ pose(np.eye(3), np.array([0.0, 0.0, -0.8 * size]))
     held = {"sensor/bracket": frames.flange[:3, 3]} | ({"sensor/arm": light[0]} if len(light) else {})
-    shapes: list[Shape] = [
+    shapes: list[SceneNode] = [
         solid("sensor/camera", "box", (size, size, 1.6 * size), body, CAMERA),
         *(bar(name, (body[:3, 3], end), 0.3 * radius, JOINT) for name, end in held.items()
           if np.linalg.norm(end - body[:3, 3]) > 0.0),
@@ -134,7 +135,7 @@ class CollisionScene:
     model: CollisionModel
     margin_m: float
 
-    def at(self, q: Array) -> tuple[str, tuple[Shape, ...]]:
+    def at(self, q: Array) -> tuple[str, tuple[SceneNode, ...]]:
         """What is too near to what at one configuration (j,), in words, and the shapes to be shown there."""
         hits = [what for _, what in collisions(self.model, self.margin_m, q[None])]
         near = np.flatnonzero(self.model.gaps(q[None])[0] < self.margin_m)
@@ -149,7 +150,7 @@ class CollisionScene:
         return "; ".join(hits) or "nothing is hit", tuple(shapes)
 
 
-def _solids(name: str, body: Body, T: Array, *, is_hit: bool) -> Iterator[Shape]:
+def _solids(name: str, body: Body, T: Array, *, is_hit: bool) -> Iterator[SceneNode]:
     grown, colour = (SWOLLEN, HIT) if is_hit else (1.0, BOX)
     is_round = body.kind in ("cylinder", "capsule")  # grown about their axes
     size = (grown * body.size[0], body.size[1]) if is_round else tuple(grown * edge for edge in body.size)

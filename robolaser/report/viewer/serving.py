@@ -14,7 +14,7 @@ from robolaser.calibration.result import rms
 from robolaser.errors import DependencyMissing, RobolaserError
 from robolaser.report.digits import millimetres
 from robolaser.report.viewer.scene import CollisionScene, ShownCell, fixed_shapes, moving_shapes
-from robolaser.report.viewer.shapes import Shape, draw
+from robolaser.report.viewer.shapes import SceneNode, draw
 from robolaser.robot.collision_bodies import arm_length
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class ViewerApp:
     def __init__(
         self,
         models: tuple[ShownCell, ...],
-        cloud: Shape | None = None,
+        cloud: SceneNode | None = None,
         port: int | None = None,
         collisions: CollisionScene | None = None,
     ) -> None:
@@ -173,7 +173,7 @@ class ViewerApp:
     def _q(self) -> Array:
         return np.array([slider.value / self._unit(joint)[1] for joint, slider in enumerate(self._sliders)])
 
-    def _show(self, groups: tuple[str, ...], shapes: tuple[Shape, ...]) -> None:
+    def _show(self, groups: tuple[str, ...], shapes: tuple[SceneNode, ...]) -> None:
         """Replace the shapes of some groups."""
         gone = {name for name in self._handles if name.split("/")[0] in groups} - {shape.name for shape in shapes}
         with self._server.atomic():
@@ -182,7 +182,7 @@ class ViewerApp:
             for shape in shapes:
                 self._put(shape)
 
-    def _put(self, shape: Shape) -> None:
+    def _put(self, shape: SceneNode) -> None:
         self._handles[shape.name] = draw(self._server.scene, shape)
         self._handles[shape.name].visible = self._shown[shape.name.split("/")[0]].value
 

@@ -20,7 +20,7 @@ Colours = Colour | NDArray[np.uint8]
 
 @final
 @dataclass(frozen=True, eq=False)
-class Shape:
+class SceneNode:
     """A thing in the scene.
 
     Attributes:
@@ -34,12 +34,12 @@ class Shape:
     look: Mapping[str, Any]
 
 
-def draw(scene: "SceneApi", shape: Shape) -> Any:
+def draw(scene: "SceneApi", shape: SceneNode) -> Any:
     """Draw a shape, replacing any other of its name; returns viser's handle."""
     return getattr(scene, f"add_{shape.kind}")(shape.name, **shape.look)
 
 
-def solid(name: str, kind: str, size: tuple[float, ...], T: Array, colour: Colour, opacity: float = 1.0) -> Shape:
+def solid(name: str, kind: str, size: tuple[float, ...], T: Array, colour: Colour, opacity: float = 1.0) -> SceneNode:
     """A box, a sphere or a cylinder at T_base_centre, (4, 4).
 
     Args:
@@ -57,10 +57,10 @@ def solid(name: str, kind: str, size: tuple[float, ...], T: Array, colour: Colou
     }
     drawn, sizes = of_kind[kind]
     place = {"position": T[:3, 3], "wxyz": np.roll(to_quaternion(T[:3, :3]), 1)}
-    return Shape(name, drawn, {**sizes, **place, "color": colour, "opacity": opacity if opacity < 1 else None})
+    return SceneNode(name, drawn, {**sizes, **place, "color": colour, "opacity": opacity if opacity < 1 else None})
 
 
-def bar(name: str, ends: tuple[Array, Array], radius: float, colour: Colour) -> Shape:
+def bar(name: str, ends: tuple[Array, Array], radius: float, colour: Colour) -> SceneNode:
     """A round bar between two different points (3,)."""
     along = ends[1] - ends[0]
     length = float(np.linalg.norm(along))
@@ -68,28 +68,28 @@ def bar(name: str, ends: tuple[Array, Array], radius: float, colour: Colour) -> 
     return solid(name, "cylinder", (radius, length), T, colour)
 
 
-def ball(name: str, centre: Array, radius: float, colour: Colour) -> Shape:
+def ball(name: str, centre: Array, radius: float, colour: Colour) -> SceneNode:
     """A sphere about a point (3,)."""
     return solid(name, "sphere", (radius,), pose(np.eye(3), centre), colour)
 
 
-def sheet(name: str, vertices: Array, faces: Ints, colour: Colour, opacity: float) -> Shape:
+def sheet(name: str, vertices: Array, faces: Ints, colour: Colour, opacity: float) -> SceneNode:
     """A surface of triangles that one sees through: points (n, 3), and the three of each triangle (f, 3)."""
     look = {"vertices": vertices.astype(np.float32), "faces": faces.astype(np.uint32), "color": colour}
     more = {"opacity": opacity, "side": "double", "flat_shading": True, "cast_shadow": False}
-    return Shape(name, "mesh_simple", {**look, **more})
+    return SceneNode(name, "mesh_simple", {**look, **more})
 
 
-def lines(name: str, ends: Array, colours: Colours, width_px: float) -> Shape:
+def lines(name: str, ends: Array, colours: Colours, width_px: float) -> SceneNode:
     """Straight lines between both ends of each, (n, 2, 3), of one colour or one of each end, (n, 2, 3)."""
     look = {"points": ends.astype(np.float32), "colors": colours}
-    return Shape(name, "line_segments", {**look, "thickness": width_px, "thickness_units": "screen"})
+    return SceneNode(name, "line_segments", {**look, "thickness": width_px, "thickness_units": "screen"})
 
 
-def dots(name: str, positions: Array, colours: Colours, size_m: float) -> Shape:
+def dots(name: str, positions: Array, colours: Colours, size_m: float) -> SceneNode:
     """Points (n, 3) of one colour, or one each, (n, 3)."""
     look = {"points": positions.astype(np.float32), "colors": colours, "point_size": size_m}
-    return Shape(name, "point_cloud", {**look, "point_shape": "circle", "precision": "float32"})
+    return SceneNode(name, "point_cloud", {**look, "point_shape": "circle", "precision": "float32"})
 
 
 MOST = 1_000_000  # points: a browser still turns them smoothly, and gets them within a second
@@ -98,7 +98,7 @@ SPACING = 0.6  # size of a dot over the distance to its neighbours: a surface lo
 LEAST_M, MOST_M = 1e-4, 3e-3  # sizes of dots: smaller ones are not seen, larger ones hide edges
 
 
-def downsampled(vertices: Vertices, most: int = MOST) -> Shape | None:
+def downsampled(vertices: Vertices, most: int = MOST) -> SceneNode | None:
     """Evenly spaced points of a cloud; None where it has none."""
     every = max(1, -(-len(vertices) // most))
     positions = positions_of(vertices[::every])

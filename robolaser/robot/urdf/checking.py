@@ -15,7 +15,7 @@ from robolaser.robot.urdf.markup import too_large
 
 MOVING = ("revolute", "continuous", "prismatic")
 MOST_LISTED = 12  # names of a robot's links or joints in a message
-Follower = tuple[str, float, float]
+Mimic = tuple[str, float, float]
 """The joint that one follows (mimics), and its value over that joint's, and where that one is at zero [rad or m]."""
 KINDS = (*MOVING, "fixed", "floating", "planar")
 MOST_LINKS = 2000
@@ -44,7 +44,7 @@ def read_xml(text: str, source: str = "robot.urdf") -> ET.Element:
     return robot
 
 
-def for_pinocchio(text: str, source: str) -> tuple[ET.Element, dict[str, Follower]]:
+def for_pinocchio(text: str, source: str) -> tuple[ET.Element, dict[str, Mimic]]:
     """What Pinocchio needs of a URDF, in canonical digits, and the joints that follow others.
 
     Kept are links with their inertias, and joints with their ends, origin, axis and limits, whose effort and velocity
@@ -177,7 +177,7 @@ def _bad_limits(source: str, where: str, fact: str) -> RobotError:
     return RobotError(f"{source}: {where} {fact}. Give <limit lower=... upper=...> in rad or m.")
 
 
-def _followers(joints: Mapping[str, ET.Element], source: str) -> Iterator[tuple[str, Follower]]:
+def _followers(joints: Mapping[str, ET.Element], source: str) -> Iterator[tuple[str, Mimic]]:
     """The joints that follow others.
 
     Raises:

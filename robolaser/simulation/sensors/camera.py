@@ -16,8 +16,8 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.camera_projection import project
 from robolaser.model.sensors.in_cell import Mounting, stands
-from robolaser.model.sensors.placements import six_of
-from robolaser.parameters import Parameter, Values
+from robolaser.model.sensors.placements import numbers_of_motion
+from robolaser.parameters import Parameter, Values, as_batch
 from robolaser.robot.inverse_kinematics import touching
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, foot_of, most_crowded, random_configurations
@@ -94,9 +94,7 @@ class SimulatedCamera(SimulatedSensor):
         lens = {name: float(mid + half * rng.uniform(-1.0, 1.0)) for name, (mid, half) in INTRINSICS.items()}
         lens |= {name: item.nominal for name, item in dataset.parameters.items() if name in lens and item.fixed}
         lens |= {name: value for name, value in setup.known.items() if name in lens}
-        columns, rows = _board(setup.points)
-        grid = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(-1, 2)[: setup.points]
-        corners = np.pad(SQUARE_M * grid.astype(np.float64), ((0, 0), (0, 1)))
+        corners = Board(*_board(setup.points), SQUARE_M).corners.reshape(-1, 3)[: setup.points]
         T_facing_board = pose(np.diag([1.0, -1.0, -1.0]), np.zeros(3)) @ pose(np.eye(3), -corners.mean(axis=0))
         rides = not stands(dataset)
         T_flange_bracket = pose(
@@ -114,8 +112,7 @@ class SimulatedCamera(SimulatedSensor):
             camera, board = (T_base_carried, standing) if rides else (standing[None], T_base_carried)
             T_camera_board = inverse(camera) @ board @ T_facing_board
             shown = apply(np.broadcast_to(T_camera_board, (len(T_base_carried), 4, 4))[:, None], corners)
-            values = {name: np.array([value]) for name, value in lens.items()}
-            pixel = project(shown.reshape(1, -1, 3), values).reshape(*shown.shape[:2], 2)
+            pixel = project(shown.reshape(1, -1, 3), as_batch(lens)).reshape(*shown.shape[:2], 2)
             return np.asarray(_inside(pixel).all(axis=1))
 
         candidates, place = configurations_facing(
@@ -125,11 +122,11 @@ class SimulatedCamera(SimulatedSensor):
         hand_eye, target = (
             (T_flange_bracket, standing @ T_facing_board) if rides else (standing, T_flange_bracket @ T_facing_board)
         )
-        truth = lens | {name: float(value[0]) for name, value in six_of(hand_eye[None], "hand_eye").items()}
+        truth = lens | numbers_of_motion(hand_eye, "hand_eye")
         if dataset.placed:
             corners = apply(target, corners)
         else:
-            truth |= {name: float(value[0]) for name, value in six_of(target[None], "target").items()}
+            truth |= numbers_of_motion(target, "target")
         return cls(truth, candidates, corners)
 
     def measure(
@@ -238,8 +235,7 @@ def configurations_facing(
 
 
 def _carried(robot: Robot, q: Array, T_flange_carried: Array) -> Array:
-    T: Array = robot.forward(q[None])[0] @ T_flange_carried
-    return T
+    return robot.forward(q) @ T_flange_carried
 
 
 def _looking_down(T: Array, within: float) -> Bools:

@@ -11,10 +11,10 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.geometry.rigid_motion import apply
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.placements import SIX, motion, vector
+from robolaser.model.sensors.placements import motion, named_parts, vector
 from robolaser.parameters import Values
 from robolaser.robot.postures import random_configurations
-from robolaser.simulation.sensors.simulated_sensor import EXACT_M, ROUNDS, SimulatedSensor, nominal_points
+from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, nominal_points, seen_by_tracker
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
 TRACKER_M = (2.5, -1.5, 1.2)  # where the base stands, seen from the tracker
@@ -40,12 +40,12 @@ class SimulatedTracker(SimulatedSensor):
         turn = rng.uniform(-np.pi, np.pi)
         tilt = rng.uniform(-TILT_RAD, TILT_RAD, 2)
         base = (*(np.array(TRACKER_M) + rng.uniform(-0.5, 0.5, 3)), *tilt, turn)
-        truth = {f"base.{part}": float(value) for part, value in zip(SIX, base, strict=True)}
+        truth = named_parts("base", base)
         names = tuple(map(str, range(points)))
         for i, name in enumerate(names):
             angle, radius = 2 * np.pi * i / points + rng.uniform(-0.3, 0.3), rng.uniform(*REFLECTORS_M)
             place = (radius * np.cos(angle), radius * np.sin(angle), rng.uniform(0.02, 0.08))
-            truth |= {f"tool.{name}.{part}": float(value) for part, value in zip("xyz", place, strict=True)}
+            truth |= named_parts(f"tool.{name}", place)
         return cls(truth, random_configurations(dataset.arm[0], len(dataset.poses), random.place), names)
 
     def measure(
@@ -56,17 +56,15 @@ class SimulatedTracker(SimulatedSensor):
         rows = np.repeat(np.arange(n), len(self.names))
         tools = np.stack([vector(values, f"tool.{name}")[0] for name in self.names])
         points = Points(rows, self.names * n, xyz=np.zeros((len(rows), 3)))
-        for _ in range(ROUNDS):
-            dataset = replace(dataset, points=points)
-            model = Model(dataset, tuple(candidate_effects))
+
+        def seen(points: Points) -> Points:
+            model = Model(replace(dataset, points=points), tuple(candidate_effects))
             perturb = model.perturb(values)
             T_world_flange = motion(values, "base")[0] @ model.flange(values, perturb)[0]
-            seen = nominal_points(apply(T_world_flange[rows], np.tile(tools, (n, 1))), perturb)
-            settled = (np.abs(seen - points["xyz"]) < EXACT_M).all()
-            points = replace(points, xyz=seen)
-            if settled:
-                break
-        return replace(dataset, points=points), np.asarray(np.isfinite(seen).reshape(n, -1).all(axis=1))
+            there = apply(T_world_flange[rows], np.tile(tools, (n, 1)))
+            return replace(points, xyz=nominal_points(there, perturb))
+
+        return seen_by_tracker(dataset, points, seen)
 
     @classmethod
     def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:

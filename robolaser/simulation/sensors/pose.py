@@ -17,7 +17,7 @@ from robolaser.model.sensors.pose import Pose
 from robolaser.parameters import Values
 from robolaser.robot.postures import random_configurations
 from robolaser.simulation.sensors.point import GROSS_M, SimulatedTracker
-from robolaser.simulation.sensors.simulated_sensor import EXACT_M, ROUNDS, SimulatedSensor, nominal_points
+from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, nominal_points, seen_by_tracker
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
 GROSS_RAD = (0.02, 0.2)  # markers are mixed up
@@ -49,21 +49,18 @@ class SimulatedPoseTracker(SimulatedSensor):
         """Every body from where the tracker stands."""
         n = len(dataset.poses)
         rows = np.repeat(np.arange(n), len(self.names))
-        points = Points(rows, self.names * n, xyz=np.zeros((len(rows), 3)))
-        quaternion = np.tile([0.0, 0.0, 0.0, 1.0], (len(rows), 1))
-        for _ in range(ROUNDS):
-            dataset = replace(dataset, points=replace(points, columns={"quaternion": quaternion}))
-            model = Model(dataset, tuple(candidate_effects))
+        level = {"quaternion": np.tile([0.0, 0.0, 0.0, 1.0], (len(rows), 1))}
+
+        def seen(points: Points) -> Points:
+            there = replace(dataset, points=points)
+            model = Model(there, tuple(candidate_effects))
             perturb = model.perturb(values)
-            T_world_body = Pose(dataset).predicted(values, model.flange(values, perturb), perturb)[0]
-            quaternion = to_quaternion(T_world_body[:, :3, :3])
-            seen = nominal_points(T_world_body[:, :3, 3], perturb)
-            settled = (np.abs(seen - points["xyz"]) < EXACT_M).all()
-            points = replace(points, xyz=seen)
-            if settled:
-                break
-        dataset = replace(dataset, points=replace(points, columns={"quaternion": quaternion}))
-        return dataset, np.asarray(np.isfinite(seen).reshape(n, -1).all(axis=1))
+            T = Pose(there).predicted(values, model.flange(values, perturb), perturb)[0]
+            turned = {"quaternion": to_quaternion(T[:, :3, :3])}
+            return replace(points, xyz=nominal_points(T[:, :3, 3], perturb), columns=turned)
+
+        points = Points(rows, self.names * n, xyz=np.zeros((len(rows), 3)), columns=level)
+        return seen_by_tracker(dataset, points, seen)
 
     @classmethod
     def add_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:

@@ -13,7 +13,7 @@ from robolaser.model.blocks.cell_frames import in_cell
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.in_cell import Mounting
-from robolaser.model.sensors.placements import motion, six_of, vector
+from robolaser.model.sensors.placements import motion, named_parts, numbers_of_motion, vector
 from robolaser.model.sensors.profile import ARC, MOST_CUT, ROWS
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import reaching, within_reach
@@ -78,14 +78,14 @@ class SimulatedProfile(SimulatedSensor):
             aim = T[:3, 3] + STANDOFF_M * T[:3, 2]
             balls = within_reach(robot, aim, setup.points, random.place)
             q, goals = reaching(robot, aim, balls, wanted=n, rng=random.place)
-        truth = {name: float(value[0]) for name, value in six_of(T[None], "hand_eye").items()}
+        truth = numbers_of_motion(T, "hand_eye")
         for number, ball in enumerate(balls):
-            truth |= {f"ball.{number}.{part}": float(value) for part, value in zip("xyz", ball, strict=True)}
+            truth |= named_parts(f"ball.{number}", ball)
         lower, upper = limits(robot)
         kept_q, kept_ball = [np.empty((0, q.shape[1]))], [np.empty(0, dtype=np.int64)]
         for _ in range(TRIES):
             shaken = np.clip(q + SHAKE * random.place.normal(size=q.shape), lower, upper)
-            T_base_flange = robot.forward(shaken[None])[0]
+            T_base_flange = robot.forward(shaken)
             T_base_sensor = T if stands else T_base_flange @ T
             ball = apply(T_base_flange, balls[goals]) if stands else balls[goals]
             good = _is_seen(apply(inverse(T_base_sensor), ball))

@@ -1,7 +1,7 @@
 """A sensor in a simulated cell: how it was built, where it can measure, what it measures and how it errs."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
@@ -106,9 +106,7 @@ def with_errors(points: Points, array: str, sigma: float | None, rng: np.random.
     if sigma is None:
         return points
     shaken = points[array] + sigma * rng.normal(size=points[array].shape)
-    if array in points.columns:
-        return replace(points, columns={**points.columns, array: shaken})
-    return replace(points, pixel=shaken) if array == "pixel" else replace(points, xyz=shaken)
+    return points.with_arrays({**points.arrays, array: shaken})
 
 
 def impossible(what: str, value: object, expected: str) -> UsageError:
@@ -120,6 +118,16 @@ def moved_within(value: Array, by: Array, lower: Array | float, upper: Array | f
     """Values moved by some way, or the other way where this one leads out of the bounds."""
     there = value + by
     return np.where((there < lower) | (there > upper), value - by, there)
+
+
+def seen_by_tracker(dataset: Dataset, points: Points, seen: Callable[[Points], Points]) -> tuple[Dataset, Bools]:
+    """What a tracker measures, from points to begin with and what it sees where effects take points for these."""
+    for _ in range(ROUNDS):
+        before, points = points["xyz"], seen(points)
+        if (np.abs(points["xyz"] - before) < EXACT_M).all():
+            break
+    whole = np.isfinite(points["xyz"]).reshape(len(dataset.poses), -1).all(axis=1)
+    return replace(dataset, points=points), np.asarray(whole)
 
 
 def nominal_points(there: Array, perturb: Perturbation) -> Array:

@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.placements import vector
+from robolaser.model.sensors.placements import named_parts, vector
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import reaching, touching, within_reach
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, impossible, moved_within
@@ -48,9 +48,9 @@ class SimulatedSockets(SimulatedSensor):
         ball = np.array(BALL_M) + TOLERANCE_M * random.build.uniform(-1, 1, 3)
         sockets = within_reach(robot, ball, setup.points, random.place)
         candidates, goals = reaching(robot, ball, sockets, wanted=len(dataset.poses), rng=random.place)
-        truth = {f"tool.ball.{part}": float(value) for part, value in zip("xyz", ball, strict=True)}
+        truth = named_parts("tool.ball", ball)
         for i, socket in enumerate(sockets):
-            truth |= {f"socket.{i}.{part}": float(value) for part, value in zip("xyz", socket, strict=True)}
+            truth |= named_parts(f"socket.{i}", socket)
         return cls(truth, candidates, sockets, goals)
 
     def measure(

@@ -13,9 +13,9 @@ from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors import scanner_geometry
-from robolaser.model.sensors.placements import SIX, motion
+from robolaser.model.sensors.placements import motion, named_parts
 from robolaser.model.stages import Perturbation
-from robolaser.parameters import Values
+from robolaser.parameters import Values, as_batch
 from robolaser.robot.visibility import View, configurations_looking_down
 from robolaser.simulation.nominal import IMAGE_PX, built, facing_outward, scanner
 from robolaser.simulation.sensors.simulated_sensor import (
@@ -67,15 +67,15 @@ class SimulatedStripe(SimulatedSensor):
         """A scanner within the tolerances of `nominal.BUILT`."""
         (robot, _), n, points = dataset.arm, len(dataset.poses), setup.points
         truth = built(dataset.parameters, random.build)
-        view = scanner_geometry.view_of(dataset, {name: np.array([value]) for name, value in truth.items()})
+        view = scanner_geometry.view_of(dataset, as_batch(truth))
         candidates, level = configurations_looking_down(robot, view, wanted=n, rng=random.place)
         first, last = view.stripe_range()
         step = (last - first) / points
         at = first + step * (np.arange(points) + 0.5 + JITTER * random.along.uniform(-0.5, 0.5, (n, points)))
         if not dataset.placed:
-            middle = robot.forward(candidates[None, :n])[0, :, :2, 3].mean(axis=0)
+            middle = robot.forward(candidates[:n])[:, :2, 3].mean(axis=0)
             tilt = random.place.uniform(-1, 1, 3) * (TILT_RAD, TILT_RAD, np.pi)
-            truth |= {f"target.{part}": float(value) for part, value in zip(SIX, (*middle, level, *tilt), strict=True)}
+            truth |= named_parts("target", (*middle, level, *tilt))
             level = 0.0
         return cls(truth, candidates, view, at, level)
 

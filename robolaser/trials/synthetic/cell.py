@@ -11,7 +11,7 @@ from robolaser.data.dataset import Points
 from robolaser.geometry.rigid_motion import apply
 from robolaser.trials.synthetic.fault_model import FaultModel, flange_poses
 from robolaser.trials.synthetic.run import SyntheticRun
-from robolaser.trials.synthetic.scanner import Lens, ScannerOptics
+from robolaser.trials.synthetic.scanner import LensDistortion, ScannerOptics
 
 
 @final
@@ -81,7 +81,7 @@ class ScannerCell:
         normal = self.target.axes[2] @ T[:, :3, :3]
         depth = (self.level - inside(np.zeros((len(T), 3)))[:, 2]) / normal[:, 2]
         ahead = depth[:, None] * np.array([0.0, 0.0, 1.0])  # where the camera looks at the step
-        point, pixel = self.eye.meet(self.at, light.of_rows(self.pose), Lens(terms, zoom), above, ahead)
+        point, pixel = self.eye.meet(self.at, light.of_rows(self.pose), LensDistortion(terms, zoom), above, ahead)
         tilt = np.arctan2(normal[:, 0], -normal[:, 2])
         across = 1 if self.eye.stripe_axis == "u" else 0
         pixel[:, across] += sum(fault.stripe(tilt) for fault in faults)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array, Ints
-from robolaser.geometry.rigid_motion import pose
+from robolaser.geometry.rigid_motion import Quaternion, pose
 
 STEP_M = 1e-6  # of the differences that Newton's method rests on
 STEPS = 9
@@ -52,7 +52,7 @@ class Light:
 
 @final
 @dataclass(frozen=True)
-class Lens:
+class LensDistortion:
     """How a camera's image departs from a pinhole's."""
 
     terms: Array  # OpenCV's k1 k2 p1 p2 k3, (5,)
@@ -66,7 +66,7 @@ class ScannerOptics:
 
     truth: Mapping[str, float]  # the paper's fourteen numbers, SI
     # turn of the camera on the flange (x, y, z, w), before the small angles
-    bracket_quat: tuple[float, float, float, float]
+    bracket_quat: Quaternion
     angles: str  # "xyz" or "zyz"
     stripe_axis: str  # "u" or "v"
 
@@ -94,7 +94,7 @@ class ScannerOptics:
         f, s_u, s_v, u_0, v_0 = (self.truth[name] for name in ("f", "s_u", "s_v", "u_0", "v_0"))
         return np.array([[f / s_u, 0.0, u_0], [0.0, f / s_v, v_0], [0.0, 0.0, 1.0]])
 
-    def pixels(self, point: Array, lens: Lens) -> Array:
+    def pixels(self, point: Array, lens: LensDistortion) -> Array:
         """Where the camera shows points of its own frame, (m, 3) [m] -> (m, 2) [px]."""
         x, y, z = point.T
         seen = np.stack([-y, x, z] if self.stripe_axis == "u" else [x, y, z], axis=-1)
@@ -105,7 +105,7 @@ class ScannerOptics:
         return np.asarray(centre + off * (1.0 + lens.zoom(z))[:, None])
 
     def meet(
-        self, at: Array, light: Light, lens: Lens, surface: Callable[[Array], Array], start: Array
+        self, at: Array, light: Light, lens: LensDistortion, surface: Callable[[Array], Array], start: Array
     ) -> tuple[Array, Array]:
         """Find where the light meets a surface in given columns of the image, by Newton's method in space.
 

@@ -7,7 +7,8 @@ import pytest
 from scanned import calibrated as made
 from scanned import dataset
 
-from robolaser.report.cell_poses import CellPoses, nominal_cell
+from robolaser.report.cell_poses import CellPoses
+from robolaser.report.viewer.cells import nominal_cell
 from robolaser.report.viewer.serving import ViewerApp
 
 pytest.importorskip("viser")

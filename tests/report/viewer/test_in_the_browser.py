@@ -9,7 +9,8 @@ import pytest
 from scanned import calibrated as made
 from scanned import dataset
 
-from robolaser.report.cell_poses import CellPoses, nominal_cell
+from robolaser.report.cell_poses import CellPoses
+from robolaser.report.viewer.cells import nominal_cell
 from robolaser.report.viewer.serving import ViewerApp
 from robolaser.report.viewer.shapes import downsampled
 from robolaser.scan.ply import VERTEX

@@ -13,7 +13,8 @@ from robolaser.data.dataset import Points, Poses
 from robolaser.errors import DataError
 from robolaser.geometry.camera import laser_plane
 from robolaser.geometry.rigid_motion import apply, exp_so3, from_quaternion, inverse, pose
-from robolaser.report.cell_poses import CellPoses, nominal_cell
+from robolaser.report.cell_poses import CellPoses
+from robolaser.report.viewer.cells import nominal_cell
 from robolaser.report.viewer.scene import BOX, HIT, MODEL_COLOURS, CollisionScene, fixed_shapes, moving_shapes
 from robolaser.report.viewer.shapes import bar, downsampled
 from robolaser.scan.ply import VERTEX

@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import TIMING, At
 from robolaser.motion.gap import KindGap, root_mean_squares
-from robolaser.motion.selection import Finding
+from robolaser.motion.selection import SelectedEffect
 
 FOLLOWS_RAD = 5e-4
 """Error of a joint, up to which an arm follows its command as arms do. A judgement: 0.03°."""
@@ -38,12 +38,12 @@ ACTS = 0.001
 
 @final
 @dataclass(frozen=True, eq=False)
-class Part:
+class KindDiagnosis:
     """What the rows of one kind say."""
 
     gap: KindGap
     candidates: tuple[At, ...]
-    findings: tuple[Finding, ...]
+    findings: tuple[SelectedEffect, ...]
     run: Ints  # of each row, (n,)
     before: Array  # errors of an ideal arm, (n, j)
     after: Array  # errors on unseen motions, (n, j)
@@ -57,7 +57,7 @@ class Part:
         return np.asarray(error > np.nan_to_num(np.maximum(self.enough, IS_NOISE * self.gap.noise_floor)))
 
     @property
-    def shown(self) -> tuple[Finding, ...]:
+    def shown(self) -> tuple[SelectedEffect, ...]:
         """Findings at joints that have a gap; clocks at others, too, where little shows them."""
         least = ACTS * np.nan_to_num(self.gap.calibrated) ** 2
         at_work = [
@@ -69,7 +69,7 @@ class Part:
         doubted = [one.doubted(self._credibility(one)) for one in at_work]
         return tuple(one for one in doubted if one.none < 1.0 - LISTED)
 
-    def _credibility(self, one: Finding) -> float:
+    def _credibility(self, one: SelectedEffect) -> float:
         """Of an effect, by what is left at the joints where it acts.
 
         The less all effects together explain there, and the less it explains beside what is left, the likelier it

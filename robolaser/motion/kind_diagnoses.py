@@ -8,33 +8,33 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints, Progress
 from robolaser.errors import DataError
 from robolaser.motion.checking import comparable
-from robolaser.motion.effect import At, Kind, MotionEffect
+from robolaser.motion.effect import At, MotionEffect, RowKind
 from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import KindGap, folds, resolution, root_mean_squares, white_noise
+from robolaser.motion.kind_diagnosis import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, KindDiagnosis, coordinate
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import OTHER_UNIT, MotionLog
-from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Part, coordinate
 from robolaser.motion.quantities import Quantities, quantities
-from robolaser.motion.selection import Finding, Search, Selected, side_by_side
+from robolaser.motion.selection import EffectSearch, SelectedEffect, Selection, side_by_side
 from robolaser.motion.series_clocks import SeriesClocks
 from robolaser.motion.tracking import ONE_CLOCK_S, ONE_CLOCK_SHARE, TrackingRows
 
 SEARCHED_ROWS = 24_000
-LEAST_SHARE: dict[Kind, float] = {"tracking": 0.002, "torque": 0.005, "load": 0.02}
+LEAST_SHARE: dict[RowKind, float] = {"tracking": 0.002, "torque": 0.005, "load": 0.02}
 """Of the squares of an ideal arm, that an effect must explain: less may be another one's form. A judgement."""
 PASSES, CLOCK_PASSES = 2, 4
 MOST_NOISE_RAD = 0.02
 """Of a joint's encoder: readings that jump by more have a gap, whatever makes them jump. A judgement: 1.1°."""
 
 
-Searching = Callable[[Sequence[At], float, tuple[At, ...]], Search]
+Searching = Callable[[Sequence[At], float, tuple[At, ...]], EffectSearch]
 """How effects are chosen: from candidates, the least share of squares that each must explain, and a beginning."""
 
 
 def parts_of(
     log: MotionLog, library: Sequence[MotionEffect], searching: Searching, tell: Progress
-) -> tuple[list[Part], dict[str, str], list[str]]:
+) -> tuple[list[KindDiagnosis], dict[str, str], list[str]]:
     """What each kind of rows says.
 
     Args:
@@ -49,7 +49,7 @@ def parts_of(
     Raises:
         DataError: Nothing can be compared: there are neither commands nor torques nor a second encoder.
     """
-    parts: list[Part] = []
+    parts: list[KindDiagnosis] = []
     missing: dict[str, str] = {}
     remarks: list[str] = []
     reasons = comparable(log)
@@ -58,7 +58,7 @@ def parts_of(
         parts.append(_tracking(log, library, missing, searching))
     elif log.has("command").any():
         remarks.append(f"Tracking rows are set aside: {reasons['tracking']}.")
-    linear: tuple[tuple[Kind, str, str, float], ...] = (
+    linear: tuple[tuple[RowKind, str, str, float], ...] = (
         ("torque", "tau", "torques", 0.6), ("load", "load", "encoders", 0.8),
     )  # fmt: skip
     for kind, recorded, what, share in linear:
@@ -94,7 +94,9 @@ def _odd_torques(of: Quantities) -> list[str]:
     ]
 
 
-def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str], searching: Searching) -> Part:
+def _tracking(
+    log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str], searching: Searching
+) -> KindDiagnosis:
     recorded, clocks = log, None
     rows, candidates, starts = _begun(log, library, missing)
     for _ in range(CLOCK_PASSES if CLOCK in library else 0):
@@ -142,7 +144,7 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     gap = KindGap("tracking", "rad", root_mean_squares(ideal), before, then, floor, len(log))
     enough = np.full(len(log.joints), FOLLOWS_RAD)
     tested = tuple(at for each in candidates for at in each)
-    return Part(gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
+    return KindDiagnosis(gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
 
 
 def _of_all_runs(log: MotionLog, rows: TrackingRows, models: Sequence[Fitted]) -> tuple[TrackingRows, list[Fitted]]:
@@ -154,7 +156,7 @@ def _of_all_runs(log: MotionLog, rows: TrackingRows, models: Sequence[Fitted]) -
 
 def _selected(
     rows: TrackingRows, candidates: Sequence[Sequence[At]], starts: Sequence[tuple[At, ...]], searching: Searching
-) -> list[Selected]:
+) -> list[Selection]:
     """The model of each joint, from some effects on."""
     for _ in range(PASSES):  # what is left of a better model has less memory
         selected = side_by_side(
@@ -192,8 +194,8 @@ def _begun(
 
 
 def _linear(
-    of: Quantities, library: Sequence[MotionEffect], kind: Kind, missing: dict[str, str], searching: Searching
-) -> Part:
+    of: Quantities, library: Sequence[MotionEffect], kind: RowKind, missing: dict[str, str], searching: Searching
+) -> KindDiagnosis:
     values = of.measured - of.rigid if kind == "torque" else of.measured
     candidates, absent = candidates_of(of, library, kind)
     missing |= absent
@@ -228,10 +230,12 @@ def _linear(
         if np.isfinite(after[:, j]).any()
     }
     gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor, len(of.q))
-    return Part(gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough)
+    return KindDiagnosis(gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough)
 
 
-def _fitted(one: Finding, fitted: Fitted, deviations: Sequence[Array], model: Fitted, count: Array | float) -> Finding:
+def _fitted(
+    one: SelectedEffect, fitted: Fitted, deviations: Sequence[Array], model: Fitted, count: Array | float
+) -> SelectedEffect:
     """An effect with its numbers and what it explains."""
     at = fitted.effects.index(one.at)
     numbers = {
@@ -242,13 +246,13 @@ def _fitted(one: Finding, fitted: Fitted, deviations: Sequence[Array], model: Fi
     return replace(one, numbers=numbers, gained=gained)
 
 
-def _helps(one: Finding, before: Array, worse: Bools) -> bool:
+def _helps(one: SelectedEffect, before: Array, worse: Bools) -> bool:
     """Whether an effect acts mostly at joints whose unseen motions the model predicts better, by errors (j,) before."""
     share = np.nan_to_num(one.gained / before**2)
     return bool(share[~worse].sum() >= share[worse].sum())
 
 
-def _within_rows(one: Finding, candidates: Sequence[At], step_s: float) -> Finding:
+def _within_rows(one: SelectedEffect, candidates: Sequence[At], step_s: float) -> SelectedEffect:
     """A lag that is over within two rows may as well be a dead time: the rows do not show how it passes."""
     late = [at for at in candidates if at.effect.name == "dead_time"]
     if one.at.effect.name != "lag" or one.numbers["time"][0] >= 2.0 * step_s or not late:
@@ -257,7 +261,7 @@ def _within_rows(one: Finding, candidates: Sequence[At], step_s: float) -> Findi
     return replace(one, probability=min(one.probability, EVEN), rivals=tuple(rivals))
 
 
-def _told_from_clocks(findings: Sequence[Finding], joints: int) -> list[Finding]:
+def _told_from_clocks(findings: Sequence[SelectedEffect], joints: int) -> list[SelectedEffect]:
     """Findings without a clock that does not shift all joints that follow their commands better with it.
 
     Dead times have the clock as the rival of all of them, or not at all where joints are late by unequal times.
