@@ -171,10 +171,10 @@ LEAST_PROBABILITY: Final = 0.01
 MOST_SPREAD: Final = 2.0
 """Root mean square of whitened rows over what their median lets expect, from which on they are no noise. A judgement:
 on 84 data sets it is 1.08 at most; a reflector that slips by ten times the noise makes it 2.5."""
-MOST_OVER_STATED: Final = 4.0
+MOST_OVER_STATED: Final = 3.0
 """Size of rows' noise that residuals give over the stated one, from which on it is no noise. A judgement: in
-blind worlds it is 2.6 at most; a tracked body whose angles are biased by where it is seen from makes it 5, a slipped
-reflector, half of it told as a moved base, 20."""
+blind worlds it is 2.6 at most; a rolling shutter makes it 3.4, a tracked body whose angles are biased by where it is
+seen from 5, a slipped reflector, half of it told as a moved base, 20."""
 LEAST_TYPICAL: Final = 0.25
 """What that median is at least: rows without noise are left to rounding."""
 GAP_OVER_FLOOR: Final = 1.1

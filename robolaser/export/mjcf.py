@@ -89,8 +89,15 @@ def _joints(element: ET.Element, joint: BodyJoint, arm: CorrectedArm) -> None:
             width = {"range": digits(np.array([-0.5, 0.5]) * part.width), **_hard("limit")}
             behind = {"name": arm.unused_name(f"{joint.name}_play"), **line, "armature": repr(ROTOR), **width}
         else:
-            behind = {"name": arm.unused_name(f"{joint.name}_follower"), **line, "armature": repr(ROTOR)}
+            behind = {"name": _follower(arm, part), **line, "armature": repr(ROTOR)}
         ET.SubElement(element, "joint", behind)
+
+
+def _follower(arm: CorrectedArm, part: MimicJoint) -> str:
+    """The joint that follows another one behind a joint, which may follow several."""
+    others = [one.other for one in arm.parts if isinstance(one, MimicJoint) and one.joint == part.joint]
+    number = others.index(part.other)
+    return arm.unused_name(f"{part.joint}_follower" + (f"_{number + 1}" if number else ""))
 
 
 def _hard(kind: str = "") -> dict[str, str]:
@@ -106,7 +113,7 @@ def _constraints(root: ET.Element, arm: CorrectedArm, mimics: Sequence[MimicJoin
     """What ties joints to others: gears that follow, and friction of links that have play."""
     followers = [part for part in arm.parts if isinstance(part, MimicJoint)]
     plays = [part for part in arm.parts if isinstance(part, Play)]
-    tied = [(arm.unused_name(f"{part.joint}_follower"), part) for part in followers]
+    tied = [(_follower(arm, part), part) for part in followers]
     tied += [(mimic.joint, mimic) for mimic in mimics]
     if tied:
         equality = ET.SubElement(root, "equality")

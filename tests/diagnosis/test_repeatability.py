@@ -109,7 +109,7 @@ def test_stated_noise_that_the_rows_of_a_pose_contradict_gives_way_to_the_larger
     assert diagnosis.noise["target"].value == pytest.approx(6e-5, rel=0.15)
 
 
-@pytest.mark.parametrize(("times", "verdict"), [(3, "no_gap"), (10, "unexplained")])
+@pytest.mark.parametrize(("times", "verdict"), [(2.5, "no_gap"), (10, "unexplained")])
 def test_stated_noise_that_is_far_too_small_makes_no_gross_errors(times, verdict):
     """Up to a few times it is taken for a slip of the pen; beyond that, something else may move the rows."""
     dataset = simulate(
