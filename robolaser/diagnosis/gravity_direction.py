@@ -51,6 +51,9 @@ def with_gravity_turned(found: Diagnosis, examine: Callable[[Dataset], Diagnosis
     yields = any(one.name == JointCompliance.cause and one.probability >= CERTAIN for one in mended.classes)
     if mended.verdict != "explained" or falls < SIGMA_OF_95_PERCENT or not yields:
         return found
+    soft = [one for one in mended.findings if one.candidate_effect.effect is JointCompliance]
+    if stated @ turned < 0.0 and len(soft) < 2:  # a lone joint that yields backwards may be pulled by a spring
+        return found
     wrong = WrongInput(
         "gravity_direction",
         "base",

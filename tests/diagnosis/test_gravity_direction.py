@@ -51,3 +51,10 @@ def test_a_cause_that_the_library_lacks_is_not_told_as_gravity() -> None:
     without = [one for one in robolaser.EFFECTS if one.name not in ("link_geometry", "transmission_error")]
     why = robolaser.diagnose(made, effects=without, seed=0)
     assert "gravity_direction" not in {one.effect for one in why.effects}
+
+
+def test_a_single_joint_that_yields_upwards_may_be_pulled_by_a_spring_and_does_not_tell_that_the_arm_hangs() -> None:
+    why = robolaser.diagnose(hung((0.0, 0.0, 9.81), {"joint_compliance:shoulder_lift_joint": 6e-5}, 6), seed=0)
+    assert why.verdict == "unexplained"
+    assert why.where[0].site == "shoulder_lift_joint"
+    assert "gravity_direction" not in {one.effect for one in why.effects}
