@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from scipy.special import ndtr, stdtrit
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import Calibration, rms
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.estimation.folds import FoldFits, assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import FOLD_ENOUGH, FOLD_SHARE
 from robolaser.model.noise.covariance import NoiseModel
@@ -91,12 +91,11 @@ class HeldOut:
 
 
 def is_lower(before: Array, after: Array, pose: Ints) -> bool:
-    """Whether squared errors (m, j) fall by more than chance from pose (m,) to pose would make them."""
+    """Whether squared errors (m, j) fall by more than chance from pose (m,) to pose would make them, by Student's t."""
     _, number = np.unique(pose, return_inverse=True)
     falls = np.bincount(number, (before**2 - after**2).sum(axis=-1))
-    if len(falls) < 2:
-        return False
-    return bool(falls.mean() > SIGMA_OF_95_PERCENT * falls.std(ddof=1) / np.sqrt(len(falls)))
+    n = len(falls)
+    return n > 1 and bool(falls.mean() > stdtrit(n - 1, 0.975) * falls.std(ddof=1) / np.sqrt(n))
 
 
 def expected_gap(fit: Fit, noise: NoiseModel) -> float:
@@ -108,11 +107,13 @@ def expected_gap(fit: Fit, noise: NoiseModel) -> float:
 
 
 def interval(errors: Array, pose: Ints, seed: int) -> tuple[float, float]:
-    """The gap's 95 % interval, by resampling poses [m]."""
+    """The gap's 95 % interval, by resampling poses; of few, quantiles are further out (Hesterberg 2015) [m]."""
     squares = (errors**2).sum(axis=-1)
     seen, number = np.unique(pose, return_inverse=True)
     total, count = np.bincount(number, squares), np.bincount(number)
     drawn = np.random.default_rng(seed).multinomial(len(seen), np.full(len(seen), 1 / len(seen)), RESAMPLES)
     gaps = np.sqrt(drawn @ total / (drawn @ count))
-    low, high = np.quantile(gaps, [0.025, 0.975])
+    n = len(seen)
+    out = ndtr(np.sqrt(n / max(1, n - 1)) * stdtrit(max(1, n - 1), 0.975))
+    low, high = np.quantile(gaps, [1.0 - out, out])
     return float(low), float(high)

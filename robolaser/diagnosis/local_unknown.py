@@ -71,6 +71,14 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
     return max(ratio for joint in joints for ratio in ratios(joint, [in_time], chance=False))
 
 
+def chance_chi2(fit: Fit, joint: str) -> float:
+    """Chi-squared that chance at a joint, from pose to pose, explains beyond its freedom's cost; 0 elsewhere."""
+    if joint not in moving_joints(fit.model.dataset.robot):
+        return 0.0
+    by_joint = stage_derivatives(fit).by_motion(Stage.JOINTS, joint)[:, 0]
+    return chance_ratio(*normal_equations(fit, by_joint, fit.pose_of_number, len(fit.model.dataset.poses)))
+
+
 def posture_unknown_chi2(fit: Fit) -> float:
     """Chi-squared that one smooth function that turns several joints explains, beyond its freedom's cost.
 

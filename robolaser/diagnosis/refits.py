@@ -11,6 +11,7 @@ from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.local_unknown import (
+    chance_chi2,
     has_form,
     local_unknown_chi2,
     posture_unknown_chi2,
@@ -164,6 +165,7 @@ class Refits:
         bare = self.without(without, beside)
         sets = (without,) if bare is without else (without, bare)
         sparse = max(self._sparsely_unmodelled(fit, one, joint) for one in sets)
+        sparse = max(sparse, *(self._by_chance(fit, one, joint) for one in sets))
         final = self._cost_and_local_unknown(fit, joint)
         if joint not in moving_joints(fit.model.dataset.robot):
             final = final[0], 0.0
@@ -172,6 +174,14 @@ class Refits:
             return max(sparse, unknown)
         is_scatter = local_unknown_chi2(calm, joint) < CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
         return sparse if is_scatter else max(sparse, unknown)
+
+    def _by_chance(self, fit: Fit, without: Fit, joint: str) -> float:
+        """Probability that a joint which scatters from pose to pose explains what the effects do."""
+        chance = self._once(chance_chi2, without, joint)
+        if not chance:
+            return 0.0
+        costs = np.array([self.cost_by_chi2(fit), self.cost_by_chi2(without) - chance + CHI2_PER_EFFECT])
+        return float(posterior_weights(costs)[1])
 
     def _sparsely_unmodelled(self, fit: Fit, without: Fit, site: str) -> float:
         """Probability that a sparse shape at a site explains what the effects do that only the first model has.

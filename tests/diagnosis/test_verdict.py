@@ -7,6 +7,7 @@ import pytest
 from scipy.stats import chi2, norm
 
 from robolaser.diagnosis import thresholds
+from robolaser.diagnosis.held_out_gap import interval
 from robolaser.diagnosis.localization import chance_ratio, likelihood_ratio, p_value
 from robolaser.diagnosis.verdict import (
     Evidence,
@@ -249,3 +250,13 @@ def test_a_fiftieth_of_what_a_larger_effect_explains_at_its_place_is_its_form(
     explained: float, larger: float, form: bool
 ) -> None:
     assert is_form(explained, larger) is form
+
+
+@pytest.mark.parametrize(("poses", "held"), [(5, 0.86), (12, 0.91), (60, 0.93)])
+def test_the_interval_of_few_poses_holds_the_true_gap_nearly_as_often_as_that_of_many(poses, held):
+    pose, hits = np.repeat(np.arange(poses), 3), []
+    for seed in range(400):
+        errors = np.random.default_rng(seed).standard_normal((len(pose), 3))
+        low, high = interval(errors, pose, seed)
+        hits.append(low <= np.sqrt(3.0) <= high)
+    assert np.mean(hits) > held
