@@ -164,16 +164,16 @@ class Refits:
         beside = [one for one in without.effects if one.where == joint and has_form(fit, one)]
         bare = self.without(without, beside)
         sets = (without,) if bare is without else (without, bare)
-        sparse = max(self._sparsely_unmodelled(fit, one, joint) for one in sets)
-        sparse = max(sparse, *(self._by_chance(fit, one, joint) for one in sets))
+        rivals = self._sparsely_unmodelled, self._by_chance
+        known = max(rival(fit, one, joint) for rival in rivals for one in sets)
         final = self._cost_and_local_unknown(fit, joint)
         if joint not in moving_joints(fit.model.dataset.robot):
             final = final[0], 0.0
         unknown = max(probability_of_local_unknown(*final, *self._cost_and_local_unknown(one, joint)) for one in sets)
         if unknown < LEAST_PROBABILITY or (calm := fit.with_likeliest_scatter) is fit:
-            return max(sparse, unknown)
+            return max(known, unknown)
         is_scatter = local_unknown_chi2(calm, joint) < CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
-        return sparse if is_scatter else max(sparse, unknown)
+        return known if is_scatter else max(known, unknown)
 
     def _by_chance(self, fit: Fit, without: Fit, joint: str) -> float:
         """Probability that a joint which scatters from pose to pose explains what the effects do."""
