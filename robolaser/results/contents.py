@@ -63,7 +63,7 @@ def read_result(path: Path, *formats: str) -> tuple[dict[str, Any], Path]:
     try:
         msgspec.convert(contents, _Read)
     except msgspec.ValidationError as error:
-        raise DataError(f"{file} is damaged ({error}). Write it again.", file=file.name) from None
+        raise DataError(f"{file}: {error}. Is the file complete?", file=file.name) from None
     return contents, file.parent
 
 

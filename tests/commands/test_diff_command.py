@@ -55,7 +55,7 @@ def test_a_damaged_result_is_refused_in_a_sentence(
 ) -> None:
     (tmp_path / "diagnosis.json").write_text(f'{{"format": "robolaser-diagnosis/1"{effects}}}')
     assert main(["diff", str(tmp_path), str(folder / "why")]) == 1
-    assert "diagnosis.json is damaged (Object missing required field" in capsys.readouterr().err
+    assert "diagnosis.json: Object missing required field" in capsys.readouterr().err
 
 
 def test_people_see_a_table(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
