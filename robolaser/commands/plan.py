@@ -7,7 +7,7 @@ from cyclopts import Parameter
 
 from robolaser.commands.terminal import NO_NOISE, TERMINAL, Count, NoiseOptions, Seed, Terminal, refuse
 from robolaser.data.sensor_format import Mount
-from robolaser.errors import UsageError, near
+from robolaser.errors import DataError, UsageError, near
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
@@ -52,6 +52,8 @@ def plan(
     from robolaser.report import motion, pose_plan
     from robolaser.report.console import print_document
 
+    if not poses.exists():
+        raise DataError(f"{poses} does not exist. Name a poses.csv, or the folder of a data set.", file=poses)
     if poses.is_dir():
         given = {"--robot": robot, "--flange": flange, "--sensor": sensor}
         refuse(f"{poses} is a data set, which contains that", given)

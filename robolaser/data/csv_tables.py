@@ -154,6 +154,9 @@ def table_of(
     header = [name.strip() if named else str(number) for number, name in enumerate(names, 1)]
     if not header:
         raise DataError(f"{path.name} is empty: its first row must name the columns.", file=path.name, row=line)
+    if not how and separator == "," and len(header) == 1 and (other := set(header[0]) & {";", "\t"}):
+        expected = "expected commas, and points in numbers. `robolaser import` reads other tables."
+        raise bad_row(path.name, line, f"the columns are separated by {min(other)!r}, {expected}")
     for name in header:
         if header.count(name) > 1:
             said = f"{path.name} has two columns '{name}'; rename or delete one."

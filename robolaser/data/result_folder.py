@@ -52,8 +52,7 @@ def results_in(
             result without `force`.
     """
     _refuse_input(folder, files, inputs)
-    make_folder(folder)
-    with locked(folder) as free:
+    with _made(folder), locked(folder) as free:
         if not free:
             raise OutputError(
                 f"Another robolaser command is writing into {folder}. Wait for its end, or choose another folder."
@@ -107,6 +106,19 @@ def _refuse_input(folder: Path, files: Sequence[str], inputs: Sequence[Path]) ->
             raise OutputError(
                 f"{written} is an input of this command or is inside one, and is not changed. Choose another --output."
             )
+
+
+@contextmanager
+def _made(folder: Path) -> Iterator[None]:
+    """Create a folder that holds something in the end, or is gone again if it was not there before."""
+    is_new = not os.path.lexists(folder)
+    make_folder(folder)
+    try:
+        yield
+    finally:
+        if is_new:
+            with suppress(OSError):  # it is not empty
+                folder.rmdir()
 
 
 def make_folder(folder: Path) -> None:

@@ -113,6 +113,8 @@ IN_MJCF: Final = {
 POSITION: Final = "actuator/position"
 OF_ACTUATOR: Final = frozenset({"droop", "lag", "dead_time", "dead_zone", "range_limit"})
 """What a position actuator takes in MJCF."""
+GAINS: Final = {"kp": "1", "kv": "0"}
+"""Of a position actuator, with MuJoCo's defaults."""
 DEFAULT_STEP_S = "0.002"
 """MuJoCo's."""
 
@@ -136,19 +138,38 @@ def _mjcf(root: ET.Element, numbers: _NumberSpans, joints: set[str]) -> set[str]
     for actuator in root.findall(POSITION):
         name = actuator.get("joint", "")
         if name in there:
-            _actuator(actuator, there[name], numbers, step)
+            gains = {key: float(_of_class(root, actuator, key) or default) for key, default in GAINS.items()}
+            _actuator(actuator, there[name], numbers, step, **gains)
     return set(there)
 
 
-def _actuator(actuator: ET.Element, joint: ET.Element, numbers: _NumberSpans, step: float) -> None:
+def _of_class(root: ET.Element, actuator: ET.Element, key: str) -> str | None:
+    """An attribute of a position actuator: its own, or that of its class of defaults or of one around it."""
+    around = {inner: outer for outer in root.iter("default") for inner in outer.findall("default")}
+    wanted = actuator.get("class")
+    of_that = (one for one in root.iter("default") if one.get("class") == wanted)
+    at, found = next(of_that, root.find("default")), actuator.get(key)
+    while found is None and at is not None:
+        position = at.find("position")
+        at, found = around.get(at), None if position is None else position.get(key)
+    return found
+
+
+def _actuator(
+    actuator: ET.Element, joint: ET.Element, numbers: _NumberSpans, step: float, *, kp: float, kv: float
+) -> None:
     name = joint.get("name", "")
     found = [numbers.take("droop", name, number) for number in ("compliance", "torque_compliance")]
     compliance = next((value for value in found if value is not None), None)
+    gain = kp
     if compliance is not None and compliance > 0.0:
-        actuator.set("kp", digits(1.0 / compliance))
-    gain = float(actuator.get("kp", "1"))
+        gain = 1.0 / compliance
+        actuator.set("kp", digits(gain))
+        if kv > 0.0 and kp > 0.0:  # the lag kv / kp stays
+            actuator.set("kv", digits(gain * kv / kp))
     lag = numbers.take("lag", name, "time")
     if lag is not None:
+        actuator.attrib.pop("dampratio", None)  # MuJoCo takes one of both
         actuator.set("kv", digits(gain * lag))
     delay = numbers.take("dead_time", name, "delay")
     if delay is not None and delay > 0.0:

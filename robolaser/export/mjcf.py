@@ -38,7 +38,8 @@ def mjcf(calibration: Calibration) -> str | None:
                   boundinertia="1e-8")  # fmt: skip
     option = ET.SubElement(root, "option", gravity=digits(np.array(arm.robot.gravity)), integrator="implicitfast")
     if any(isinstance(part, Play) for part in arm.parts):
-        option.set("noslip_iterations", "5")  # friction that creeps would use the play up
+        option.set("noslip_iterations", "100")  # friction that creeps would use the play up
+        option.set("noslip_tolerance", "1e-16")  # by default it ends before two plays hold each other
     world = ET.SubElement(root, "worldbody")
     elements: dict[str, ET.Element] = {}
     mimics = []
@@ -105,8 +106,9 @@ def _hard(kind: str = "") -> dict[str, str]:
 
 
 def _spring(name: str, line: Mapping[str, str], stiffness: float) -> dict[str, str]:
-    damping = repr(stiffness * RELAXES_S)
-    return {"name": name, **line, "stiffness": repr(stiffness), "damping": damping, "armature": repr(ROTOR)}
+    """Critically damped: MuJoCo solves constraints as if no damping slowed the step, and diverges where it rules."""
+    damping, inertia = stiffness * RELAXES_S, stiffness * RELAXES_S**2 / 4
+    return {"name": name, **line, "stiffness": repr(stiffness), "damping": repr(damping), "armature": repr(inertia)}
 
 
 def _constraints(root: ET.Element, arm: CorrectedArm, mimics: Sequence[MimicJoint]) -> None:

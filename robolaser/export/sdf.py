@@ -4,9 +4,12 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.export.bodies import RigidBody, bodies
 from robolaser.export.corrected_arm import CorrectedArm, comment
+from robolaser.geometry.rigid_motion import exp_so3, pose, rot_x, rot_y, rot_z
+from robolaser.robot.kinematics import Robot
 from robolaser.robot.urdf.elements import digits, origin_attributes
 
 VERSION = "1.7"  # the first in which a pose can be relative to a link
@@ -34,6 +37,46 @@ def sdf(calibration: Calibration) -> str | None:
         _joint(model, body)
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def flange_by_sdf(text: str, robot: Robot, q: Array) -> Array:
+    """T_base_flange as an SDF has it, (n, j) -> (n, 4, 4).
+
+    Args:
+        text: The file.
+        robot: Names the flange and the joints that are read.
+        q: Joint values.
+    """
+    root = ET.fromstring(text)
+    placed = {link.get("name"): link.find("pose") for link in root.iter("link")}
+    above = {joint.findtext("child"): joint for joint in root.iter("joint")}
+    T, link = np.tile(np.eye(4), (len(q), 1, 1)), _name(robot.flange)
+    while (at := placed[link]) is not None:
+        roll, pitch, yaw = (xyz_rpy := _numbers(at.text))[3:]
+        on_parent = pose(rot_z(yaw) @ rot_y(pitch) @ rot_x(roll), xyz_rpy[:3])
+        T, link = on_parent @ _moved(above[link], robot, q) @ T, at.get("relative_to", "")
+    return np.asarray(T)
+
+
+def _moved(joint: ET.Element, robot: Robot, q: Array) -> Array:
+    """What the link has moved by its joint, (n, 4, 4)."""
+    axis = joint.find("axis")
+    if axis is None:
+        return np.tile(np.eye(4), (len(q), 1, 1))
+    mimic = axis.find("mimic")
+    leader = (joint.get("name") if mimic is None else mimic.get("joint")) or ""
+    value = q[:, robot.joints.index(leader)]
+    if mimic is not None:
+        factor, reference, offset = (float(mimic.findtext(key, "0")) for key in ("multiplier", "reference", "offset"))
+        value = factor * (value - reference) + offset
+    way = value[:, None] * _numbers(axis.findtext("xyz"))
+    if joint.get("type") == "prismatic":
+        return pose(np.tile(np.eye(3), (len(q), 1, 1)), way)
+    return pose(exp_so3(way), np.zeros_like(way))
+
+
+def _numbers(text: str | None) -> Array:
+    return np.array((text or "").split(), dtype=float)
 
 
 def _name(link: str | None) -> str:

@@ -172,11 +172,11 @@ def pose_errors(
         floor = records(rms=1e3 * noise_m, series=FLOOR)
         layers.append(layer(rule(), floor, tooltip=hover("series", rms="RMS error [mm]"), y=y, color=colour))
     ranked = np.argsort(-np.array(list(sizes.values())[-1]), kind="stable")
-    largest = [names[i] for i in ranked[:3]]
+    largest = [names[i] if names[i] == f"{i + 1}" else f"{names[i]} (at {i + 1})" for i in ranked[:3].tolist()]
     return chart(
         "Errors of each pose",
         f"{reading} A single high pose suggests a wrong measurement; a step or a slope along the run, a change during"
         f" the run. Largest: {', '.join(largest)}.",
-        f"Errors of {len(seen)} poses; the largest is that of {largest[0]}.",
+        f"Errors of {len(seen)} poses; the largest is that of {names[ranked[0]]}.",
         layers,
     )

@@ -13,7 +13,7 @@ from robolaser.motion.plan import MotionLimit, MotionPlan
 from robolaser.motion.result_json import kinds_json, next_motions, sentence
 from robolaser.motion.selection import SelectedEffect
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records
-from robolaser.report.digits import SIGNIFICANT, measured, percent, plain, with_unit
+from robolaser.report.digits import SIGNIFICANT, measured, millimetre_interval, millimetres, percent, plain, with_unit
 from robolaser.report.document import (
     Column,
     Content,
@@ -104,8 +104,9 @@ def _figures(fit: MotionFit) -> list[Figure]:
     at_flange = fit.gap_mm
     if at_flange["after"] is not None:
         low, high = at_flange["after_ci95"]
-        text = f"{at_flange['calibrated']:.3g} mm before; 95 %: {low:.3g} to {high:.3g} mm"
-        rows.append(Figure("held-out", "at the flange", f"{at_flange['after']:.3g} mm", text))
+        interval = millimetre_interval(low / 1e3, high / 1e3)
+        text = f"{millimetres(at_flange['calibrated'] / 1e3)} before; 95 %: {interval}"
+        rows.append(Figure("held-out", "at the flange", millimetres(at_flange["after"] / 1e3), text))
     return rows
 
 

@@ -2,13 +2,34 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NotRequired, TypedDict
+
+import msgspec
 
 from robolaser.bounded_reading import ROBOT_BYTES, read_json, read_text
 from robolaser.calibration.result import FORMAT as CALIBRATION
 from robolaser.diagnosis.result_json import FORMAT as DIAGNOSIS
 from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
+
+
+class _Number(TypedDict):
+    value: float | None
+    std: float | None
+
+
+class _Effect(TypedDict):
+    effect: str
+    where: str
+    parameters: dict[str, _Number]
+
+
+class _Read(TypedDict):
+    """What is read of both, beside what else they hold."""
+
+    effects: list[_Effect]
+    parameters: NotRequired[dict[str, _Number]]
+
 
 FILES: Final = {CALIBRATION: "calibration.json", DIAGNOSIS: "diagnosis.json"}
 
@@ -33,6 +54,10 @@ def read_result(path: Path, *formats: str) -> tuple[dict[str, Any], Path]:
     found = contents.get("format") if isinstance(contents, dict) else None
     if found not in known:
         raise DataError(f"{file}: expected the format {' or '.join(known)}, not {found!r}.", file=file.name)
+    try:
+        msgspec.convert(contents, _Read)
+    except msgspec.ValidationError as error:
+        raise DataError(f"{file}: {error}. Is the file complete?", file=file.name) from None
     return contents, file.parent
 
 

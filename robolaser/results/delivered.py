@@ -21,6 +21,7 @@ from robolaser.export.controller_table import flange_by_table
 from robolaser.export.corrected_arm import CorrectedArm
 from robolaser.export.files import EXPORTED, is_withheld
 from robolaser.export.python_module import OF_THE_ARM, contained
+from robolaser.export.sdf import flange_by_sdf
 from robolaser.export.ur_calibration import flange_by_ur_calibration
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.mechanism import Play
@@ -88,7 +89,7 @@ def delivered(calibration: Calibration) -> list[Delivered]:
         "corrected.py": (_by_module, contained(calibration.model)),
         "robot_corrected.urdf": (_by_arm(_flange_by_urdf), in_urdf),
         "robot_corrected.xml": (_by_mujoco if find_spec("mujoco") else None, in_mjcf),
-        "robot_corrected.sdf": (None, in_urdf),
+        "robot_corrected.sdf": (_by_arm(flange_by_sdf), in_urdf),
         "controller.csv": (_by_arm(flange_by_table), in_urdf),
         "calibration.yaml": (_by_arm(flange_by_ur_calibration), in_urdf),
     }

@@ -9,7 +9,7 @@ import pytest
 
 from robolaser.data.atomic_write import write_text
 from robolaser.data.csv_tables import read_table
-from robolaser.errors import OutputError
+from robolaser.errors import DataError, OutputError
 
 
 def test_lines_are_counted_as_an_editor_counts_them(tmp_path: Path) -> None:
@@ -55,6 +55,13 @@ def test_numbers_are_the_same_however_a_table_is_written(
         assert table.texts("name") == slow.texts("name")
         assert tuple(table.lines) == tuple(slow.lines)
         assert np.array_equal(table.numbers(["x"])[:, 0], values[:, 0])
+
+
+@pytest.mark.parametrize("text", ["pose;q_1\n0;0,5\n", "pose\tq_1\n0\t0.5\n"])
+def test_a_table_with_other_separators_is_named_as_that(tmp_path: Path, text: str) -> None:
+    (tmp_path / "poses.csv").write_text(text)
+    with pytest.raises(DataError, match=r"poses\.csv, row 1: the columns are separated by .*expected commas.*import"):
+        read_table(tmp_path / "poses.csv")
 
 
 def test_equal_texts_are_kept_once(tmp_path: Path) -> None:

@@ -68,6 +68,9 @@ def test_a_command_that_fails_leaves_no_trace_and_one_that_is_stopped_owns_what_
     with pytest.raises(ZeroDivisionError), results_in(tmp_path, command="calibrate", files=FILES):
         raise ZeroDivisionError
     assert not list(tmp_path.iterdir())
+    with pytest.raises(ZeroDivisionError), results_in(tmp_path / "new", command="calibrate", files=FILES):
+        raise ZeroDivisionError
+    assert not (tmp_path / "new").exists()
     with pytest.raises(KeyboardInterrupt):
         stopped(tmp_path)
     write(tmp_path, state=["state"])

@@ -116,6 +116,7 @@ def test_the_command_takes_a_table_of_poses_or_a_data_set(tmp_path: Path, capsys
     assert "distinguishable from" in text
     assert "Not testable: latency" in text
     assert main(["plan", table]) == 2
+    assert main(["plan", str(tmp_path / "nowhere.csv")]) == 1
     assert main(["plan", str(tmp_path / "cell"), "--robot", "ur5e"]) == 2
     assert main(["plan", table, "--robot", "scorbot_er7", "--sensor", "pint", "--point-m", "3e-5"]) == 2
 

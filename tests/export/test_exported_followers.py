@@ -10,7 +10,7 @@ from test_corrected_module import AT_REST, found, loaded
 
 from robolaser import find_robot
 from robolaser.export.mjcf import mjcf
-from robolaser.export.sdf import sdf
+from robolaser.export.sdf import flange_by_sdf, sdf
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation import CellOptions, simulate
 
@@ -70,7 +70,10 @@ def test_mujoco_follows():
 
 
 def test_gazebo_is_told_what_follows_what():
-    root = ET.fromstring(sdf(found_bent()[0]))
+    calibration, wanted = found_bent()
+    text = sdf(calibration)
+    np.testing.assert_allclose(flange_by_sdf(text, made().robot, made().poses.q), wanted, rtol=0, atol=1e-9)
+    root = ET.fromstring(text)
     (mimic,) = root.iter("mimic")
     assert root.get("version") == "1.11"
     stated = {

@@ -60,6 +60,23 @@ def test_servos_get_gains_and_a_delay(written: ET.Element) -> None:
     assert float(servo.get("delay", 0)) == 0.03
 
 
+@pytest.mark.parametrize(
+    ("servo", "effects", "kp", "kv"),
+    [
+        ('kp="5" kv="0.1"', ["droop"], 20.0, 0.4),
+        ('kp="5" dampratio="1"', ["lag"], 5.0, 0.3),
+        ('class="inner"', ["lag"], 8.0, 0.48),
+        ('class="inner"', ["droop"], 20.0, 0.5),
+    ],
+)
+def test_a_servo_keeps_its_lag_and_the_gains_of_its_class(servo: str, effects: list[str], kp: float, kv: float) -> None:
+    defaults = '<default><position kp="3" kv="0.2"/><default class="inner"><position kp="8"/></default></default>'
+    text = MJCF.replace('joint="lift" kp="5"', f'joint="lift" {servo}').replace("<worldbody>", f"{defaults}<worldbody>")
+    text = motion_into(text, [one for one in FOUND if one["effect"] in effects], "arm.xml").text
+    model = pytest.importorskip("mujoco").MjModel.from_xml_string(text)
+    np.testing.assert_allclose([model.actuator_gainprm[0, 0], -model.actuator_biasprm[0, 2]], [kp, kv], rtol=1e-9)
+
+
 def test_mujoco_moves_the_copy_late_and_slowly() -> None:
     mujoco = pytest.importorskip("mujoco", minversion="3.5")  # actuators have no delay before
 

@@ -10,7 +10,7 @@ from calibrated import bent, stripe
 
 from robolaser import find_robot
 from robolaser.export.mjcf import mjcf
-from robolaser.export.sdf import sdf
+from robolaser.export.sdf import flange_by_sdf, sdf
 from robolaser.geometry.rigid_motion import exp_so3, pose, rot_x, rot_y, rot_z
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate
@@ -36,6 +36,8 @@ EFFECTS = {
         "joint_compliance:elbow_joint.hardening": 0.3,
     },
     "base": {"base_compliance:base.compliance": 2e-5, "base_compliance:base.anisotropy": 0.3},
+    "base and encoder scale": {"base_compliance:base.compliance": 2e-6,
+                               "encoder_scale:shoulder_lift_joint.scale": 1e-3},
 }  # fmt: skip
 
 
@@ -89,6 +91,14 @@ def test_the_sdf_has_the_geometry():
             link = joint.findtext("parent")
         np.testing.assert_allclose(T, T_wanted, atol=1e-9)
     assert "Not contained: elbow_joint deflects" in sdf(calibration)
+    read = flange_by_sdf(sdf(calibration), made().robot, made().poses.q)
+    np.testing.assert_allclose(read, wanted(bent(made(), GEOMETRY)), atol=1e-9)
+
+
+def test_the_sdf_of_an_arm_that_slides_is_read_as_it_is():
+    dataset = simulate(find_robot("tiago"), kind="point", poses=6, seed=3).dataset
+    read = flange_by_sdf(sdf(bent(dataset, {})), dataset.robot, dataset.poses.q)
+    np.testing.assert_allclose(read, dataset.flange(), atol=1e-9)
 
 
 def replayed(text, q, *, settle_s):
@@ -119,7 +129,8 @@ def test_mujoco_has_the_geometry_within_a_micrometre():
     np.testing.assert_allclose(replayed(text, made().poses.q, settle_s=0), wanted(calibration), atol=1e-6)
 
 
-MOVED = ("coupling", "encoder scale", "compliance", "compliance, hardening, with a payload", "base", "backlash")
+MOVED = ("coupling", "encoder scale", "compliance", "compliance, hardening, with a payload", "base", "backlash",
+         "base and encoder scale")  # fmt: skip
 
 
 @pytest.mark.parametrize("name", MOVED)
@@ -132,3 +143,17 @@ def test_mujoco_moves_within_five_percent_of_an_effect(name):
     found = replayed(mjcf(calibration), q, settle_s=4.0) - made().flange()[order]
     later = slice(1, None) if name == "backlash" else slice(None)
     assert np.abs(found - effect)[later].max() < 0.05 * np.abs(effect).max()
+
+
+def test_the_weight_of_the_arm_does_not_creep_through_two_gears_with_play():
+    mujoco = pytest.importorskip("mujoco")
+    dataset = simulate(find_robot("panda"), kind="point", poses=12, seed=3).dataset
+    played = ("panda_joint2", "panda_joint4")
+    text = mjcf(bent(dataset, {f"backlash:{joint}.lost_motion": 3e-3 for joint in played}))
+    model = mujoco.MjModel.from_xml_string(text)
+    data, columns = mujoco.MjData(model), [int(model.joint(name).qposadr[0]) for name in dataset.robot.joints]
+    model.dof_armature[columns] = 1e6
+    data.qpos[columns] = dataset.poses.q[0]
+    for _ in range(250):
+        mujoco.mj_step(model, data)
+    assert np.abs([data.joint(f"{joint}_play").qpos[0] for joint in played]).max() < 1e-5

@@ -45,6 +45,7 @@ def test_a_file_that_cannot_hold_a_spring_says_so_and_delivers_less(why: Diagnos
     urdf = by_name(why)["robot_corrected.urdf"]
     assert urdf["lacks"] == [["joint_compliance", "shoulder_lift_joint"]]
     assert float(str(urdf["held_out_mm"])) > 3.0 * why.gap_mm.after
+    assert by_name(why)["robot_corrected.sdf"]["held_out_mm"] == pytest.approx(urdf["held_out_mm"], rel=1e-6)
 
 
 def test_corrected_py_does_not_hold_what_happened_in_one_of_several_sessions() -> None:

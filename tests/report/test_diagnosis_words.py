@@ -141,6 +141,16 @@ def test_scatter_that_counts_as_noise_is_said_to_be_within_its_limit(is_stated, 
     assert f"This is within {limit} and counts as noise." in said
 
 
+@pytest.mark.parametrize(("probe_turn", "helps"), [(1e-5, True), (1e-3, False)])
+def test_finer_readings_are_advised_where_readings_scatter_most(probe_turn, helps):
+    turns = {"joint": 1e-4, "probe_turn": probe_turn}
+    sources = {name: NoiseSource(value, "rad", "estimated", of_poses=True) for name, value in turns.items()}
+    one = MADE["no_gap"]()
+    advice = " ".join(to_do(replace(one, repeatability=Repeatability(sources, one.gap.noise_floor_m))))
+    assert "Most of the error is scatter of whole poses" in advice
+    assert ("finer resolution" in advice) is helps
+
+
 def test_of_a_flange_that_scatters_only_what_exceeds_its_limit_is_said():
     sizes = {"shift": Spread(7e-4, 1e-4, "m", limit=3e-4), "turn": Spread(1e-6, 1e-6, "rad", limit=5e-4)}
     found = ExcessScatter("flange", 1.0, sizes, False, 50.0, 0.0, 7e-4, geometric().model.dataset.noise)

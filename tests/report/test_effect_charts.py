@@ -90,3 +90,4 @@ def test_an_effect_that_cannot_be_distinguished_is_drawn_beside_the_one_that_was
     assert any(one.alternatives for one in found.diagnosis.weighed.evidence)
     spec = str(found.plot("joint_offset", "wrist_1_joint").spec)
     assert "'left with " in spec.replace("left with it", "")
+    assert "'columns': 2" in spec  # the names of both effects beside each other are wider than the chart

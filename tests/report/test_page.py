@@ -90,6 +90,14 @@ def test_every_point_and_every_pose_has_a_name_under_the_pointer(calibrations, p
         assert names == set(calibration.model.dataset.poses.names)
 
 
+def test_the_caption_says_where_on_the_axis_the_largest_poses_are(calibrations, pages):
+    names = list(calibrations["point"].model.dataset.poses.names)
+    largest = re.search(r"Largest: (.*?)\.", " ".join(Reader(pages["point"]).texts))[1].split(", ")
+    assert len(largest) == 3
+    for name, number in (re.fullmatch(r"(\S+) \(at (\d+)\)", one).groups() for one in largest):
+        assert names[int(number) - 1] == name
+
+
 def test_names_from_data_stay_text():
     for calibration in (stripe(name=HOSTILE), point(name=HOSTILE, names=(HOSTILE, "</title>"))):
         text = page(calibration, command=HOSTILE)

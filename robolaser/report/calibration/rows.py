@@ -121,7 +121,7 @@ def meaning(name: str) -> str:
     part = _SIX.get(part, part)
     kind, _, which = thing.partition(".")
     meanings = {
-        "target": "place of the target",
+        "target": "pose of the target",
         "base": "robot base in the tracker's frame",
         "tool": "ball on the flange" if which == "ball" else f"point {which} on the flange",
         "socket": f"socket {which} in the base frame",

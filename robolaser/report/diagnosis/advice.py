@@ -110,9 +110,12 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
     said += _bounds(diagnosis)
     is_sound = diagnosis.verdict == "no_gap" and not diagnosis.wrong_input
     if is_sound and diagnosis.repeatability.is_most_of(diagnosis.gap.noise_floor_m):
+        turns = {name: source.value for name, source in diagnosis.repeatability.sources.items() if source.unit == "rad"}
+        is_joint = turns.get("joint", 0.0) >= max(turns.values(), default=np.inf)
+        finer = " Joint readings of finer resolution reduce it." if is_joint else ""
         said.append(
             "Nothing needs repair. Most of the error is scatter of whole poses: more poses average it, repeated shots"
-            " at one pose do not. Joint readings of finer resolution reduce it."
+            f" at one pose do not.{finer}"
         )
     elif is_sound:
         line = ", or improve the line extraction" if diagnosis.dataset.kind == "stripe" else ""

@@ -311,7 +311,8 @@ def _chart(one: ExplainedError, names: tuple[str, ...]) -> Chart:
         "x", f"{one.coordinate.name}{f' [{of}{per}{second}]' if of else ''}", domain=SIDES if is_sign else None
     )
     up = quantity("error", f"error of {one.of} [{unit}]")
-    colour = colours({name: looks[name][0] for name in series})
+    in_two_rows = {"columns": 2, "labelLimit": 320} if one.rival is not None else None
+    colour = colours({name: looks[name][0] for name in series}, legend=in_two_rows)
     said = hover("pose", "series", error=f"error [{unit}]")
     before, after = (float(np.sqrt(np.square(series[name]).mean())) for name in (BEFORE, AFTER))
     no_other = one.coordinate.name == FORESEEN
