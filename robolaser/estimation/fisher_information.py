@@ -123,5 +123,7 @@ def information(problem: Problem, x: Array, sigmas: Mapping[str, float], shots: 
 
 
 def _of_batch(batch: Problem, x: Array, sigmas: Mapping[str, float], shots: Ints | None) -> Information:
-    noise = NoiseModel(error_sources(batch.model, x, shots), sigmas)
+    # sizes are judged by averaged rows: where each pose then has one, they know no errors that its shots would share
+    sources = tuple(source for source in error_sources(batch.model, x, shots) if source.name in sigmas)
+    noise = NoiseModel(sources, sigmas)
     return Information.of(jacobian(batch.model, x[None])[0], noise, weights=batch.noise)

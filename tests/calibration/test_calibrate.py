@@ -22,6 +22,7 @@ from robolaser.calibration.pymoo_search import CHECKPOINT, search
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import AlgorithmError, EstimationError, UsageError
+from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.export.files import exported
@@ -198,6 +199,17 @@ def test_trackers_and_sockets_start_from_a_closed_form(kind: str) -> None:
         as_json(found)["parameters"][{"socket": "tool.ball.x", "profile": "hand_eye.x"}.get(kind, "base.x")]["nominal"]
         is None
     )
+
+
+@pytest.mark.parametrize("stated", [None, Noise()])
+@pytest.mark.parametrize("kind", ["point", "pose"])
+def test_shots_of_an_only_reflector_say_as_much_as_their_mean(kind: str, stated: Noise | None) -> None:
+    noise, options = Noise(point_m=3e-5, angle_rad=1e-4, joint_rad=2e-5), CellOptions(repeats=3, stated=stated)
+    shots = simulate("ur5", kind=kind, poses=30, points=1, noise=noise, options=options, seed=1).dataset
+    means = replace(AveragedData.of(shots).dataset, noise=Noise())
+    one, other = calibrate(shots), calibrate(means)
+    assert np.abs((one.x - other.x) / other.std).max() < 0.1
+    np.testing.assert_allclose(one.std, other.std, rtol=0.2)
 
 
 def test_poles_among_the_members_do_not_stop_the_descents(experiment: Simulated) -> None:
