@@ -27,10 +27,12 @@ class AveragedData:
         """Average the repeats of each point, without the rows that are marked as gross errors."""
         points = dataset.points
         kept = np.flatnonzero(~outliers) if outliers is not None else np.arange(len(points))
-        if points.repeat is None or dataset.format.many_rows:
+        many = np.array([sensor.data.format.many_rows for sensor in dataset.sensors])[dataset.sensor_of_row]
+        if points.repeat is None or many.all():
             names: Sequence[object] = kept.tolist()
         else:
-            names = list(zip(points.pose[kept].tolist(), (points.names[i] for i in kept), strict=True))
+            pose = points.pose.tolist()
+            names = [i if many[i] else (pose[i], points.names[i]) for i in kept.tolist()]
         number = {name: i for i, name in enumerate(dict.fromkeys(names))}
         of_row = np.array([number[name] for name in names], dtype=np.int64)
         shots = np.bincount(of_row)
