@@ -53,7 +53,8 @@ class AveragedData:
         )
         group = np.full(len(points), -1, dtype=np.int64)
         group[kept] = of_row
-        return cls(dataset, replace(dataset, points=averaged), shots, group)
+        whole = dataset.whole if len(shots) == len(points) else dataset.whole or dataset
+        return cls(dataset, replace(dataset, points=averaged, whole=whole), shots, group)
 
     @classmethod
     def single(cls, dataset: Dataset) -> "AveragedData":
@@ -70,7 +71,7 @@ class AveragedData:
         if kept.all():
             return self
         number = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
-        dataset = replace(self.dataset, points=self.dataset.points.take(kept))
+        dataset = replace(self.dataset, points=self.dataset.points.take(kept), whole=self.raw.whole or self.raw)
         if dataset.poses.time_s is None or not dataset.path_known:
             dataset = dataset.of_poses(kept_poses(dataset))
         return replace(self, dataset=dataset, shots=self.shots[kept], group=number[self.group])
