@@ -24,6 +24,7 @@ from robolaser.export.python_module import OF_THE_ARM, contained
 from robolaser.export.ur_calibration import flange_by_ur_calibration
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.mechanism import Play
+from robolaser.model.effects.run import Run
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
 from robolaser.robot.kinematics import Robot
@@ -210,7 +211,7 @@ def _by_module(text: str, data: Dataset, held: Bools) -> Array:
     exec(compile(text, "corrected.py", "exec"), module)
     poses, (_, q) = data.poses, data.arm
     given = {"before": _before(data)[:, held]}
-    time_s = None if poses.time_s is None else _since_beginning(data, poses.time_s)
+    time_s = None if poses.time_s is None else _since_beginning(data)
     for name, values in (("time_s", time_s), ("temperature_c", poses.temperature_c), ("velocity", poses.qd)):
         if values is not None:
             given[name] = values[held]
@@ -259,12 +260,14 @@ def _by_mujoco(text: str, data: Dataset, held: Bools) -> Array:
     return found
 
 
-def _since_beginning(data: Dataset, time_s: Array) -> Array:
-    """Times of the poses since the first of their session, (n,) [s]."""
-    since = time_s.copy()
-    for path in data.paths:
-        since[path] -= time_s[path[0]]
-    return since
+def _since_beginning(data: Dataset) -> Array:
+    """When the poses were, (n,) [s], or how many poses, after the first of their session."""
+    places, whole = data.in_whole(), data.whole or data
+    since = np.zeros(len(whole.poses))
+    for path in whole.paths:
+        time_s = np.arange(len(path)) if whole.time_is_order else Run(whole).time_s[path]
+        since[path] = time_s - time_s[0]
+    return since if places is None else since[places]
 
 
 def _before(data: Dataset) -> Array:

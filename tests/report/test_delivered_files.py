@@ -145,3 +145,15 @@ def test_gazebo_gets_the_geometry_that_other_tools_get(tmp_path: Path) -> None:
     assert placed is not None
     stated = f"{origin.get('xyz')} {origin.get('rpy')}".split()
     assert [float(number) for number in placed.split()] == pytest.approx([float(number) for number in stated], abs=1e-9)
+
+
+@pytest.mark.parametrize("sessions", [1, 2])
+def test_poses_in_an_order_without_times_warm_the_delivered_arm_as_they_warmed_the_model(sessions: int) -> None:
+    options, drift = CellOptions(sessions=sessions), "thermal_drift:elbow_joint"
+    noise = Noise(point_m=2e-5)
+    timed = simulate("ur5", kind="point", poses=24, noise=noise, effects={drift: 4e-3}, options=options, seed=2).dataset
+    order = np.argsort(np.argsort(timed.poses.time_s))
+    poses = replace(timed.poses, time_s=10.0 * order)
+    found = robolaser.calibrate(replace(timed, poses=poses, time_is_order=True), effects=[drift])
+    (file,) = (one for one in found["files"] if one.file == "corrected.py")
+    assert file.held_out_mm == pytest.approx(1e3 * found.held_out_rms_m, rel=0.15)
