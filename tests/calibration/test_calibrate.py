@@ -9,6 +9,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from calibrated import arm
 from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.optimize import minimize
 
@@ -26,6 +27,7 @@ from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.export.files import exported
+from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.operators import ArithmeticCrossover, NonUniformMutation
 from robolaser.problems import ReducedCalibration, ScannerCalibration
@@ -270,6 +272,24 @@ def test_the_warning_of_a_wrong_description_states_what_it_rests_on(
 
 def test_a_sound_cell_gets_no_such_warning(calibrated: Calibration) -> None:
     assert calibrated.setup_warning is None
+
+
+def test_effects_on_their_bounds_are_no_wrong_description_of_the_cell() -> None:
+    dataset = simulate("ur5", kind="point", poses=20, seed=1).dataset
+    model = Model(dataset, candidate_effects(["joint_compliance"], dataset))
+    ended = np.array([name.endswith("payload") for name in model.parameters.names])
+    assert ended.sum() == 6
+    assert setup_warning(model, ended, 1e-4) is None
+
+
+def test_sizes_at_a_joint_that_slides_are_lengths() -> None:
+    effects = "joint_offset:lift", "backlash:turn", "backlash:lift", "link_geometry:lift"
+    dataset = simulate(arm(), kind="point", poses=20, effects={"backlash:lift": 1e-3}, seed=1).dataset
+    found = as_json(calibrate(dataset, Plan(effects=effects)))["effects"]
+    units = [next(iter(one["parameters"].values()))["unit"] for one in found]
+    assert units == ["m", "rad", "m", "m"]
+    assert found[-1]["parameters"]["turn_x"]["unit"] == "rad"
+    assert found[2]["parameters"]["lost_motion"]["value"] == pytest.approx(1e-3, rel=1e-3)
 
 
 def test_known_distances_hold_in_a_fit_and_wrong_ones_show() -> None:
