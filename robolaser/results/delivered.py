@@ -112,6 +112,14 @@ def delivered(calibration: Calibration) -> list[Delivered]:
     return found
 
 
+def arm_in(files: Sequence[Delivered], arm: Robot | None) -> Robot | None:
+    """The corrected arm as its URDF has it, which may be of a smaller model; as it is where there is no such file."""
+    text = next((one.text for one in files if one.file == "robot_corrected.urdf"), None)
+    if arm is None or text is None:
+        return arm
+    return Robot.from_urdf(text, flange=arm.flange, joints=arm.joints, gravity=arm.gravity)
+
+
 def _without_others(calibration: Calibration, chosen: Sequence[CandidateEffect]) -> Calibration:
     """The model with only some of the arm's effects, and those of the sensor, fitted anew."""
     kept = [one for one in calibration.model.effects if one in chosen or one.effect.stage not in OF_THE_ARM]

@@ -157,3 +157,32 @@ def test_poses_in_an_order_without_times_warm_the_delivered_arm_as_they_warmed_t
     found = robolaser.calibrate(replace(timed, poses=poses, time_is_order=True), effects=[drift])
     (file,) = (one for one in found["files"] if one.file == "corrected.py")
     assert file.held_out_mm == pytest.approx(1e3 * found.held_out_rms_m, rel=0.15)
+
+
+def test_the_arm_of_a_result_is_the_one_that_its_folder_holds(tmp_path: Path) -> None:
+    effects = {"joint_offset:elbow_joint": 2e-3, "encoder_scale:elbow_joint": 5e-3}
+    noise = Noise(point_m=3e-5)
+    data = simulate(find_robot("ur5"), kind="point", poses=80, noise=noise, effects=effects, seed=1).dataset
+    data = data.of_poses(data.arm[1][:, 2] > 0.8)  # there a gain is mostly an offset, too
+    found = robolaser.calibrate(data, effects=list(effects), weights="noise", seed=0)
+    found.save(tmp_path / "found")
+    q = np.random.default_rng(0).uniform(-2.0, 2.0, (20, 6))
+    here, there = (one.robot for one in (found, robolaser.load_calibration(tmp_path / "found")))
+    assert here is not None
+    assert there is not None
+    np.testing.assert_allclose(here.forward(q), there.forward(q), atol=1e-12)
+    assert found.calibration is not None
+    whole = found.calibration.robot
+    assert whole is not None
+    assert np.abs(here.forward(q) - whole.forward(q)).max() > 1e-4
+
+
+def test_results_of_other_data_are_told_from_results_of_the_same(why: DiagnosisResult, tmp_path: Path) -> None:
+    other = robolaser.diagnose(made(2).dataset, effects=["joint_offset", "joint_compliance"], seed=0)
+    assert isinstance(other, DiagnosisResult)
+    for name, one in (("one", why), ("other", other)):
+        one.save(tmp_path / name)
+    read, others = (robolaser.load_diagnosis(tmp_path / name) for name in ("one", "other"))
+    assert why.compare(read)["same_data"]
+    assert not why.compare(other)["same_data"]
+    assert not others.compare(read)["same_data"]
