@@ -208,7 +208,7 @@ def _placed_anew(calibration: Calibration, part: Dataset, flange: Array) -> Arra
         if (value := held.get(item.name)) is not None
     }  # no closed form need find it
     given = {**part.parameters, **known}
-    seen = AveragedData.of(replace(part, robot=None, poses=poses, parameters=given))
+    seen = AveragedData.single(replace(part, robot=None, poses=poses, parameters=given))
     fit = Transfer.of(seen, RunSummary.of(model.dataset), sensor, held).fit()
     return np.asarray(fit.in_metres(fit.at.plain))
 

@@ -186,3 +186,11 @@ def test_results_of_other_data_are_told_from_results_of_the_same(why: DiagnosisR
     assert why.compare(read)["same_data"]
     assert not why.compare(other)["same_data"]
     assert not others.compare(read)["same_data"]
+
+
+def test_files_are_held_against_every_shot_where_each_was_fitted() -> None:
+    noise, options = Noise(point_m=3e-5), CellOptions(repeats=2, sessions=2)
+    effects = {"joint_offset:elbow_joint": 2e-3}
+    data = simulate("ur5", kind="point", poses=30, noise=noise, effects=effects, options=options, seed=4).dataset
+    found = robolaser.calibrate(data, effects=list(effects))
+    assert found["files"][0].held_out_mm == pytest.approx(1e3 * found.held_out_rms_m, rel=0.1)
