@@ -237,10 +237,26 @@ def _flange_by_urdf(text: str, robot: Robot, q: Array) -> Array:
 
 
 def _by_mujoco(text: str, data: Dataset, held: Bools) -> Array:
-    """The same where MuJoCo comes to rest; where a gear has play, on its way through the poses before."""
+    """The same where MuJoCo comes to rest; where a gear has play, on its way through the poses before.
+
+    NaN where the arm flies apart: MuJoCo would start anew, and would tell so on the terminal and in a file of the
+    current folder.
+    """
     import mujoco  # noqa: PLC0415 - an extra
 
-    model = mujoco.MjModel.from_xml_string(text)
+    told = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: None)
+    try:
+        return _simulated(mujoco.MjModel.from_xml_string(text), data, held)
+    finally:
+        mujoco.set_mju_user_warning(told)
+
+
+def _simulated(model: Any, data: Dataset, held: Bools) -> Array:
+    """Where the arm of a MuJoCo model is at the held poses."""
+    import mujoco  # noqa: PLC0415 - an extra
+
+    bad = [getattr(mujoco.mjtWarning, f"mjWARN_BAD{what}") for what in ("QPOS", "QVEL", "QACC")]
     robot, q = data.arm
     state = mujoco.MjData(model)
     columns = [int(model.joint(name).qposadr[0]) for name in robot.joints]
@@ -265,6 +281,8 @@ def _by_mujoco(text: str, data: Dataset, held: Bools) -> Array:
         qpos[columns] = goal
         mujoco.mj_forward(model, state)
         T[:3, :3], T[:3, 3] = state.xmat[flange].reshape(3, 3), state.xpos[flange]
+        if any(state.warning[one].number for one in bad):
+            return np.full_like(found, np.nan)
     return found
 
 

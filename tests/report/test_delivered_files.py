@@ -1,6 +1,7 @@
 """Each file of a diagnosis says what it delivers, and delivers that."""
 
 import json
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from importlib.resources import files
@@ -13,6 +14,7 @@ import pytest
 import robolaser
 from robolaser.data.dataset import Poses
 from robolaser.data.stated_noise import Noise
+from robolaser.results.delivered import _by_mujoco
 from robolaser.results.diagnosis import DiagnosisResult
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
@@ -194,3 +196,19 @@ def test_files_are_held_against_every_shot_where_each_was_fitted() -> None:
     data = simulate("ur5", kind="point", poses=30, noise=noise, effects=effects, options=options, seed=4).dataset
     found = robolaser.calibrate(data, effects=list(effects))
     assert found["files"][0].held_out_mm == pytest.approx(1e3 * found.held_out_rms_m, rel=0.1)
+
+
+def test_an_arm_that_flies_apart_in_mujoco_is_nowhere_and_leaves_no_trace(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("mujoco")
+    data, effects = made(1).dataset, ("joint_compliance:shoulder_lift_joint", "joint_compliance:elbow_joint")
+    folder = tmp_path / "found"
+    robolaser.calibrate(data, effects=list(effects), seed=0).save(folder)
+    text = (folder / "robot_corrected.xml").read_text()
+    some = np.arange(len(data.poses)) < 3
+    monkeypatch.chdir(tmp_path)
+    assert np.isfinite(_by_mujoco(text, data, some)).all()
+    too_stiff = re.sub(r' stiffness="[^"]*"', ' stiffness="1e20"', text)
+    assert np.isnan(_by_mujoco(too_stiff, data, some)).all()
+    assert [one.name for one in tmp_path.iterdir()] == ["found"]
