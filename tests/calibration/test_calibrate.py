@@ -30,6 +30,7 @@ from robolaser.export.files import exported
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.operators import ArithmeticCrossover, NonUniformMutation
+from robolaser.parameters import Parameter
 from robolaser.problems import ReducedCalibration, ScannerCalibration
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, Simulated, paper, simulate
@@ -107,6 +108,20 @@ def test_weights_of_no_name_are_refused() -> None:
 
 def test_the_gauge_is_named(calibrated: Calibration) -> None:
     assert {"f", "s_u", "s_v", "k"} in [set(one.parameters) for one in calibrated.unidentifiable]
+
+
+@pytest.mark.parametrize("known", [("s_u",), ("s_u", "s_v"), ("k",)])
+def test_the_focal_length_is_found_where_the_pitch_of_pixels_is_known(known: tuple[str, ...]) -> None:
+    made = simulate("ur5", poses=30, noise=NOISE, seed=3)
+    assert made.truth["k"] > 100.0
+    c = {"f": 0.92, "s_u": 0.92, "s_v": 0.92, "k": 0.92**-2}  # the same camera
+    stated = {name: made.truth[name] * c[name] for name in known}
+    fixed = {name: Parameter(name, "", value, value, value) for name, value in stated.items()}
+    found = calibrate(replace(made.dataset, parameters={**made.dataset.parameters, **fixed}))
+    assert found.rms_m == pytest.approx(calibrate(made.dataset).rms_m, rel=0.02)
+    i = found.model.parameters.names.index("f")
+    assert found.std[i] < 1e-3
+    assert found.x[i] == pytest.approx(0.92 * made.truth["f"], abs=4 * found.std[i])
 
 
 def test_the_error_on_unseen_poses_is_larger_than_on_seen_ones(calibrated: Calibration) -> None:
