@@ -130,10 +130,11 @@ def setup_limit_m(dataset: Dataset) -> float:
 def setup_warning(model: Model, on_bound: Bools, rms_m: float) -> str | None:
     """A warning that start values, bounds, axes or units seem to be wrong; None where nothing points to that.
 
-    By the parameters that ended on a bound (d,), and the root-mean-square error of the fitted points.
+    By the parameters that ended on a bound (d,), those of effects last, and the root-mean-square error of the fitted
+    points.
     """
-    given = np.array([item.given for item in model.parameters.items])
-    ended = int(on_bound[given].sum())
+    given = np.array([item.given for item in model.sensor_parameters.items])
+    ended = int(on_bound[: len(given)][given].sum())
     reasons = []
     if given.any() and ended / given.sum() >= SETUP_ON_BOUNDS:
         reasons.append(

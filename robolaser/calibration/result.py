@@ -203,11 +203,11 @@ def _entry(parameter: Parameter, value: float, std: float) -> dict[str, Any]:
 
 
 def _effect_entries(calibration: Calibration) -> Sequence[dict[str, Any]]:
-    names = calibration.model.parameters.names
+    names, robot = calibration.model.parameters.names, calibration.model.dataset.robot
     out = []
     for candidate_effect in calibration.model.effects:
         numbers = {}
-        for parameter in candidate_effect.parameters.items:
+        for parameter in candidate_effect.parameters_in(robot).items:
             i = names.index(parameter.name)
             numbers[parameter.name.rsplit(".", 1)[-1]] = {
                 "value": float(calibration.x[i]),

@@ -213,6 +213,7 @@ class Dataset:
         sessions: The campaigns, where poses.csv has a column `session`; None: there is one.
         members: What dataset.toml says of each of several sensors; `sensors` are all, also where there is one.
         warnings: Warnings of the data set.
+        whole: All that was measured, where this is some of it or its means: what is relative to a run is to that one.
 
     Examples:
         >>> dataset
@@ -245,6 +246,7 @@ class Dataset:
     licence: str = ""
     folder: Path | None = None
     warnings: tuple[str, ...] = ()
+    whole: "Dataset | None" = field(default=None, compare=False)
 
     @classmethod
     def from_frames(
@@ -359,6 +361,14 @@ class Dataset:
             return self.poses.T_base_flange
         robot, q = self.arm
         return robot.forward(q)
+
+    def in_whole(self) -> Ints | None:
+        """Numbers of the poses among those of `whole`, (n,); None without it, and where it lacks one."""
+        names = () if self.whole is None else self.whole.poses.names
+        number = {name: i for i, name in enumerate(names)}
+        if not all(name in number for name in self.poses.names):
+            return None
+        return np.array([number[name] for name in self.poses.names], dtype=np.int64)
 
     def of_poses(self, chosen: Bools) -> "Dataset":
         """The data set with only the chosen poses (n,) and their points."""

@@ -27,10 +27,12 @@ class AveragedData:
         """Average the repeats of each point, without the rows that are marked as gross errors."""
         points = dataset.points
         kept = np.flatnonzero(~outliers) if outliers is not None else np.arange(len(points))
-        if points.repeat is None or dataset.format.many_rows:
+        many = np.array([sensor.data.format.many_rows for sensor in dataset.sensors])[dataset.sensor_of_row]
+        if points.repeat is None or many.all():
             names: Sequence[object] = kept.tolist()
         else:
-            names = list(zip(points.pose[kept].tolist(), (points.names[i] for i in kept), strict=True))
+            pose = points.pose.tolist()
+            names = [i if many[i] else (pose[i], points.names[i]) for i in kept.tolist()]
         number = {name: i for i, name in enumerate(dict.fromkeys(names))}
         of_row = np.array([number[name] for name in names], dtype=np.int64)
         shots = np.bincount(of_row)
@@ -46,7 +48,8 @@ class AveragedData:
         averaged = replace(points.take(first), repeat=None).with_arrays(means)
         group = np.full(len(points), -1, dtype=np.int64)
         group[kept] = of_row
-        return cls(dataset, replace(dataset, points=averaged), shots, group)
+        whole = dataset.whole if len(shots) == len(points) else dataset.whole or dataset
+        return cls(dataset, replace(dataset, points=averaged, whole=whole), shots, group)
 
     @classmethod
     def single(cls, dataset: Dataset) -> "AveragedData":
@@ -65,7 +68,7 @@ class AveragedData:
         if kept.all():
             return self
         number = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
-        dataset = replace(self.dataset, points=self.dataset.points.take(kept))
+        dataset = replace(self.dataset, points=self.dataset.points.take(kept), whole=self.raw.whole or self.raw)
         if dataset.poses.time_s is None or not dataset.path_known:
             dataset = dataset.of_poses(kept_poses(dataset))
         return replace(self, dataset=dataset, shots=self.shots[kept], group=number[self.group])

@@ -14,7 +14,7 @@ from robolaser.estimation.r_factor import triangle
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
-from robolaser.model.noise.sources import error_sources
+from robolaser.model.noise.sources import error_sources, shared_by_rows
 
 UNMOVED = 1e-10
 """[row's unit] A parameter whose whole range moves every row by less than this changes nothing but rounding errors, as
@@ -117,11 +117,19 @@ def information(problem: Problem, x: Array, sigmas: Mapping[str, float], shots: 
         shots: Over how many each row was averaged, (m,); 1 when absent.
     """
     distances = Information.of_known_distances(problem.model, x, problem.number_scale)
-    batches = (_of_batch(batch, x, sigmas, None if shots is None else shots[rows]) for rows, batch in problem.batches)
+    shared = shared_by_rows(problem.model)
+    batches = (
+        _of_batch(batch, x, sigmas, None if shots is None else shots[rows], shared=shared)
+        for rows, batch in problem.batches
+    )
     known = reduce(add, batches, distances)
     return known.without(known.reach * problem.parameters.width <= UNMOVED)
 
 
-def _of_batch(batch: Problem, x: Array, sigmas: Mapping[str, float], shots: Ints | None) -> Information:
-    noise = NoiseModel(error_sources(batch.model, x, shots), sigmas)
+def _of_batch(
+    batch: Problem, x: Array, sigmas: Mapping[str, float], shots: Ints | None, *, shared: bool
+) -> Information:
+    # sizes are judged by averaged rows: where each pose then has one, they know no errors that its shots would share
+    sources = tuple(source for source in error_sources(batch.model, x, shots, shared=shared) if source.name in sigmas)
+    noise = NoiseModel(sources, sigmas)
     return Information.of(jacobian(batch.model, x[None])[0], noise, weights=batch.noise)

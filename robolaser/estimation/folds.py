@@ -93,9 +93,27 @@ def _configurations(dataset: Dataset) -> tuple[Ints, int]:
     poses = dataset.poses
     values = dataset.flange().reshape(len(poses), -1) if poses.q is None else poses.q
     _, first, number = np.unique((values / ALIKE).round(), axis=0, return_index=True, return_inverse=True)
-    first_of_pose: Ints = first[number.reshape(-1)]
+    first_of_pose = _joined(values, np.sort(first))[first[number.reshape(-1)]]
     seen = np.unique(dataset.points.pose)
     return first_of_pose, len(seen) - len(np.unique(first_of_pose[seen]))
+
+
+def _joined(values: Array, some: Ints) -> Ints:
+    """The first of some configurations (n, j) that each of these is a copy of, (n,): rounding may put copies apart."""
+    along = np.random.default_rng(0).uniform(-1.0, 1.0, values.shape[1])
+    order = some[np.argsort(values[some] @ along / np.abs(along).sum(), kind="stable")]
+    place, values, pairs = values[order] @ along / np.abs(along).sum(), values[order], []
+    for ahead in range(1, len(order)):
+        near = np.flatnonzero(place[ahead:] - place[:-ahead] <= ALIKE)
+        if not len(near):
+            break
+        near = near[np.abs(values[near + ahead] - values[near]).max(axis=1) < ALIKE]
+        pairs += np.sort([order[near], order[near + ahead]], axis=0).T.tolist()
+    joined = np.arange(some.max(initial=0) + 1)
+    for one, other in sorted(pairs):
+        if joined[one] == one and joined[other] == other:
+            joined[other] = one
+    return joined
 
 
 @final

@@ -36,7 +36,8 @@ def standard_errors(known: Information, *, fixed: Bools, bounded: Array | None =
     """One standard deviation of each parameter, the fixed ones taken as known, (d,).
 
     A parameter that ended on a bound has no meaningful standard error, but it is not known either: taken as known, it
-    would make the others' standard errors far too small. For them it is uniformly distributed within its bounds.
+    would make the others' standard errors far too small. For them it is as uncertain as the data would leave it without
+    bounds, or anywhere within its bounds, whichever is less.
 
     Args:
         known: The information of all rows, known distances included.
@@ -47,14 +48,20 @@ def standard_errors(known: Information, *, fixed: Bools, bounded: Array | None =
         NaN for the fixed ones, for those on a bound and for all that take part in a null direction of the rest.
     """
     bounded = np.zeros(len(fixed)) if bounded is None else bounded
-    on_bound = bounded > 0
+    on_bound, asked = bounded > 0, np.flatnonzero(~fixed)
     free = np.flatnonzero(~fixed & ~on_bound)
-    std = np.full(len(fixed), np.nan)
+    null = asked[(null_directions(known.plain[:, asked]) != 0.0).any(axis=0)]
+    spread = bounded * UNIFORM
+    if on_bound.any():
+        by_data = np.full(len(fixed), np.inf)
+        by_data[asked] = np.sqrt(np.diag(known.covariance(asked)))
+        by_data[null] = np.inf
+        spread = np.minimum(spread, by_data)
     cross = known.weighed[:, free].T @ known.weighed[:, on_bound]
-    of_bounded = known.inverse(free) @ cross * (bounded[on_bound] * UNIFORM)
+    of_bounded = known.inverse(free) @ cross * spread[on_bound]
+    std = np.full(len(fixed), np.nan)
     std[free] = np.sqrt(np.diag(known.covariance(free)) + (of_bounded**2).sum(axis=1))
-    for direction in null_directions(known.plain[:, ~fixed]):
-        std[np.flatnonzero(~fixed)[direction != 0.0]] = np.nan
+    std[null] = np.nan
     return std
 
 

@@ -91,7 +91,7 @@ class CorrectedArm:
         """An effect with its numbers, for a note."""
         numbers = (
             f"{each.name.rpartition('.')[2]} {self.calibration.value(each.name):.4g} {each.unit}".rstrip()
-            for each in one.parameters.items
+            for each in one.parameters_in(self.robot).items
         )
         return f"{one.clause} ({one}: {', '.join(numbers)})"
 

@@ -170,7 +170,7 @@ def _numbers(arm: CorrectedArm, run: Run) -> dict[str, Any]:
     robot, temperature = arm.robot, run.poses.temperature_c
     model = robot.by_pinocchio
     spans = [run.poses.time_s[path] for path in run.paths] if run.poses.time_s is not None else []
-    duration = len(run.poses) - 1.0 if run.dataset.time_is_order else max(map(np.ptp, spans), default=0.0)
+    duration = max(map(len, spans)) - 1.0 if run.dataset.time_is_order else max(map(np.ptp, spans), default=0.0)
     return {
         "JOINTS": robot.joints,
         "CHAIN": robot.chain,

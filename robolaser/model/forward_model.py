@@ -92,7 +92,8 @@ class Model:
     @cached_property
     def effect_parameters(self) -> Parameters:
         """The numbers of the effects."""
-        return sum((candidate_effect.parameters for candidate_effect in self.effects), start=Parameters(()))
+        robot = self.dataset.robot
+        return sum((effect.parameters_in(robot) for effect in self.effects), start=Parameters(()))
 
     @cached_property
     def parameters(self) -> Parameters:

@@ -176,7 +176,12 @@ class FittedResult(Result, Record):
         Raises:
             UsageError: One is a calibration, the other a diagnosis.
         """
-        return between(self.to_dict(), other.to_dict(), (self.robot, other.robot))
+        before, after = (one._of_data() | one.to_dict() for one in (self, other))
+        return between(before, after, (self.robot, other.robot))
+
+    def _of_data(self) -> dict[str, Any]:
+        """What is said of the data elsewhere than in its JSON file."""
+        return {}
 
     def to_dict(self) -> dict[str, Any]:
         """What its JSON file holds."""

@@ -16,7 +16,7 @@ from robolaser.report.document import Document
 from robolaser.report.page import render
 from robolaser.results import PAGE, Files, FittedResult
 from robolaser.results.contents import numbers_of, read_result, robot_in
-from robolaser.results.delivered import Delivered, delivered
+from robolaser.results.delivered import Delivered, arm_in, delivered
 from robolaser.robot.kinematics import Robot
 
 if TYPE_CHECKING:
@@ -66,8 +66,9 @@ class CalibrationResult(FittedResult):
 
     @property
     def robot(self) -> Robot | None:
-        """The corrected arm: `forward`, `jacobian` and `inverse`, in batches; see `Calibration.robot`."""
-        return robot_in(self._folder) if self.calibration is None else self.calibration.robot
+        """The corrected arm, as its URDF has it: `forward`, `jacobian` and `inverse`, in batches."""
+        made = self.calibration
+        return robot_in(self._folder) if made is None else arm_in(self._delivered, made.robot)
 
     @property
     def x(self) -> Array:

@@ -25,6 +25,7 @@ from robolaser.export.sdf import flange_by_sdf
 from robolaser.export.ur_calibration import flange_by_ur_calibration
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.mechanism import Play
+from robolaser.model.effects.run import Run
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
 from robolaser.robot.kinematics import Robot
@@ -110,6 +111,14 @@ def delivered(calibration: Calibration) -> list[Delivered]:
         text = write(best.calibration) or ""
         found.append(Delivered(name, text, min(known, default=None), inside, lacks))
     return found
+
+
+def arm_in(files: Sequence[Delivered], arm: Robot | None) -> Robot | None:
+    """The corrected arm as its URDF has it, which may be of a smaller model; as it is where there is no such file."""
+    text = next((one.text for one in files if one.file == "robot_corrected.urdf"), None)
+    if arm is None or text is None:
+        return arm
+    return Robot.from_urdf(text, flange=arm.flange, joints=arm.joints, gravity=arm.gravity)
 
 
 def _without_others(calibration: Calibration, chosen: Sequence[CandidateEffect]) -> Calibration:
@@ -200,7 +209,7 @@ def _placed_anew(calibration: Calibration, part: Dataset, flange: Array) -> Arra
         if (value := held.get(item.name)) is not None
     }  # no closed form need find it
     given = {**part.parameters, **known}
-    seen = AveragedData.of(replace(part, robot=None, poses=poses, parameters=given))
+    seen = AveragedData.single(replace(part, robot=None, poses=poses, parameters=given))
     fit = Transfer.of(seen, RunSummary.of(model.dataset), sensor, held).fit()
     return np.asarray(fit.in_metres(fit.at.plain))
 
@@ -211,7 +220,7 @@ def _by_module(text: str, data: Dataset, held: Bools) -> Array:
     exec(compile(text, "corrected.py", "exec"), module)
     poses, (_, q) = data.poses, data.arm
     given = {"before": _before(data)[:, held]}
-    time_s = None if poses.time_s is None else _since_beginning(data, poses.time_s)
+    time_s = None if poses.time_s is None else _since_beginning(data)
     for name, values in (("time_s", time_s), ("temperature_c", poses.temperature_c), ("velocity", poses.qd)):
         if values is not None:
             given[name] = values[held]
@@ -229,10 +238,26 @@ def _flange_by_urdf(text: str, robot: Robot, q: Array) -> Array:
 
 
 def _by_mujoco(text: str, data: Dataset, held: Bools) -> Array:
-    """The same where MuJoCo comes to rest; where a gear has play, on its way through the poses before."""
+    """The same where MuJoCo comes to rest; where a gear has play, on its way through the poses before.
+
+    NaN where the arm flies apart: MuJoCo would start anew, and would tell so on the terminal and in a file of the
+    current folder.
+    """
     import mujoco  # noqa: PLC0415 - an extra
 
-    model = mujoco.MjModel.from_xml_string(text)
+    told = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: None)
+    try:
+        return _simulated(mujoco.MjModel.from_xml_string(text), data, held)
+    finally:
+        mujoco.set_mju_user_warning(told)
+
+
+def _simulated(model: Any, data: Dataset, held: Bools) -> Array:
+    """Where the arm of a MuJoCo model is at the held poses."""
+    import mujoco  # noqa: PLC0415 - an extra
+
+    bad = [getattr(mujoco.mjtWarning, f"mjWARN_BAD{what}") for what in ("QPOS", "QVEL", "QACC")]
     robot, q = data.arm
     state = mujoco.MjData(model)
     columns = [int(model.joint(name).qposadr[0]) for name in robot.joints]
@@ -257,15 +282,19 @@ def _by_mujoco(text: str, data: Dataset, held: Bools) -> Array:
         qpos[columns] = goal
         mujoco.mj_forward(model, state)
         T[:3, :3], T[:3, 3] = state.xmat[flange].reshape(3, 3), state.xpos[flange]
+        if any(state.warning[one].number for one in bad):
+            return np.full_like(found, np.nan)
     return found
 
 
-def _since_beginning(data: Dataset, time_s: Array) -> Array:
-    """Times of the poses since the first of their session, (n,) [s]."""
-    since = time_s.copy()
-    for path in data.paths:
-        since[path] -= time_s[path[0]]
-    return since
+def _since_beginning(data: Dataset) -> Array:
+    """When the poses were, (n,) [s], or how many poses, after the first of their session."""
+    places, whole = data.in_whole(), data.whole or data
+    since = np.zeros(len(whole.poses))
+    for path in whole.paths:
+        time_s = np.arange(len(path)) if whole.time_is_order else Run(whole).time_s[path]
+        since[path] = time_s - time_s[0]
+    return since if places is None else since[places]
 
 
 def _before(data: Dataset) -> Array:

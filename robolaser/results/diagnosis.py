@@ -1,10 +1,12 @@
 """Diagnoses that were just made or read back."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, Self, final
 
+from robolaser.bounded_reading import read_json
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
@@ -15,13 +17,14 @@ from robolaser.diagnosis.result import Diagnosis
 from robolaser.diagnosis.result_json import FORMAT, diagnosis_json
 from robolaser.errors import UsageError
 from robolaser.export.files import exported
+from robolaser.model.effects.run_summary import RunSummary
 from robolaser.report.diagnosis import page as of_diagnosis
 from robolaser.report.document import Document
 from robolaser.report.page import render
 from robolaser.results import PAGE, Files, FittedResult, Record
 from robolaser.results.calibration import CALIBRATION_FILES
 from robolaser.results.contents import read_result, robot_in
-from robolaser.results.delivered import Delivered, delivered
+from robolaser.results.delivered import Delivered, arm_in, delivered
 from robolaser.robot.kinematics import Robot
 
 Again = Callable[[Dataset], Diagnosis]
@@ -114,8 +117,16 @@ class DiagnosisResult(FittedResult):
 
     @property
     def robot(self) -> Robot | None:
-        """The corrected arm: `forward`, `jacobian` and `inverse`, in batches; see `Diagnosis.robot`."""
-        return robot_in(self._folder) if self.diagnosis is None else self.diagnosis.robot
+        """The corrected arm, as its URDF has it: `forward`, `jacobian` and `inverse`, in batches."""
+        made = self.diagnosis
+        return robot_in(self._folder) if made is None else arm_in(self._delivered, made.robot)
+
+    def _of_data(self) -> dict[str, Any]:
+        """What calibration.json says of the run."""
+        if self.diagnosis is not None:
+            return {"run": asdict(RunSummary.of(self.diagnosis.dataset))}
+        beside = (self._folder or Path()) / "calibration.json"
+        return {"run": read_json(beside).get("run")} if beside.is_file() else {}
 
     def files(self, *, command: str = "") -> Files:
         """diagnosis.json, and the files of the corrected model as a calibration."""

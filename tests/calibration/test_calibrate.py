@@ -9,6 +9,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from calibrated import arm
 from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.optimize import minimize
 
@@ -22,11 +23,14 @@ from robolaser.calibration.pymoo_search import CHECKPOINT, search
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import AlgorithmError, EstimationError, UsageError
+from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.export.files import exported
+from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.operators import ArithmeticCrossover, NonUniformMutation
+from robolaser.parameters import Parameter
 from robolaser.problems import ReducedCalibration, ScannerCalibration
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, Simulated, paper, simulate
@@ -104,6 +108,20 @@ def test_weights_of_no_name_are_refused() -> None:
 
 def test_the_gauge_is_named(calibrated: Calibration) -> None:
     assert {"f", "s_u", "s_v", "k"} in [set(one.parameters) for one in calibrated.unidentifiable]
+
+
+@pytest.mark.parametrize("known", [("s_u",), ("s_u", "s_v"), ("k",)])
+def test_the_focal_length_is_found_where_the_pitch_of_pixels_is_known(known: tuple[str, ...]) -> None:
+    made = simulate("ur5", poses=30, noise=NOISE, seed=3)
+    assert made.truth["k"] > 100.0
+    c = {"f": 0.92, "s_u": 0.92, "s_v": 0.92, "k": 0.92**-2}  # the same camera
+    stated = {name: made.truth[name] * c[name] for name in known}
+    fixed = {name: Parameter(name, "", value, value, value) for name, value in stated.items()}
+    found = calibrate(replace(made.dataset, parameters={**made.dataset.parameters, **fixed}))
+    assert found.rms_m == pytest.approx(calibrate(made.dataset).rms_m, rel=0.02)
+    i = found.model.parameters.names.index("f")
+    assert found.std[i] < 1e-3
+    assert found.x[i] == pytest.approx(0.92 * made.truth["f"], abs=4 * found.std[i])
 
 
 def test_the_error_on_unseen_poses_is_larger_than_on_seen_ones(calibrated: Calibration) -> None:
@@ -200,6 +218,17 @@ def test_trackers_and_sockets_start_from_a_closed_form(kind: str) -> None:
     )
 
 
+@pytest.mark.parametrize("stated", [None, Noise()])
+@pytest.mark.parametrize("kind", ["point", "pose"])
+def test_shots_of_an_only_reflector_say_as_much_as_their_mean(kind: str, stated: Noise | None) -> None:
+    noise, options = Noise(point_m=3e-5, angle_rad=1e-4, joint_rad=2e-5), CellOptions(repeats=3, stated=stated)
+    shots = simulate("ur5", kind=kind, poses=30, points=1, noise=noise, options=options, seed=1).dataset
+    means = replace(AveragedData.of(shots).dataset, noise=Noise())
+    one, other = calibrate(shots), calibrate(means)
+    assert np.abs((one.x - other.x) / other.std).max() < 0.1
+    np.testing.assert_allclose(one.std, other.std, rtol=0.2)
+
+
 def test_poles_among_the_members_do_not_stop_the_descents(experiment: Simulated) -> None:
     model = Model(experiment.dataset)
     pole = model.parameters.nominal.copy()
@@ -258,6 +287,24 @@ def test_the_warning_of_a_wrong_description_states_what_it_rests_on(
 
 def test_a_sound_cell_gets_no_such_warning(calibrated: Calibration) -> None:
     assert calibrated.setup_warning is None
+
+
+def test_effects_on_their_bounds_are_no_wrong_description_of_the_cell() -> None:
+    dataset = simulate("ur5", kind="point", poses=20, seed=1).dataset
+    model = Model(dataset, candidate_effects(["joint_compliance"], dataset))
+    ended = np.array([name.endswith("payload") for name in model.parameters.names])
+    assert ended.sum() == 6
+    assert setup_warning(model, ended, 1e-4) is None
+
+
+def test_sizes_at_a_joint_that_slides_are_lengths() -> None:
+    effects = "joint_offset:lift", "backlash:turn", "backlash:lift", "link_geometry:lift"
+    dataset = simulate(arm(), kind="point", poses=20, effects={"backlash:lift": 1e-3}, seed=1).dataset
+    found = as_json(calibrate(dataset, Plan(effects=effects)))["effects"]
+    units = [next(iter(one["parameters"].values()))["unit"] for one in found]
+    assert units == ["m", "rad", "m", "m"]
+    assert found[-1]["parameters"]["turn_x"]["unit"] == "rad"
+    assert found[2]["parameters"]["lost_motion"]["value"] == pytest.approx(1e-3, rel=1e-3)
 
 
 def test_known_distances_hold_in_a_fit_and_wrong_ones_show() -> None:

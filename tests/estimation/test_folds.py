@@ -127,11 +127,13 @@ def test_a_socket_that_is_held_out_is_located_from_its_own_poses() -> None:
         np.testing.assert_allclose(errors[np.array(made.points.names) == name].mean(axis=0), 0.0, atol=1e-12)
 
 
-def test_copies_of_a_pose_never_land_on_both_sides() -> None:
+@pytest.mark.parametrize("apart", [1e-6, 4e-5])
+def test_copies_of_a_pose_never_land_on_both_sides(apart: float) -> None:
     dataset = cell(poses=12, points=4)
     q = dataset.poses.q
     assert q is not None
-    twins = replace(dataset, poses=replace(dataset.poses, q=np.concatenate([q[:6], q[:6] + 1e-6])))
+    copies = q[:6] + apart * np.random.default_rng(1).uniform(-1.0, 1.0, q[:6].shape)
+    twins = replace(dataset, poses=replace(dataset.poses, q=np.concatenate([q[:6], copies])))
     folds = assign_folds(Model(twins), seed=1)
     assert folds is not None
     of_pose = [set(folds.of_row[twins.points.pose == pose]) for pose in range(12)]

@@ -1,5 +1,7 @@
 """A data set in batches is the data set: the same residuals, optimum, held-out errors and standard errors."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from asked import simulate_as_asked
@@ -106,3 +108,14 @@ def test_held_out_poses_are_predicted_by_fits_of_all_others(dataset, small_batch
         whole = model.residuals(end.x)[0]
         expected = (model.blocks.located_apart(whole) if folds.whole else whole)[out]
         assert np.linalg.norm(errors[out] - expected) < 0.05 * np.linalg.norm(expected)
+
+
+def test_poses_of_one_row_err_as_a_whole_too_although_all_of_a_batch_have_one(monkeypatch):
+    made = simulate("ur5", kind="point", poses=80, noise=Noise(point_m=1e-5), seed=4).dataset
+    off = 2e-4 * np.random.default_rng(0).standard_normal((80, 3))
+    points = replace(made.points, xyz=made.points.xyz + off[made.points.pose])
+    points = points.take((points.pose < 20) | (points.number == 0))
+    dataset = replace(made, points=points, noise=Noise())
+    whole = calibrate(dataset)
+    monkeypatch.setattr("robolaser.model.batches.ROWS", 30)
+    np.testing.assert_allclose(calibrate(dataset).std, whole.std, rtol=1e-6)

@@ -1,6 +1,7 @@
 """Each file of a diagnosis says what it delivers, and delivers that."""
 
 import json
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from importlib.resources import files
@@ -13,6 +14,7 @@ import pytest
 import robolaser
 from robolaser.data.dataset import Poses
 from robolaser.data.stated_noise import Noise
+from robolaser.results.delivered import _by_mujoco
 from robolaser.results.diagnosis import DiagnosisResult
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
@@ -146,3 +148,68 @@ def test_gazebo_gets_the_geometry_that_other_tools_get(tmp_path: Path) -> None:
     assert placed is not None
     stated = f"{origin.get('xyz')} {origin.get('rpy')}".split()
     assert [float(number) for number in placed.split()] == pytest.approx([float(number) for number in stated], abs=1e-9)
+
+
+@pytest.mark.parametrize("sessions", [1, 2])
+def test_poses_in_an_order_without_times_warm_the_delivered_arm_as_they_warmed_the_model(sessions: int) -> None:
+    options, drift = CellOptions(sessions=sessions), "thermal_drift:elbow_joint"
+    noise = Noise(point_m=2e-5)
+    timed = simulate("ur5", kind="point", poses=24, noise=noise, effects={drift: 4e-3}, options=options, seed=2).dataset
+    order = np.argsort(np.argsort(timed.poses.time_s))
+    poses = replace(timed.poses, time_s=10.0 * order)
+    found = robolaser.calibrate(replace(timed, poses=poses, time_is_order=True), effects=[drift])
+    (file,) = (one for one in found["files"] if one.file == "corrected.py")
+    assert file.held_out_mm == pytest.approx(1e3 * found.held_out_rms_m, rel=0.15)
+
+
+def test_the_arm_of_a_result_is_the_one_that_its_folder_holds(tmp_path: Path) -> None:
+    effects = {"joint_offset:elbow_joint": 2e-3, "encoder_scale:elbow_joint": 5e-3}
+    noise = Noise(point_m=3e-5)
+    data = simulate(find_robot("ur5"), kind="point", poses=80, noise=noise, effects=effects, seed=1).dataset
+    data = data.of_poses(data.arm[1][:, 2] > 0.8)  # there a gain is mostly an offset, too
+    found = robolaser.calibrate(data, effects=list(effects), weights="noise", seed=0)
+    found.save(tmp_path / "found")
+    q = np.random.default_rng(0).uniform(-2.0, 2.0, (20, 6))
+    here, there = (one.robot for one in (found, robolaser.load_calibration(tmp_path / "found")))
+    assert here is not None
+    assert there is not None
+    np.testing.assert_allclose(here.forward(q), there.forward(q), atol=1e-12)
+    assert found.calibration is not None
+    whole = found.calibration.robot
+    assert whole is not None
+    assert np.abs(here.forward(q) - whole.forward(q)).max() > 1e-4
+
+
+def test_results_of_other_data_are_told_from_results_of_the_same(why: DiagnosisResult, tmp_path: Path) -> None:
+    other = robolaser.diagnose(made(2).dataset, effects=["joint_offset", "joint_compliance"], seed=0)
+    assert isinstance(other, DiagnosisResult)
+    for name, one in (("one", why), ("other", other)):
+        one.save(tmp_path / name)
+    read, others = (robolaser.load_diagnosis(tmp_path / name) for name in ("one", "other"))
+    assert why.compare(read)["same_data"]
+    assert not why.compare(other)["same_data"]
+    assert not others.compare(read)["same_data"]
+
+
+def test_files_are_held_against_every_shot_where_each_was_fitted() -> None:
+    noise, options = Noise(point_m=3e-5), CellOptions(repeats=2, sessions=2)
+    effects = {"joint_offset:elbow_joint": 2e-3}
+    data = simulate("ur5", kind="point", poses=30, noise=noise, effects=effects, options=options, seed=4).dataset
+    found = robolaser.calibrate(data, effects=list(effects))
+    assert found["files"][0].held_out_mm == pytest.approx(1e3 * found.held_out_rms_m, rel=0.1)
+
+
+def test_an_arm_that_flies_apart_in_mujoco_is_nowhere_and_leaves_no_trace(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("mujoco")
+    data, effects = made(1).dataset, ("joint_compliance:shoulder_lift_joint", "joint_compliance:elbow_joint")
+    folder = tmp_path / "found"
+    robolaser.calibrate(data, effects=list(effects), seed=0).save(folder)
+    text = (folder / "robot_corrected.xml").read_text()
+    some = np.arange(len(data.poses)) < 3
+    monkeypatch.chdir(tmp_path)
+    assert np.isfinite(_by_mujoco(text, data, some)).all()
+    too_stiff = re.sub(r' stiffness="[^"]*"', ' stiffness="1e20"', text)
+    assert np.isnan(_by_mujoco(too_stiff, data, some)).all()
+    assert [one.name for one in tmp_path.iterdir()] == ["found"]

@@ -132,7 +132,7 @@ class Blocks:
     def own_rows(self, residuals: Array, kind: str) -> Array:
         """The rows of one of these kinds in their unit, (..., m, k) -> (..., its rows, its numbers)."""
         rows, *_ = self.kinds_of_rows[kind]
-        block = next(block for block in self if kind in (block.name, block.sensor.format.kind))
+        block = next(block for block in self if kind == (block.name or block.sensor.format.kind))
         return block.unscaled(residuals if block.is_whole else residuals[..., rows, :])
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from typing import Any, ClassVar, NamedTuple, cast, final
 
@@ -28,6 +28,9 @@ NOT_WARM = (
     "how far it has come in this recording is not known; it is taken as at the end of the calibrated run, warmed up. If"
     " it was not"
 )
+
+WHERE_SLIDING = {"rad": "m", "rad/Nm": "m/N", "kg rad/Nm": "kg m/N"}
+"""Units of effects on the readings of a joint that slides, by those at one that turns."""
 
 
 class Amplitude(NamedTuple):
@@ -235,6 +238,16 @@ class CandidateEffect:
         ]
         inner = [each.renamed(self.key(each.name)) for each in self.effect.nonlinear_parameters()]
         return Parameters((*amplitudes, *inner))
+
+    def parameters_in(self, robot: Robot | None) -> Parameters:
+        """The same in an arm: what is an angle where a joint turns is a length where it slides."""
+        if robot is None or self.effect.stage is not Stage.JOINTS or self.where not in robot.joints:
+            return self.parameters
+        if not robot.prismatic[robot.joints.index(self.where)]:
+            return self.parameters
+        return Parameters(
+            tuple(replace(each, unit=WHERE_SLIDING.get(each.unit, each.unit)) for each in self.parameters.items)
+        )
 
     def key(self, parameter: str) -> str:
         """The name of one of its parameters among a model's parameters."""

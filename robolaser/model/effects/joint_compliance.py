@@ -13,6 +13,8 @@ from robolaser.model.effects.requirements import masses
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
 
+UNSEEN_RAD = 1e-12  # by which rounding may seem to move a joint: a spring for it would be too stiff to be simulated
+
 
 @final
 @dataclass(frozen=True)
@@ -57,14 +59,14 @@ class JointCompliance(Effect):
         return wound
 
     def parts(self, run: Run) -> tuple[MechanismPart, ...]:
-        """A spring."""
+        """A spring; none where nothing bears on the joint, as on one that turns about the vertical."""
         column = joint_column(run, self.where)
         q = np.zeros((1, *run.q.shape))
         sunk = -self.apply(q, run)[0, :, column]
         spring = ElasticJoint(
             self.where, sunk, run.loads.gravity_torques[:, column], run.loads.torques_of_one_kg[:, column]
         )
-        return (spring,) if sunk.any() else ()
+        return (spring,) if np.abs(sunk).max() > UNSEEN_RAD else ()
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It acts as it was found, but the largest load of other poses is another one."""

@@ -18,7 +18,10 @@ from robolaser.model.effects.gravity_load import Loads
 from robolaser.model.effects.target_plane import TargetPlane, plane_of, surface_tilt
 from robolaser.model.sensors import fitted_lens, parts_with_lens
 from robolaser.model.stages import Perturbation
+from robolaser.parameters import Values
 from robolaser.robot.kinematics import DOWN, Robot
+
+RUN = "_run"
 
 
 @final
@@ -99,6 +102,8 @@ class Run:
         """Share of its session that had passed at each pose, (n,), from 0 to 1: of its time, or else of its poses."""
         if self.course is not None:
             return self.course.progress
+        if (places := self.dataset.in_whole()) is not None:
+            return self.reference.progress[places]
         progress, time_s = np.empty(len(self.poses)), None if self.dataset.time_is_order else self.poses.time_s
         for path in self.paths:
             passed = np.arange(float(len(path))) if time_s is None else time_s[path] - time_s[path].min()
@@ -127,8 +132,12 @@ class Run:
 
     @property
     def reference(self) -> "Run":
-        """The run whose loads and poses effects are relative to: this one."""
-        return self
+        """The run whose loads, poses and points effects are relative to: the whole one, where this is a part of it."""
+        whole = self.dataset.whole
+        if whole is None:
+            return self
+        known: Run = whole.__dict__.setdefault(RUN, Run(whole))
+        return known
 
     @cached_property
     def approach(self) -> Array:
@@ -158,6 +167,8 @@ class Run:
     @cached_property
     def target(self) -> TargetPlane:
         """The plane of the target points, in the frame that they are given in."""
+        if self.reference is not self:
+            return self.reference.target
         seen = [sensor.data.points for sensor in self.dataset.sensors]
         with_target = [points["xyz"] for points in seen if points.pixel is not None]
         return plane_of(np.concatenate(with_target) if with_target else self.points["xyz"])
@@ -165,10 +176,19 @@ class Run:
     @cached_property
     def relative_range(self) -> Array:
         """By what share each row's point is farther from its camera than the mean, by the nominal model, (m,)."""
-        blocks, flange = Blocks(self.dataset), self.flange[None]
-        values = {item.name: np.array([item.nominal]) for item in parameters_of(blocks, flange).items}
-        ranges = blocks.ranges(values, flange, Perturbation())
-        return np.zeros(len(self.points)) if ranges is None else ranges / ranges.mean() - 1.0
+        ranges, of_whole = self._ranges, self.reference._ranges
+        return np.zeros(len(self.points)) if ranges is None or of_whole is None else ranges / of_whole.mean() - 1.0
+
+    @cached_property
+    def _ranges(self) -> Array | None:
+        """Distance of each row's point from its camera by the nominal model, (m,) [m]; None where some have none."""
+        return Blocks(self.dataset).ranges(self.reference._nominal, self.flange[None], Perturbation())
+
+    @cached_property
+    def _nominal(self) -> Values:
+        """The sensors' nominal parameters, (1,) each."""
+        items = parameters_of(Blocks(self.dataset), self.flange[None]).items
+        return {item.name: np.array([item.nominal]) for item in items}
 
     @cached_property
     def tilt(self) -> Array:

@@ -21,8 +21,12 @@ ROUNDING = 1e-9
 be estimated from it, and grow to thousands of radians."""
 
 
-def error_sources(model: Model, x: Array, shots: Ints | None = None) -> tuple[ErrorSource, ...]:
+def error_sources(
+    model: Model, x: Array, shots: Ints | None = None, *, shared: bool | None = None
+) -> tuple[ErrorSource, ...]:
     """The sources of error of a model's residuals at x (d,), rows averaged over so many shots (m,); over 1 when absent.
+
+    Where the model is of some rows only, `shared` says whether poses have several rows in all of them.
 
     - What the sensor says of its rows: `pixel`, `target`, `board`, `point`, `angle`, `seat`.
     - `joint` [rad], where joint angles were read: an independent error on each reading, carried through the chain,
@@ -43,7 +47,8 @@ def error_sources(model: Model, x: Array, shots: Ints | None = None) -> tuple[Er
     if has_joints:
         effect = _joint_effect(model, at[0], at[2])
         found.append(ErrorSource("joint", effect, of_pose, "rad", level="pose", stated=dataset.noise.reading_rad))
-    shared = np.bincount(of_pose).max() > 1  # else an error of the pose would be one of its row under another name
+    if shared is None:  # else an error of the pose would be one of its row under another name
+        shared = shared_by_rows(model)
     if has_joints and any(block.sensor.format.tracker for block in blocks):
         whole = "probe"
         wanted = shared or all(source.stated is not None for source in rows)
@@ -56,6 +61,11 @@ def error_sources(model: Model, x: Array, shots: Ints | None = None) -> tuple[Er
         if (shared or dataset.format.angles) and np.abs(turns).max(initial=0.0) > ROUNDING:
             found.append(ErrorSource(f"{whole}_turn", turns, of_pose, "rad", level="pose"))
     return tuple(found if shots is None else (_averaged(source, shots) for source in found))
+
+
+def shared_by_rows(model: Model) -> bool:
+    """Whether some pose has several rows, which share its errors."""
+    return bool(np.bincount(model.dataset.points.pose).max() > 1)
 
 
 def _averaged(source: ErrorSource, shots: Ints) -> ErrorSource:

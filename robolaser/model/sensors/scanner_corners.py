@@ -18,7 +18,7 @@ from robolaser.model.sensors.placements import six_names
 from robolaser.model.sensors.scanner_start import camera_start, spans, target_by_corners
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
-from robolaser.model.sensors.stripe import Stripe
+from robolaser.model.sensors.stripe import Stripe, gauge
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -68,7 +68,7 @@ class ScannerCorners(Sensor, registered=False):
         return SensorParameters(
             free=CAMERA,
             derived=() if self.dataset.placed else six_names("target"),
-            fixed=("f",),
+            fixed=gauge(self.dataset),
             closed_form="the board's corners",
             spans=partial(spans, image_px=self.dataset.image_px),
         )

@@ -62,12 +62,12 @@ class Stripe(Sensor):
 
     @cached_property
     def parameters(self) -> SensorParameters:
-        """The paper's fourteen, the focal length fixed, and T_base_target where the target is not placed."""
+        """The paper's fourteen, some fixed by the `gauge`, and T_base_target where the target is not placed."""
         return SensorParameters(
             free=SCANNER,
             derived=() if self.dataset.placed else six_names("target"),
-            fixed=("f",),
-            fix_gauge=self._fix_gauge,
+            fixed=gauge(self.dataset),
+            fix_gauge=self._fix_gauge if gauge(self.dataset) else lambda values: values,
             closed_form="the stripe on the target",
             spans=partial(spans, image_px=self.dataset.image_px),
             linear=SIMILARITY,
@@ -156,6 +156,16 @@ class Stripe(Sensor):
             xyz=shown.reshape(-1, 3),
         )
         return points, np.asarray(good)
+
+
+def gauge(dataset: Dataset) -> tuple[str, ...]:
+    """What is fixed because no data can tell it: f, unless the data set fixes what would have to change with it.
+
+    A k of zero stays zero, whatever f is.
+    """
+    given = dataset.parameters
+    fixed = {name for name in ("s_u", "s_v", "k") if name in given and given[name].fixed}
+    return () if fixed - {"k"} or ("k" in fixed and given["k"].nominal) else ("f",)
 
 
 def pixel_moves(dataset: Dataset, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:

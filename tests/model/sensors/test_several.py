@@ -10,7 +10,7 @@ from several import together, two_trackers
 from robolaser import find_robot
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.result import as_json
-from robolaser.data.dataset import Dataset
+from robolaser.data.dataset import Dataset, Points
 from robolaser.data.loading import load
 from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
@@ -217,3 +217,14 @@ def test_an_unknown_parameter_is_an_error(trackers: Dataset, tmp_path: Path) -> 
     file.write_text(file.read_text() + "\n[parameters]\nwrong.base.x = { nominal = 0, lower = -1, upper = 1 }\n")
     with pytest.raises(DataError, match=r"no parameter 'wrong\.base\.x' here"):
         Model(load(tmp_path)).parameters  # noqa: B018 - asked for what it raises
+
+
+def test_errors_are_of_the_sensor_of_that_name_although_another_is_of_that_kind() -> None:
+    eye = simulate("ur5", kind="camera", poses=20, points=20, noise=Noise(pixel_px=0.1), seed=1).dataset
+    there = eye.flange()[:, :3, :3] @ (0.05, 0.02, 0.1) + eye.flange()[:, :3, 3]
+    shaken = there + 3e-5 * np.random.default_rng(0).standard_normal(there.shape)
+    seen = Points(np.arange(20), ("reflector",) * 20, xyz=shaken)
+    tracker = replace(eye, kind="point", options=None, image_px=None, board=None, placed=True, points=seen)
+    of_each = calibrate(together(eye, {"eye": (eye, eye.points), "camera": (tracker, seen)})).row_errors
+    assert [(one.sensor, one.rows, one.unit) for one in of_each] == [("eye", 400, "px"), ("camera", 20, "m")]
+    assert of_each[1].rms < 1e-4

@@ -1,0 +1,53 @@
+"""Repeats are averaged, and nothing else is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from several import together
+
+from robolaser import calibrate
+from robolaser.data.stated_noise import Noise
+from robolaser.estimation.averaging import AveragedData
+from robolaser.model.batches import of_data
+from robolaser.model.effects import candidate_effects
+from robolaser.model.forward_model import Model
+from robolaser.simulation import CellOptions, simulate
+
+
+def test_points_along_a_profile_are_no_repeats_because_a_tracker_beside_it_has_some() -> None:
+    noise = Noise(point_m=3e-5)
+    balls = simulate("ur5", kind="profile", poses=20, noise=noise, seed=1).dataset
+    twice = CellOptions(repeats=2)
+    shots = simulate("ur5", kind="point", poses=20, points=1, noise=noise, options=twice, seed=1).dataset
+    pose, rng = shots.points.pose, np.random.default_rng(0)
+    there = balls.flange()[pose, :3, :3] @ (0.05, 0.02, 0.1) + balls.flange()[pose, :3, 3]
+    tracked = replace(shots.points, xyz=there + 3e-5 * rng.standard_normal(there.shape))
+    both = together(balls, {"balls": (balls, balls.points), "tracker": (shots, tracked)})
+    averaged = AveragedData.of(both)
+    np.testing.assert_array_equal(averaged.shots, [1] * len(balls.points) + [2] * 20)
+    assert calibrate(both, weights="noise").rms_m < 4e-5
+
+
+@pytest.mark.parametrize(
+    ("kind", "effect"),
+    [
+        ("point", "base_shift"),
+        ("point", "joint_compliance:shoulder_lift_joint"),
+        ("point", "thermal_drift:elbow_joint"),
+        ("camera", "hand_eye_drift"),
+        ("camera", "focus_breathing"),
+        ("camera", "target_warp"),
+        ("camera", "target_stretch"),
+    ],
+)
+def test_rows_of_a_part_are_left_as_they_are_left_among_all(kind: str, effect: str) -> None:
+    made = simulate("ur5", kind=kind, poses=330, points={"point": 1, "camera": 20}[kind], seed=1).dataset
+    assert made.poses.time_s is not None
+    data = AveragedData.of(replace(made, path_known=False, time_is_order=True)).subsampled(1)
+    assert len(data.dataset.poses) < len(made.poses)
+    model = Model(data.raw, candidate_effects([effect], data.raw))
+    sizes = [item.nominal + 0.1 * (item.upper - item.lower) for item in model.effect_parameters.items]
+    x = np.append(model.sensor_parameters.nominal, sizes)[None]
+    part = of_data(model, data.dataset).residuals(x)
+    np.testing.assert_allclose(part, model.residuals(x)[:, data.group >= 0], atol=1e-9)
