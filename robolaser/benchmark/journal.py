@@ -137,7 +137,7 @@ class Journal:
                 else:
                     self._planned(said, where)
                 self._lines.append(f"{line}\n")
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, LookupError, TypeError) as error:
             raise BenchmarkError(
                 f"{where} cannot be read as the runs of a comparison ({type(error).__name__}: {error})."
                 " Use another folder, or start over with --force."
@@ -152,6 +152,10 @@ class Journal:
         for one in plan["problems"]:
             if known.get(one["name"], one["fingerprint"]) != one["fingerprint"]:
                 raise _incomparable(where, f"the problem {one['name']}", "another one", "this one")
+        titles = {name: title for there in self._plans for name, title, _ in there["solvers"]}
+        for name, title, _ in plan["solvers"]:
+            if titles.get(name, title) != title:
+                raise _incomparable(where, f"the algorithm {name}", f"'{titles[name]}'", f"'{title}'")
         self._plans.append(plan)
         self._sessions.append(0.0)
 

@@ -42,9 +42,11 @@ def join_sessions(datasets: Mapping[str, Dataset], *, name: str, own: tuple[str,
         poses=_poses(datasets),
         points=_points(every),
         parameters=_parameters(datasets, sessions),
-        distances_m=tuple(dict.fromkeys(chain.from_iterable(one.distances_m for one in every))),
-        radius_m={name: radius for one in every for name, radius in one.radius_m.items()},
-        noise=_largest([one.noise for one in every]),
+        members=tuple(
+            replace(member, data=replace(member.data, **_known([one.members[i].data for one in every])))
+            for i, member in enumerate(first.members)
+        ),
+        **_known(every),
         time_is_order=any(one.time_is_order for one in every),
         path_known=all(one.path_known for one in every),
         warnings=(),
@@ -60,14 +62,19 @@ def with_poses_of(dataset: Dataset, further: Dataset) -> Dataset:
         DataError: They are not of one arm and one kind of sensor, or two poses have one name.
     """
     check_same_arm(dataset, further, f"appended to {dataset.name}")
+    sessions = [one.poses.session for one in (dataset, further)]
+    if None in sessions and any(sessions):
+        raise DataError(f"Only one of {dataset.name} and {further.name} says which session each pose is of.")
     names = (*dataset.poses.names, *further.poses.names)
     if len(set(names)) < len(names):
         twice = sorted(set(dataset.poses.names) & set(further.poses.names))
         raise DataError(f"Pose {twice[0]} is in both data sets: give the further poses names of their own.")
-    sessions = [one.poses.session for one in (dataset, further)]
-    session = None if None in sessions else tuple(chain.from_iterable(one or () for one in sessions))
+    session = tuple(chain.from_iterable(one or () for one in sessions)) or None
     poses = replace(_poses({"": dataset, "further": further}), names=names, session=session)
-    return replace(dataset, poses=poses, points=_points([dataset, further]))
+    known = dataset.sessions
+    if known is not None:
+        known = replace(known, names=tuple(dict.fromkeys((*known.names, *(session or ())))))
+    return replace(dataset, poses=poses, points=_points([dataset, further]), sessions=known)
 
 
 def poses_beyond(dataset: Dataset, longer: Dataset) -> Dataset | None:
@@ -79,9 +86,9 @@ def poses_beyond(dataset: Dataset, longer: Dataset) -> Dataset | None:
 
 
 def _measured(dataset: Dataset) -> str:
-    """A digest of the readings and of what was seen at them."""
-    poses, points = dataset.poses, dataset.points
-    return fingerprint(poses.names, poses.q, poses.T_base_flange, points.pose, points.names, points.arrays)
+    """A digest of what was read and seen; velocities by differences are none of it: that at the end changes."""
+    poses = replace(dataset.poses, qd=None) if dataset.poses.qd_from_path else dataset.poses
+    return fingerprint(replace(poses, qd_from_path=False), dataset.points)
 
 
 def check_same_arm(one: Dataset, other: Dataset, purpose: str) -> None:
@@ -113,8 +120,12 @@ def _poses(datasets: Mapping[str, Dataset]) -> Poses:
 
 
 def _points(datasets: Sequence[Dataset]) -> Points:
+    """Of all of them; a shot where nothing says which is the first."""
     before = np.cumsum([0, *(len(one.poses) for one in datasets)])[:-1]
-    return stacked([replace(one.points, pose=one.points.pose + n) for one, n in zip(datasets, before, strict=True)])
+    parts = [replace(one.points, pose=one.points.pose + n) for one, n in zip(datasets, before, strict=True)]
+    if any(one.repeat is not None for one in parts):
+        parts = [one if one.repeat is not None else replace(one, repeat=np.zeros(len(one), np.int64)) for one in parts]
+    return stacked(parts)
 
 
 def stacked(parts: Sequence[RowTable]) -> RowTable:
@@ -142,6 +153,15 @@ def _parameters(datasets: Mapping[str, Dataset], sessions: Sessions) -> Mapping[
             name = sessions.named(item.name, session)
             found.setdefault(name, replace(item, name=name))
     return found
+
+
+def _known(datasets: Sequence[Dataset]) -> dict[str, Any]:
+    """What is known of noise and target in all of them together; of two radii, the first."""
+    return {
+        "distances_m": tuple(dict.fromkeys(chain.from_iterable(one.distances_m for one in datasets))),
+        "radius_m": {name: radius for one in reversed(datasets) for name, radius in one.radius_m.items()},
+        "noise": _largest([one.noise for one in datasets]),
+    }
 
 
 def _largest(noises: Sequence[Noise]) -> Noise:

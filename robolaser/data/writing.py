@@ -137,6 +137,8 @@ def _settings(dataset: Dataset) -> Iterator[str]:
         for table, values in _tables(member.data).items():
             if table not in named:
                 yield from toml_lines(f"[sensors.{table}]", values)
+    for member in [one for one in dataset.members if one.target != "target"][:1]:  # its key `target` is the name
+        yield from toml_lines("[target]", _tables(member.data)["target"])
     if own is not None:
         yield from ("", "[sessions]", f"own = {_value(own)}")
     yield from toml_lines("[parameters]", {name: _parameter(item) for name, item in dataset.parameters.items()})

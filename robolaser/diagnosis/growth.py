@@ -51,6 +51,7 @@ def with_poses(found: Diagnosis, dataset: Dataset, examine: Callable[[Dataset], 
         return replace(found, dataset=whole)
     weighed, examined = found.weighed, len(np.unique(found.observed.points.pose))
     is_as_described = not (found.wrong_input or found.hindrance or found.pose_scatter)
+    is_as_described &= whole.sessions == found.dataset.sessions
     added = len(np.unique(further.points.pose)) + found.added_poses
     if weighed is None or not is_as_described or added > SHARE * examined:
         return examine(whole)

@@ -24,8 +24,11 @@ def comparable(log: MotionLog) -> dict[RowKind, str]:
     """Why there are no rows of a kind; "" where there are some."""
     reasons, read = dict(LACKING), log.has("q")
     if (log.has("command") & read).any():
-        measured = np.isfinite(log.command) & np.isfinite(log.q) & (log.command != log.q)
-        reasons["tracking"] = "" if measured.any() else "the readings are the commands, digit by digit"
+        both = np.isfinite(log.command) & np.isfinite(log.q)
+        alike = "the readings are the commands, digit by digit"
+        reasons["tracking"] = "" if (both & (log.command != log.q)).any() else alike
+        if not both.any():
+            reasons["tracking"] = "no row has both a command and a reading of a joint"
     if log.has("tau").any():
         reasons["torque"] = _unusable_torque(log)
     if (log.has("load") & read).any():

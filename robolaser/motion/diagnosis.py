@@ -14,7 +14,7 @@ from robolaser.motion.effect import MOVES_RAD
 from robolaser.motion.effects import library_of
 from robolaser.motion.kind_diagnoses import parts_of
 from robolaser.motion.kind_diagnosis import KindDiagnosis
-from robolaser.motion.log import MotionLog
+from robolaser.motion.log import MotionLog, filled
 from robolaser.motion.selection import search
 
 
@@ -108,7 +108,8 @@ def _chance(errors: Array, run: Ints, noise: float) -> float:
 
 def _remarks(log: MotionLog) -> list[str]:
     same = np.diff(log.run) == 0
-    still = (np.diff(log.q, axis=0) == 0).all(axis=1) & (np.diff(np.nan_to_num(log.command), axis=0) != 0).any(axis=1)
+    still = (np.diff(log.q[:, log.has("q")], axis=0) == 0).all(axis=1)
+    still &= (np.diff(np.nan_to_num(log.command), axis=0) != 0).any(axis=1)
     remarks = []
     if same.sum() and (still & same).sum() > 0.5 * same.sum():
         remarks.append(
@@ -117,7 +118,8 @@ def _remarks(log: MotionLog) -> list[str]:
     step = np.diff(log.time_s)[same]
     if len(step) and np.percentile(step, 99) > 1.5 * np.median(step):
         remarks.append("The time between rows varies by more than half: dead times are known to no less than that.")
-    if all((np.ptp(log.command[rows], axis=0) < MOVES_RAD).all() for rows in log.rows_of_runs):
+    told = log.command[:, log.has("command")]
+    if told.size and all((np.ptp(filled(told[rows]), axis=0) < MOVES_RAD).all() for rows in log.rows_of_runs):
         remarks.append("The arm was told to stand still in all series: only constant errors can show.")
     if len(log.series) < 4:
         remarks.append(

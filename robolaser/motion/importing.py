@@ -125,13 +125,25 @@ def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions)
     log = MotionLog(
         name=options.name,
         robot=robot,
-        series=tuple(run.series for run in runs),
+        series=_distinct([run.series for run in runs]),
         run=np.repeat(np.arange(len(runs)), [len(part["time_s"]) for part in parts]),
         torque_unit=torque_unit or ("A" if "A" in units else "Nm"),
         torque_signed=all(run.torque_signed for run in runs),
         **whole,
     )
     return log, read_from
+
+
+def _distinct(names: Sequence[str]) -> tuple[str, ...]:
+    """The same, with a number behind those that others before have: files in several folders may share a name."""
+    taken: dict[str, None] = {}
+    for name in names:
+        free, number = name, 1
+        while free in taken:
+            number += 1
+            free = f"{name}_{number}"
+        taken[free] = None
+    return tuple(taken)
 
 
 def _part(
@@ -144,6 +156,9 @@ def _part(
 ) -> dict[str, Array]:
     """The columns of a run, and in `read_from` what each is from."""
     time = _column(run, columns["time_s"]) if "time_s" in columns else _time(run)
+    if not np.isfinite(time).all():
+        row = int(np.argmin(np.isfinite(time))) + 1
+        raise DataError(f"{run.source}: row {row} of series '{run.series}' has no time.", file=run.source)
     part = {"time_s": (time - time[0]) * FACTORS[TIME][time_unit]}
     for quantity in QUANTITIES:
         part[quantity] = values = np.full((len(time), len(robot.joints)), np.nan)

@@ -122,6 +122,7 @@ def _tracking(
         held = fold == number
         part = whole.without(held)
         after[held] = (log.q - part.predicted(part.refined(refined, whole)))[held]
+    after[~whole.counted] = np.nan
     calibrated, after = (_less_constants(log, errors) for errors in (ideal, after))
     step = log.encoder_step_rad or resolution(log.q)
     floor = np.minimum(np.minimum(white_noise(after, log.run, step), MOST_NOISE_RAD), root_mean_squares(after))
@@ -149,7 +150,7 @@ def _tracking(
 
 def _of_all_runs(log: MotionLog, rows: TrackingRows, models: Sequence[Fitted]) -> tuple[TrackingRows, list[Fitted]]:
     """All rows of a log, and models of them that were found in some of its runs."""
-    whole = TrackingRows(log)
+    whole = TrackingRows(log, ends=rows.ends)
     whole.independent = rows.independent * len(log) / max(1, rows.used)
     return whole, whole.refined(models, rows)
 
@@ -186,7 +187,8 @@ def _begun(
     log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str]
 ) -> tuple[TrackingRows, list[list[At]], list[tuple[At, ...]]]:
     """Rows that effects are looked for in, the candidates at each joint, and what its servo usually does."""
-    rows = TrackingRows(log, _some_runs(log))
+    runs = _some_runs(log)
+    rows = TrackingRows(log, runs, TrackingRows(log, runs).unseen_ends())
     candidates, absent = rows.candidates(library)
     missing |= absent
     candidates = rows.with_one_clock(candidates)

@@ -76,13 +76,9 @@ class LinearRows:
     def _gram(self, joint: int) -> tuple[Array, Array, float]:
         there = self._there[:, joint]
         A, y = self._columns[there, joint], self.values[there, joint]
-        if self.of.log.offset_per_series or not self._is_torque:
+        if self.of.log.offset_per_series or self.of.kind != "torque":
             A, y = self._without_means(A, there), self._without_means(y, there)
         return A.T @ A, A.T @ y, float(y @ y)
-
-    @property
-    def _is_torque(self) -> bool:
-        return any(one.effect.rows == "torque" for one in self.candidates)
 
     def _without_means(self, values: Array, there: Bools) -> Array:
         """Less the constant of each run, or of all where encoders keep their zeros."""
@@ -170,7 +166,7 @@ class LinearRows:
     def residuals(self, fitted: Fitted, of_part: "LinearRows | None" = None) -> Array:
         """What a model, of a part of the rows perhaps, leaves of all, (n, j), constants of runs taken off."""
         out = np.where(np.isfinite(self.values), self.values - (of_part or self).predicted(fitted), np.nan)
-        if self.of.log.offset_per_series or not self._is_torque:
+        if self.of.log.offset_per_series or self.of.kind != "torque":
             for joint in np.flatnonzero(self.rows > 0):
                 there = np.isfinite(out[:, joint])
                 out[there, joint] = self._without_means(out[there, joint], there)

@@ -40,12 +40,16 @@ class Quantities:
     measured: Array  # what the rows hold, NaN where nothing was recorded
     torque_noise: Array  # of `rigid`, from the readings that accelerations are computed from, (j,) [Nm]
     carried: Array  # torque at each joint, as recorded or else of the rigid arm [Nm]
+    kind: str = "torque"  # of the rows
 
     @property
     def lacking(self) -> str:
         """Why there are no rows; "" where there are some."""
         if len(self.q):
             return ""
+        unread = [name for name, read in zip(self.log.joints, self.log.has("q"), strict=True) if not read]
+        if unread:
+            return f"there are no readings of {', '.join(unread)}, and torques depend on all joints"
         longest = max(float(np.ptp(self.log.time_s[rows])) for rows in self.log.stretches)
         short = "no series is longer than a second, too short for velocities"
         return short if longest <= 1.0 else "the arm stands, or jerks, in all rows"
@@ -106,7 +110,8 @@ def quantities(log: MotionLog, kind: str) -> Quantities:
     speed, acceleration, inner, noise = derivatives(log)
     measured = log.tau if kind == "torque" else log.load - log.q
     if kind == "torque":  # friction at rest may be anything up to that in motion
-        measured = np.where((np.abs(speed) < STANDS_RAD_S) & (np.ptp(log.q, axis=0) > MOVES_RAD), np.nan, measured)
+        moves = np.ptp(filled(log.q), axis=0) > MOVES_RAD
+        measured = np.where((np.abs(speed) < STANDS_RAD_S) & moves, np.nan, measured)
     usable = inner & np.isfinite(speed).all(axis=1) & np.isfinite(measured).any(axis=1)
     number = np.flatnonzero(usable)
     number = number[:: max(1, -(-len(number) // MOST_ROWS))]
@@ -116,6 +121,7 @@ def quantities(log: MotionLog, kind: str) -> Quantities:
     of = Quantities(
         log, number, log.run[number], log.time_s[number], q, speed, acceleration, rigid, measured,
         _torque_noise(log.robot, q, noise), np.where(np.isfinite(recorded), recorded, rigid),
+        kind,
     )  # fmt: skip
     if not log.payload_kg:
         return of
@@ -127,8 +133,8 @@ def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
     """Velocities and accelerations of the joints by the parabolas through their readings (Savitzky, Golay 1964).
 
     Returns:
-        Both (n, j), NaN in runs that are too short; which rows are away from the ends of their runs, (n,); and the
-        noise of the accelerations, (j,) [rad/s²].
+        Both (n, j), NaN in runs that are too short and where a reading is missing; which rows are away from the ends
+        of their runs, (n,); and the noise of the accelerations, (j,) [rad/s²].
     """
     from scipy.signal import savgol_coeffs, savgol_filter  # noqa: PLC0415 - takes seconds to import, and only some rows need it
 
@@ -139,9 +145,12 @@ def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
     for rows in log.stretches:
         if rows.stop - rows.start <= 2 * edge:
             continue
+        q = np.nan_to_num(filled(log.q[rows]))
+        unknown = np.apply_along_axis(np.convolve, 0, np.isnan(log.q[rows]), np.ones(width), "same") > 0.5
         for derivative, out in ((1, speed), (2, acceleration)):
-            out[rows] = savgol_filter(log.q[rows], width, 3, deriv=derivative, delta=log.step_s, axis=0)
-        rough[rows] = log.q[rows] - savgol_filter(log.q[rows], width, 3, axis=0)
+            read = savgol_filter(q, width, 3, deriv=derivative, delta=log.step_s, axis=0)
+            out[rows] = np.where(unknown, np.nan, read)
+        rough[rows] = np.where(unknown, np.nan, q - savgol_filter(q, width, 3, axis=0))
         inner[rows.start + edge : rows.stop - edge] = True
     inner &= ~_jerks(rough, width)
     kept, bend = savgol_coeffs(width, 3), savgol_coeffs(width, 3, deriv=2, delta=log.step_s)

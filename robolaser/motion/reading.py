@@ -114,6 +114,7 @@ def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
         if name not in labels:
             raise DataError(f"{FILE}, [motion] payload_kg: there is no series '{name}'.{near(name, labels)}", file=FILE)
     log, repeated = _in_order(log, np.array(csv.lines)[order])
+    log = replace(log, time_s=log.time_s - log.time_s[log.starts][log.run])
     return replace(log, warnings=(*warnings, *repeated, *_checked(log, planned=planned)))
 
 
@@ -225,4 +226,5 @@ def _settings(log: MotionLog) -> Iterator[str]:
     yield from toml_lines("", {"format": FORMAT, "name": log.name, "source": log.source, "licence": log.licence})
     yield from toml_lines("[robot]", robot_table(log.robot))
     yield from toml_lines("[sensor]", {"kind": "motion"})
-    yield from toml_lines("[motion]", {key: getattr(log, key) for key in MotionTable.__annotations__})
+    stated = {key: getattr(log, key) for key in MotionTable.__annotations__}
+    yield from toml_lines("[motion]", {**stated, **log.notes})

@@ -138,10 +138,13 @@ def _by_series(run: RecordedRun, series: str = SERIES) -> list[RecordedRun]:
     if key is None:
         return [run]
     number = run.columns[key]
+    if not np.isfinite(number).all():
+        row = int(np.argmin(np.isfinite(number))) + 1
+        raise DataError(f"{run.source}, column {key}: row {row} of the data names no series.", file=run.source)
     return [
         replace(
             run,
-            series=f"{run.series}_{value:g}",
+            series=f"{run.series}_{value:.15g}",
             columns={name: each[number == value] for name, each in run.columns.items()},
         )
         for value in np.unique(number)

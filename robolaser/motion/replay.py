@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.errors import DataError, RobotError, UsageError
-from robolaser.motion.log import MotionLog
+from robolaser.motion.log import MotionLog, filled
 
 MOST_S = 60.0  # of each run that is replayed
 
@@ -55,9 +55,9 @@ def replay(model: Path, log: MotionLog) -> dict[str, float]:
 def _run(mujoco: Any, model: Any, log: MotionLog, rows: slice, driven: dict[int, tuple[int, int]]) -> Array:
     """Simulated less measured angles of the driven joints in one run, (n, k)."""
     data = mujoco.MjData(model)
-    first = rows.start
+    first, read, told = rows.start, *(np.nan_to_num(filled(values[rows])[0]) for values in (log.q, log.command))
     for joint, (actuator, address) in driven.items():
-        data.qpos[address], data.ctrl[actuator] = log.q[first, joint], log.command[first, joint]
+        data.qpos[address], data.ctrl[actuator] = read[joint], told[joint]
     out = []
     for row in range(first, rows.stop):
         time = float(log.time_s[row])

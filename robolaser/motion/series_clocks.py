@@ -90,16 +90,17 @@ class SeriesClocks:
         return cls(runs, delay, 1.0 / np.sqrt(weight.sum(axis=0)), np.array(gained))
 
     def corrected(self, log: MotionLog) -> MotionLog:
-        """The log with the commands of each series later by its delay."""
-        command = log.command.copy()
+        """The log with the commands of each series later by its delay; rows that then have none are not read."""
+        command, q = log.command.copy(), log.q.copy()
         for run, delay in zip(self.runs.tolist(), self.delay.tolist(), strict=True):
             rows = log.rows_of_runs[run]
             time = log.time_s[rows]
+            q[rows][(time - delay < time[0]) | (time - delay > time[-1])] = np.nan
             for j in range(command.shape[1]):
                 known = np.isfinite(log.command[rows, j])
                 if known.any():
                     command[rows, j] = np.interp(time - delay, time[known], log.command[rows, j][known])
-        return replace(log, command=command)
+        return replace(log, command=command, q=q)
 
     def beside(self, other: "SeriesClocks | None") -> "SeriesClocks":
         """With delays that were found before, of the same series or of some of them."""

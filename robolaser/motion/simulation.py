@@ -126,8 +126,9 @@ def _followed(robot: Robot, runs: list[Array], time: Array, asked: list[tuple[At
     joints, step_s = len(robot.joints), time[1] - time[0]
     servos: list[dict[str, Any]] = [{} for _ in range(joints)]
     for at, numbers in asked:
+        given = {one.servo: numbers[one.name] for one in at.effect.numbers if one.name in numbers}
         for joint in [at.joint] if at.effect.site == "joint" else range(joints):
-            servos[joint] |= {one.servo: numbers[one.name] for one in at.effect.numbers if one.name in numbers}
+            servos[joint] |= {name: servos[joint].get(name, 0.0) + value for name, value in given.items()}
     paths = CommandSeries.of(robot, runs, np.full((len(time), len(runs)), step_s), step_s).simulate(
         np.arange(joints), servos
     )

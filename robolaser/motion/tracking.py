@@ -9,6 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect, Number, Trace
+from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
 from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.log import MotionLog, filled
@@ -25,6 +26,8 @@ LONGEST = 2_500  # rows that are simulated in one go; what follows begins anew a
 FOLLOWS = ("lag", "offset", "droop")
 FORM_RAD = 3e-5  # by which models of servos may err besides: a judgement
 DELAY_STEP_S = 1e-3  # of the derivative by a delay
+ON_TIME = 0.1  # rows by which readings are late or lead, up to which no row is lost at an end
+FEWEST_SHARE = 4  # a run loses up to one row in so many at each of its ends
 ONE_CLOCK_S, ONE_CLOCK_SHARE = 1e-3, 0.2  # by which delays of one clock may seem to differ, at most: a judgement
 
 
@@ -66,9 +69,11 @@ class TrackingRows:
     Args:
         log: What was recorded.
         runs: Those that count, by number; all by default.
+        ends: How many rows do not count at the beginnings and at the ends of what is simulated in one go, where
+            commands move: what these rows show was commanded before, or after, what is there.
     """
 
-    def __init__(self, log: MotionLog, runs: Ints | None = None) -> None:
+    def __init__(self, log: MotionLog, runs: Ints | None = None, ends: tuple[int, int] = (0, 0)) -> None:
         known = log.has("command") & log.has("q")
         self.joints: Ints = np.flatnonzero(known).astype(np.int64)
         """Columns of the joints that have both."""
@@ -91,7 +96,13 @@ class TrackingRows:
         read = np.isfinite(self._q)
         first = np.take_along_axis(self._q, read.argmax(axis=1)[:, None], axis=1)[:, 0]
         self._runs = replace(sent, start=np.where(read.any(axis=1), first, sent.start))
+        self.ends = ends
         self._used = np.ones((longest, count), dtype=bool)
+        for s in range(len(pieces)):
+            told = sent.command[:, : lengths[s], s].T
+            before, after = map(_unexplained, (told, told[::-1]), ends)
+            self._used[:before, s] = False
+            self._used[lengths[s] - after : lengths[s], s] = False
         self._form = np.hypot(FORM_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
         self.independent = np.ones(joints)
         """Values that each joint's rows are worth, (j,)."""
@@ -101,6 +112,25 @@ class TrackingRows:
     def used(self) -> int:
         """How many rows of the log count."""
         return sum(rows.stop - rows.start for rows in self._pieces)
+
+    @property
+    def counted(self) -> Bools:
+        """Which rows of the log count, (n,)."""
+        out = np.zeros(len(self.log), dtype=bool)
+        for s, part in enumerate(self._pieces):
+            out[part] = self._used[: part.stop - part.start, s]
+        return out
+
+    def unseen_ends(self) -> tuple[int, int]:
+        """How many rows at the beginnings and at the ends show what no command in the log explains.
+
+        By delays alone: whoever is late shows at first what was commanded before the log began, and whoever leads
+        shows at last what was commanded after its end.
+        """
+        clocks = [(number, (At(CLOCK, CLOCK.site, joint),)) for number, joint in enumerate(self.joints.tolist())]
+        rows = np.array([fit.numbers[0][0] for fit in self.fit(clocks, MORE_ROUNDS)]) / max(self.log.step_s, 1e-4)
+        first, last = (int(np.ceil(most)) + 1 if most > ON_TIME else 0 for most in (rows.max(), -rows.min()))
+        return first, last
 
     def count(self, joint: int) -> int:
         """How many residuals of a joint are looked at."""
@@ -112,7 +142,7 @@ class TrackingRows:
         fresh.__dict__ = {key: value for key, value in self.__dict__.items() if key != "_kept"}
         fresh._used = self._used.copy()
         for s, part in enumerate(self._pieces):
-            fresh._used[: part.stop - part.start, s] = ~held_out[part]
+            fresh._used[: part.stop - part.start, s] &= ~held_out[part]
         fresh._found = dict(self._found)
         return fresh
 
@@ -334,6 +364,14 @@ class TrackingRows:
             for s, part in enumerate(self._pieces):
                 out[part, fit.joint] = paths[: part.stop - part.start, s, m]
         return out
+
+
+def _unexplained(told: Array, rows: int) -> int:
+    """Of so many rows at the beginning of commands (n, j), those that do not count: none where they begin at rest."""
+    if len(told) <= FEWEST_SHARE or not rows:
+        return 0
+    speed = 0.5 * (4.0 * told[1] - 3.0 * told[0] - told[2])  # at the first row, by the parabola through three
+    return min(rows, len(told) // FEWEST_SHARE) if (np.abs(speed) * rows > FORM_RAD).any() else 0
 
 
 def _named(candidates: Sequence[At], names: Sequence[str]) -> tuple[At, ...]:

@@ -72,6 +72,7 @@ class RandomStreams:
     joint_noise: np.random.Generator
     point_noise: np.random.Generator
     gross: np.random.Generator
+    distance_noise: np.random.Generator
 
     @classmethod
     def of(cls, seed: int) -> Self:

@@ -111,3 +111,20 @@ def test_instances_are_repetitions_of_one_problem():
     result = robolaser.compare(["bbob:3-2:instance=1..3"], ["random"], **ASKED)
     assert [problem.name for problem in result.problems] == ["bbob:3-2"]
     assert len({run.trace.final for run in result.runs}) == 3
+
+
+@pytest.mark.parametrize("other", ["random", "de:pop_size=20"])
+def test_runs_of_another_algorithm_are_not_those_of_one_that_has_its_name(tmp_path, other):
+    asked = {"output": tmp_path, "seeds": 1, "budget": 100}
+    robolaser.compare(["mine:Sphere"], {"mine": "de:pop_size=30"}, **asked)
+    with pytest.raises(BenchmarkError, match="the algorithm mine is"):
+        robolaser.compare(["mine:Sphere"], {"mine": other}, resume=True, **asked)
+    assert len(robolaser.compare(["mine:Sphere"], {"mine": "de:pop_size=30"}, resume=True, **asked).runs) == 1
+
+
+def test_a_journal_without_its_first_line_is_refused(tmp_path):
+    robolaser.compare(["mine:Sphere"], ["random"], output=tmp_path, seeds=1, budget=100)
+    journal = tmp_path / "runs.jsonl"
+    journal.write_text("".join(journal.read_text().splitlines(keepends=True)[1:]))
+    with pytest.raises(BenchmarkError, match="cannot be read as the runs of a comparison"):
+        load_comparison(tmp_path)

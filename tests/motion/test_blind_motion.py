@@ -161,3 +161,19 @@ def test_the_clocks_of_a_long_log_are_told_in_all_of_its_series(monkeypatch: pyt
     (clock,) = [one for one in found.fit.findings if one.at.effect.name == "clock_shift"]
     told = np.array([clock.numbers[f"run_{number}"][0] for number in range(8)])
     assert told - told.mean() == pytest.approx(np.mean(CLOCKS) - np.array(2 * CLOCKS), abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["readings stamped too early", "clocks that begin anew"])
+def test_readings_that_lead_are_held_against_commands_that_the_log_has(name: str) -> None:
+    (gap,) = [one for one in found_in(name).fit.gaps if one.kind == "tracking"]
+    assert gap.whole("after") < 2.0 * gap.whole("noise_floor")
+
+
+def test_a_log_that_begins_amid_a_motion_shows_a_dead_time_and_no_lag() -> None:
+    log = recorded("late commands")
+    late = log.of_rows(log.time_s >= 1.0)
+    found = diagnose_motion(replace(late, time_s=late.time_s - 1.0), seed=0)
+    classes = {one["class"]: one["probability"] for one in motion_json(found)["classes"]}
+    assert classes.get("timing", 0.0) >= CERTAIN
+    assert certain(found) <= {"dead_time", "clock_shift"}
+    assert {one.at.effect.name for one in found.fit.findings} <= {"dead_time", "clock_shift"}

@@ -13,6 +13,8 @@ from scipy.io import savemat
 
 import robolaser
 from robolaser.cli import main
+from robolaser.data.importers.importer import ImportOptions
+from robolaser.motion.importing import import_motion
 from robolaser.motion.log import MotionLog
 from robolaser.robot.kinematics import Robot
 
@@ -173,3 +175,35 @@ def test_sages_own_files_are_read_as_they_were_published(tmp_path: Path) -> None
         assert np.allclose(getattr(log, name), getattr(whole, name)[rows], atol=1e-6)
     assert isinstance(log.robot, Robot)
     assert np.allclose(log.time_s, whole.time_s[rows], atol=1e-5)
+
+
+def test_series_that_would_share_a_name_stay_apart(folder: Path) -> None:
+    columns = {f"q_{joint}": READ[:, j] for j, joint in enumerate(JOINTS)}
+    for day in ("monday", "tuesday"):
+        (folder / day).mkdir()
+        np.savez(folder / day / "log.npz", time_s=TIME, **columns)
+    arm = Robot.from_urdf(urdf(), flange="tool")
+    sources = [folder / day / "log.npz" for day in ("monday", "tuesday")]
+    log, _ = import_motion(sources, arm, ImportOptions(robot=arm, units=("rad",)))
+    assert (len(log), log.series) == (2 * len(TIME), ("log", "log_2"))
+
+
+def test_series_that_are_numbered_by_large_numbers_stay_apart(folder: Path) -> None:
+    both = {f"q_{joint}": np.tile(READ[:, j], 2) for j, joint in enumerate(JOINTS)}
+    begun = np.repeat([1_700_000_001, 1_700_000_002], len(TIME))
+    np.savez(folder / "log.npz", time_s=np.tile(TIME, 2), series=begun, **both)
+    log = imported(folder, "log.npz", "--units", "rad")
+    assert log.series == ("log_1700000001", "log_1700000002")
+
+
+@pytest.mark.parametrize("column", ["series", "time_s"])
+def test_a_row_without_a_series_or_a_time_is_refused(
+    folder: Path, capsys: pytest.CaptureFixture[str], column: str
+) -> None:
+    columns = {"time_s": TIME.copy(), "series": np.ones(len(TIME))}
+    columns |= {f"q_{joint}": READ[:, j] for j, joint in enumerate(JOINTS)}
+    columns[column][7] = np.nan
+    np.savez(folder / "log.npz", **columns)
+    assert typed(folder, "log.npz", "--units", "rad") == 1
+    assert "row 8" in capsys.readouterr().err
+    assert not (folder / "log").exists()

@@ -200,3 +200,19 @@ def test_readings_that_are_the_commands_are_no_arm_without_a_gap(log: MotionLog)
     assert check_motion(echo).kinds == ()
     with pytest.raises(DataError, match="the readings are the commands, digit by digit"):
         diagnose_motion(echo)
+
+
+def test_further_keys_are_written_and_read_back(log: MotionLog, tmp_path: Path) -> None:
+    notes = {"rate_hz": 100, "encoder_side": "motor", "tools": ["gripper"]}
+    assert load_motion(written(replace(log, notes=notes), tmp_path)).notes == notes
+
+
+def test_times_count_from_the_beginning_of_each_series(log: MotionLog, tmp_path: Path) -> None:
+    late = replace(log, time_s=log.time_s + 40.0 * (1 + log.run))
+    assert np.allclose(load_motion(written(late, tmp_path)).time_s, log.time_s, rtol=0.0, atol=1e-6)
+
+
+def test_commands_and_readings_that_are_never_in_one_row_are_said_to_be(log: MotionLog) -> None:
+    odd = (np.arange(len(log)) % 2 == 1)[:, None]
+    apart = replace(log, command=np.where(odd, log.command, np.nan), q=np.where(odd, np.nan, log.q))
+    assert check_motion(apart).not_tested["lag"] == "no row has both a command and a reading of a joint"

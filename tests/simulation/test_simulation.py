@@ -302,3 +302,15 @@ def test_an_arm_that_moves_at_the_exposure_says_how_fast(robot: Robot) -> None:
     assert small(robot).dataset.poses.qd is None
     qd = small(robot, speed=0.2).dataset.poses.qd
     assert 0.1 < np.abs(qd).max() <= 0.2
+
+
+def test_readings_are_rounded_to_the_steps_and_distances_known_only_so_well_as_is_stated(robot: Robot) -> None:
+    exact = simulate_as_asked(robot, kind="socket", poses=12, points=3, seed=2).dataset
+    step, sigma = 2e-3, 1e-3
+    noise = Noise(joint_step_rad=step, distance_m=sigma)
+    noisy = simulate_as_asked(robot, kind="socket", poses=12, points=3, seed=2, noise=noise).dataset
+    off = noisy.poses.q - exact.poses.q
+    assert step / 4 < np.abs(off).max() <= step / 2
+    assert np.allclose(np.remainder(noisy.poses.q / step + 0.5, 1.0), 0.5)
+    apart = [a[2] - b[2] for a, b in zip(noisy.distances_m, exact.distances_m, strict=True)]
+    assert 0.0 < np.abs(apart).max() < 4 * sigma

@@ -70,6 +70,7 @@ def find(given: Any, name: str = "") -> Solver:
         raise unknown_algorithm(spec.name, solver_titles())
     title = solver_titles().get(spec.name) or f"pymoo's {spec.name}"
     parts = [f"{one.text} as {slot}" for slot, one in spec.operators.items()]
+    parts += [f"{key}={value}" for key, value in spec.settings.items() if name != given]
     return pymoo_solver(name, f"{title} with {' and '.join(parts)}" if parts else title, maker_of(spec))
 
 

@@ -9,8 +9,8 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import correlate
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.data.csv_tables import CsvTable, finite
-from robolaser.data.dataset import Dataset, Poses
+from robolaser.data.csv_tables import CsvTable, finite, numbers
+from robolaser.data.dataset import COMMAND, Dataset, Poses
 from robolaser.data.point_table import points_of
 from robolaser.data.sensor_format import QUATERNION, XYZ
 from robolaser.errors import DataError, UsageError
@@ -211,6 +211,13 @@ def _readings(arm: Poses, at: Match, times: Array) -> Poses:
     def between(values: Array | None) -> Array | None:
         return None if values is None else at.values(values)
 
+    def before(cells: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(cells[i] for i in at.before.tolist())
+
+    def told(cells: tuple[str, ...]) -> tuple[str, ...]:
+        commands = numbers(cells)
+        return before(cells) if commands is None else tuple(map(repr, at.values(commands).tolist()))
+
     return Poses(
         tuple(str(i) for i in range(1, len(times) + 1)),
         times,
@@ -220,7 +227,8 @@ def _readings(arm: Poses, at: Match, times: Array) -> Poses:
         payload_kg=between(arm.payload_kg),
         temperature_c=between(arm.temperature_c),
         following={joint: at.values(values) for joint, values in arm.following.items()},
-        extra={name: tuple(cells[i] for i in at.before.tolist()) for name, cells in arm.extra.items()},
+        session=None if arm.session is None else before(arm.session),
+        extra={name: told(cells) if name.startswith(COMMAND) else before(cells) for name, cells in arm.extra.items()},
     )
 
 

@@ -1,5 +1,6 @@
 """A log of an arm and one of a tracker, timed apart, become one data set: readings lie between the two around."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -83,3 +84,18 @@ def test_logs_of_other_times_are_refused_with_how_far_they_are_apart(tmp_path: P
 def test_one_file_has_one_clock(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="two files"):
         Tables().read(logs(tmp_path)[:1], options())
+
+
+def test_commands_are_those_at_the_times_of_measurements_also_when_they_are_read_back(tmp_path: Path) -> None:
+    arm, seen = logs(tmp_path)
+    rows = np.loadtxt(arm, delimiter=",", skiprows=1)
+    names = arm.read_text(encoding="utf-8").splitlines()[0]
+    told = [f"q_command_{joint}" for joint in ROBOT.joints]
+    head = ",".join([names, *told, "campaign"])
+    rows = np.column_stack([rows, rows[:, 1:] + 0.001, np.ones(len(rows))])
+    np.savetxt(arm, rows, delimiter=",", header=head, comments="", fmt="%.9f")
+    found = Tables().read([arm, seen], replace(options(), columns={"poses.session": "campaign"}))
+    for poses in (found.dataset.poses, found.checked().poses):
+        assert poses.session is not None
+        for joint in ROBOT.joints:
+            np.testing.assert_allclose(poses.following[joint], 0.001, atol=1e-8)

@@ -1,0 +1,62 @@
+"""What is missing in a log, or in the library, changes no number of what is there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from moved_arms import JOINTS, urdf
+
+from robolaser.motion.calibration import calibrate_motion
+from robolaser.motion.diagnosis import diagnose_motion
+from robolaser.motion.log import MotionLog
+from robolaser.motion.quantities import quantities
+from robolaser.motion.simulation import simulate_motion
+from robolaser.robot.kinematics import Robot
+
+ROBOT = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))
+ELBOW = JOINTS.index("elbow")
+
+
+@pytest.fixture(scope="module")
+def log() -> MotionLog:
+    whole = simulate_motion(ROBOT, series=4, effects={"coulomb_friction:elbow": 5.0, "lag:pan": 0.03}, seed=1)
+    return replace(whole, load=np.full_like(whole.q, np.nan))
+
+
+def without_reading(log: MotionLog, row: int) -> MotionLog:
+    q = log.q.copy()
+    q[row, ELBOW] = np.nan
+    return replace(log, q=q)
+
+
+@pytest.mark.parametrize("row", [3, 700, 1999, 3998])
+def test_one_missing_reading_costs_the_rows_around_it(log: MotionLog, row: int) -> None:
+    whole, less = (np.isfinite(quantities(one, "torque").measured).sum() for one in (log, without_reading(log, row)))
+    assert 0.98 * whole < less <= whole
+
+
+def test_one_missing_reading_changes_no_friction(log: MotionLog) -> None:
+    gaps = [diagnose_motion(one, seed=0).fit.gaps[1] for one in (log, without_reading(log, 700))]
+    assert gaps[1].whole("after") == pytest.approx(gaps[0].whole("after"), rel=0.05)
+
+
+def test_a_joint_that_was_never_read_is_said_to_be_why_torques_say_nothing(log: MotionLog) -> None:
+    q = log.q.copy()
+    q[:, ELBOW] = np.nan
+    (remark,) = diagnose_motion(replace(log, q=q), seed=0).remarks
+    assert remark.startswith("Torque rows are set aside: there are no readings of elbow")
+
+
+def test_the_torque_error_does_not_depend_on_which_effects_are_asked_for(log: MotionLog) -> None:
+    heavy = replace(log, tau=log.tau + 4.0)
+    asked = calibrate_motion(heavy, ["lag"], seed=0).gaps[1]
+    whole = diagnose_motion(heavy, seed=0).fit.gaps[1]
+    assert asked.calibrated == pytest.approx(whole.calibrated, rel=1e-3)
+    assert asked.whole("calibrated") > 3.9
+
+
+@pytest.mark.parametrize("names", [("dead_time", "clock_shift"), ("clock_shift", "dead_time")])
+def test_delays_of_a_servo_and_of_clocks_add_up(names: tuple[str, str]) -> None:
+    log = simulate_motion(ROBOT, series=1, effects=dict.fromkeys(names, 0.03), seed=1)
+    speed = np.gradient(log.command[:, 0], log.step_s)
+    assert -speed @ (log.q - log.command)[:, 0] / (speed @ speed) == pytest.approx(0.06, rel=0.02)
