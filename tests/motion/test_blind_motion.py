@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from moved_arms import World, record
 
-from robolaser.motion import parts
+from robolaser.motion import kind_diagnoses
 from robolaser.motion.diagnosis import MotionDiagnosis, diagnose_motion
 from robolaser.motion.effect import At
 from robolaser.motion.effects import MOTION_EFFECTS
@@ -155,7 +155,7 @@ def test_a_link_of_negative_inertia_is_no_answer(factor: float, is_possible: boo
 
 def test_the_clocks_of_a_long_log_are_told_in_all_of_its_series(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also in those that are not searched for effects."""
-    monkeypatch.setattr(parts, "_some_runs", lambda log: np.arange(0, len(log.series), 2))
+    monkeypatch.setattr(kind_diagnoses, "_some_runs", lambda log: np.arange(0, len(log.series), 2))
     log = record(World(clock_s=CLOCKS), series=8, seconds=3.0, seed=3)
     found = diagnose_motion(replace(log, tau=np.full_like(log.q, np.nan)), seed=0)
     (clock,) = [one for one in found.fit.findings if one.at.effect.name == "clock_shift"]
