@@ -20,6 +20,7 @@ from robolaser.diagnosis.thresholds import (
 from robolaser.diagnosis.verdict import credibility, is_alias, is_form, is_indistinguishable, posterior_weights
 from robolaser.diagnosis.zeros_or_placement import set_rivals
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.joint_offset import JointOffset
 
 
 @final
@@ -145,11 +146,17 @@ def aliases(refits: Refits, final: Fit, held_out: HeldOut) -> list[CandidateEffe
 def _explained_beside(
     refits: Refits, final: Fit, one: CandidateEffect, explained: Mapping[CandidateEffect, float]
 ) -> float:
-    """What an effect and larger ones at its place explain together; nothing where there are none."""
+    """What an effect and larger ones at its place explain together; nothing where there are none.
+
+    Beyond what a wrong zero of the joint explains: a constant has no form that could differ.
+    """
     larger = [other for other in explained if explained[other] > explained[one] and other.where == one.where]
     if not larger:
         return 0.0
-    return refits.without(final, [one, *larger]).chi2 - final.chi2
+    bare = refits.without(final, [one, *larger])
+    zero = CandidateEffect(JointOffset, one.where)
+    constant = [test for test in refits.score_tests(bare) if test.candidate_effect == zero]
+    return (refits.of(bare, constant) if constant else bare).chi2 - final.chi2
 
 
 def _other_locations(refits: Refits, final: Fit, one: CandidateEffect) -> set[str]:
