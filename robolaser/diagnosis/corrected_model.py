@@ -35,6 +35,7 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
             " max_m, but the parameters are those of the others. diagnosis.json lists them."
         )
     model = Model(diagnosis.dataset, diagnosis.model.effects)
+    stated = np.array([item.fixed for item in parameters.items])
     return Calibration(
         model=model,
         algorithm=ALGORITHM,
@@ -43,7 +44,7 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
         x=x,
         std=diagnosis.std,
         on_bound=on_bound,
-        unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width)),
+        unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width, stated=stated)),
         residuals=model.residuals_at(parameters.values(x[None]))[0],
         held_out=diagnosis.after_m,
         unseen=diagnosis.unseen,

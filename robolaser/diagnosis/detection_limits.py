@@ -37,20 +37,22 @@ def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()
     seen_alone = {test.candidate_effect: _share_left(test) for test in alone if _size(test) <= _largest(test)}
     limits = []
     for test, (rival, alike) in zip(tests, _nearest_rivals(tests), strict=True):
-        amplitude = test.candidate_effect.effect.amplitudes()[0]
+        one = test.candidate_effect
+        amplitude = one.effect.amplitudes()[0]
+        unit = one.parameters_in(test.against.model.dataset.robot).items[0].unit
         size, largest = _size(test), _largest(test)
         identifiable = size / np.sqrt(1.0 - alike) if alike < 1.0 else np.inf
         is_seen, is_identified = size <= largest, identifiable <= largest
         limits.append(
             DetectionLimit(
-                test.candidate_effect,
+                one,
                 amplitude.name,
                 float(size) if is_seen else None,
-                amplitude.unit,
+                unit,
                 identifiable=float(identifiable) if is_identified else None,
                 rival=rival if is_seen else None,
                 at_tool_m=_at_tool(test, float(size)) if is_seen else None,
-                is_imitated=not is_seen and _share_left(test) < IMITATED * seen_alone.get(test.candidate_effect, 0.0),
+                is_imitated=not is_seen and _share_left(test) < IMITATED * seen_alone.get(one, 0.0),
             )
         )
     return tuple(sorted(limits, key=lambda limit: (limit.candidate_effect.effect.name, limit.candidate_effect.where)))

@@ -109,12 +109,12 @@ def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Ma
     def std(i: int) -> float | None:
         return float(errors[i]) if fit.at.free[i] and fit.deviations[i] < EVEN * prior[i] else None
 
-    def estimate(i: int, unit: str) -> Estimate:
+    def estimate(i: int) -> Estimate:
         low, high = (side[i] for side in fit.at.touching)
+        unit = problem.parameters.items[i].unit
         return Estimate(float(fit.x[i]), std(i), unit, "upper" if high else "lower" if low else "")
 
-    items = [(item, names.index(item.name)) for item in candidate_effect.parameters.items]
-    return {item.name.rsplit(".", 1)[1]: estimate(i, item.unit) for item, i in items}
+    return {name.rsplit(".", 1)[1]: estimate(names.index(name)) for name in candidate_effect.parameters.names}
 
 
 def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence], tried: int) -> list[Localization]:

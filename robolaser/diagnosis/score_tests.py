@@ -143,6 +143,8 @@ def _nested(fit: Fit, candidate_effect: CandidateEffect, grid: Array, known: Col
 def _best(fit: Fit, candidate_effect: CandidateEffect, grid: Array, tried: int, known: Columns) -> ScoreTest:
     white = known.by_effect(fit, candidate_effect, grid)
     columns = np.asfortranarray(fit.at.project(white))
+    unseen = (columns**2).sum(axis=0) < NEGLIGIBLE * np.maximum((white**2).sum(axis=0), 1.0)
+    columns[:, unseen] = 0.0  # rounding would explain as much of the noise as any other column
     a = white.shape[1] // len(grid)
     spans = [slice(i * a, (i + 1) * a) for i in range(len(grid))]
     options = [

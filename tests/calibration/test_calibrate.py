@@ -22,12 +22,15 @@ from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import CHECKPOINT, search
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.data.stated_noise import Noise
+from robolaser.diagnosis import examine
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import AlgorithmError, EstimationError, UsageError
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.export.files import exported
 from robolaser.model.effects import candidate_effects
+from robolaser.model.effects.backlash import Backlash
 from robolaser.model.forward_model import Model
 from robolaser.operators import ArithmeticCrossover, NonUniformMutation
 from robolaser.parameters import Parameter
@@ -305,6 +308,10 @@ def test_sizes_at_a_joint_that_slides_are_lengths() -> None:
     assert units == ["m", "rad", "m", "m"]
     assert found[-1]["parameters"]["turn_x"]["unit"] == "rad"
     assert found[2]["parameters"]["lost_motion"]["value"] == pytest.approx(1e-3, rel=1e-3)
+    named = diagnosis_json(examine(dataset, [Backlash], seed=1))
+    assert {(one["where"], one["parameters"]["lost_motion"]["unit"]) for one in named["effects"]} == {("lift", "m")}
+    sound = diagnosis_json(examine(simulate(arm(), kind="point", poses=20, seed=1).dataset, [Backlash], seed=1))
+    assert {one["where"] for one in sound["detection_limits"] if one["unit"] == "m"} == {"lift"}
 
 
 def test_known_distances_hold_in_a_fit_and_wrong_ones_show() -> None:
