@@ -17,6 +17,9 @@ FOLLOWS_SHARE, OF_LARGEST = 0.01, 0.005
 """Of a joint's torque, and of the largest one's, the same: no model knows torques better. A judgement."""
 FORM_SHARE = 0.02
 """Of the squared gap above the noise, that may be left where the gap counts as explained."""
+FORM_OVER_NOISE = 4.0
+"""Times the noise, or the error of arms that follow, above which no share of the gap is small enough for that. A
+judgement: a motor whose torque is cut off, taken for a scale, leaves 6 times as much, and 1 % of the gap."""
 IS_NOISE = 1.1
 """Times the noise, up to which an error is nothing else."""
 OVER_NOISE = 2.0
@@ -98,16 +101,21 @@ class KindDiagnosis:
         known = [column[np.isfinite(column)] for column in of_runs.T]
         return np.array([np.median(column) if len(column) else np.nan for column in known])
 
+    @cached_property
+    def _closed(self) -> Bools:
+        """Joints at which next to nothing of the gap is left, (j,)."""
+        gap = self.gap
+        with np.errstate(invalid="ignore"):
+            small = gap.after**2 - gap.noise_floor**2 <= FORM_SHARE * (gap.calibrated**2 - gap.noise_floor**2)
+            small &= gap.after <= FORM_OVER_NOISE * np.maximum(self.enough, gap.noise_floor)
+            return np.asarray(small | (gap.after <= np.maximum(self.enough, OVER_NOISE * gap.noise_floor)))
+
     @property
     def verdict(self) -> str:
         """Of these rows."""
-        gap = self.gap
         if not self.shown and not self.has_gap.any():
             return "no_gap"
-        with np.errstate(invalid="ignore"):
-            closed = gap.after <= np.maximum(self.enough, OVER_NOISE * gap.noise_floor)
-            closed |= gap.after**2 - gap.noise_floor**2 <= FORM_SHARE * (gap.calibrated**2 - gap.noise_floor**2)
-        return "explained" if self.shown and bool((closed | ~self.has_gap).all()) else "unexplained"
+        return "explained" if self.shown and bool((self._closed | ~self.has_gap).all()) else "unexplained"
 
 
 def coordinate(left: Array, run: Ints, time_s: Array, command: Array, load: Array) -> str:

@@ -92,3 +92,14 @@ def test_an_effect_that_explains_less_than_is_left_beside_it_is_not_certain(gain
     part = KindDiagnosis(gap, (at,), (finding,), run, before, after, {}, np.zeros(1))
     (shown,) = part.shown
     assert (shown.probability >= 0.9) is certain
+
+
+@pytest.mark.parametrize(("left", "verdict"), [(0.35, "explained"), (0.6, "unexplained")])
+def test_a_small_share_of_a_gap_is_explained_only_if_it_is_a_few_times_the_noise(left: float, verdict: str) -> None:
+    rng = np.random.default_rng(0)
+    run, before, after = np.repeat(np.arange(4), 100), rng.normal(size=(400, 1)), rng.normal(size=(400, 1))
+    before, after = 10.0 * before / before.std(), left * after / after.std()
+    gap = KindGap("torque", "Nm", np.array([10.0]), np.array([10.0]), np.array([left]), np.array([0.1]), 400)
+    at = At(next(one for one in TRACKING if one.name == "dead_zone"), "elbow", 0)
+    finding = SelectedEffect(at, 0.99, 0.0, None, (), {"half_width": (0.02, 1e-4, "rad")}, np.array([99.0]))  # type: ignore[arg-type]
+    assert KindDiagnosis(gap, (at,), (finding,), run, before, after, {}, np.zeros(1)).verdict == verdict
