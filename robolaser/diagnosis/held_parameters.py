@@ -14,7 +14,7 @@ from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.cause_words import listed, members
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
 from robolaser.diagnosis.summary_text import NAMED, millimetres
-from robolaser.diagnosis.thresholds import CERTAIN, EVEN, SIGMA_OF_95_PERCENT
+from robolaser.diagnosis.thresholds import CERTAIN, EVEN, PLAUSIBLE_SIGMA, SIGMA_OF_95_PERCENT
 from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, told
 from robolaser.errors import RobolaserError
 from robolaser.estimation.linearization import TOUCH
@@ -48,8 +48,9 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
         return found
     part = min(suspects, key=lambda part: freed[part].held_out_rms_m or np.inf)
     free = examine(freed[part].model.dataset)
-    probability = probability_of(found, free)
-    return _told(found, free, part, held[part], probability) if probability > EVEN else found
+    moved = _moved(free, held[part])
+    probability = probability_of(found, free) if max(moved.values()) > PLAUSIBLE_SIGMA else 0.0
+    return _told(found, free, part, held[part], moved, probability) if probability > EVEN else found
 
 
 def _held(found: Diagnosis) -> dict[str, dict[str, float]]:
@@ -111,10 +112,21 @@ def _is_suspect(found: Diagnosis, freed: Calibration) -> bool:
     return fall_in_sigmas(squares(found.observed, found.after_m), after) > SIGMA_OF_95_PERCENT
 
 
-def _told(found: Diagnosis, free: Diagnosis, part: str, held: Mapping[str, float], probability: float) -> Diagnosis:
-    """The diagnosis with free parameters, as one of the data set that holds them."""
+def _moved(free: Diagnosis, held: Mapping[str, float]) -> dict[str, float]:
+    """How many of its standard errors each parameter is from where it was held."""
     would_be = {name: _estimate(free, name) for name in held}
-    moved = {name: abs(would_be[name].value - held[name]) / (would_be[name].std or np.inf) for name in held}
+    return {name: abs(would_be[name].value - held[name]) / (would_be[name].std or np.inf) for name in held}
+
+
+def _told(
+    found: Diagnosis,
+    free: Diagnosis,
+    part: str,
+    held: Mapping[str, float],
+    moved: Mapping[str, float],
+    probability: float,
+) -> Diagnosis:
+    """The diagnosis with free parameters, as one of the data set that holds them."""
     shown = [name for name in held if moved[name] > SIGMA_OF_95_PERCENT] or [max(held, key=lambda one: moved[one])]
     before, after = found.gap, free.gap
     gaps = before.calibrated_m, after.calibrated_m
@@ -125,7 +137,7 @@ def _told(found: Diagnosis, free: Diagnosis, part: str, held: Mapping[str, float
         part,
         _cause(part),
         probability,
-        {name: would_be[name] for name in shown},
+        {name: _estimate(free, name) for name in shown},
         *gaps,
         () if probability >= CERTAIN else tuple(one.candidate_effect for one in found.findings),
     )

@@ -176,12 +176,20 @@ class Refits:
         return known if is_scatter else max(known, unknown)
 
     def _by_chance(self, fit: Fit, without: Fit, joint: str) -> float:
-        """Probability that a joint which scatters from pose to pose explains what the effects do."""
-        chance = self._once(chance_chi2, without, joint)
-        if not chance:
-            return 0.0
-        costs = np.array([self.cost_by_chi2(fit), self.cost_by_chi2(without) - chance + CHI2_PER_EFFECT])
-        return float(posterior_weights(costs)[1])
+        """Probability that a joint which scatters from pose to pose explains what the effects do.
+
+        And so it is if whole poses scatter as much as the effects leave. What would not be reported counts as none.
+        """
+
+        def probability(with_effects: Fit, instead: Fit, chance: float) -> float:
+            by_chance = instead.chi2 - chance + self._penalties(without) + CHI2_PER_EFFECT
+            return float(posterior_weights(np.array([with_effects.chi2 + self._penalties(fit), by_chance]))[1])
+
+        unknown = probability(fit, without, self._once(chance_chi2, without, joint))
+        if unknown >= LEAST_PROBABILITY and (calm := fit.with_likeliest_scatter) is not fit:
+            alike = Fit.of(without.problem.with_noise(calm.noise), without.x)
+            unknown = min(unknown, probability(calm, alike, chance_chi2(alike, joint)))
+        return unknown if unknown >= LEAST_PROBABILITY else 0.0
 
     def _sparsely_unmodelled(self, fit: Fit, without: Fit, site: str) -> float:
         """Probability that a sparse shape at a site explains what the effects do that only the first model has.

@@ -73,8 +73,8 @@ IMPLAUSIBLE_NOISE: Final = 2.0
 search for it ended in a lesser optimum. A judgement: without it a scanner whose laser plane starts anywhere is
 explained by a noise that its rows contradict, and some are called gross errors."""
 PLAUSIBLE_SIGMA: Final = 4.0
-"""Standard deviations of what parameters may be, within which a direction of theirs may explain what is no scatter. A
-quantile: once in sixteen thousand directions."""
+"""Standard deviations of what parameters may be, within which a direction of theirs may explain what is no scatter; and
+standard errors within which a held parameter is held rightly. A quantile: once in sixteen thousand directions."""
 LEAST_RANGE_EXPONENT: Final = 0.3
 """Power of the range with which noise must grow to be worth a remark. A judgement, of words alone."""
 LEAST_RANGE_SPREAD: Final = 0.05

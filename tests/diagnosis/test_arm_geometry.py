@@ -13,7 +13,7 @@ from robolaser.diagnosis.evidence import aliases
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.score_tests import library
+from robolaser.diagnosis.score_tests import ScoreTest, library
 from robolaser.diagnosis.selection import unless_one_does_it
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
@@ -40,6 +40,9 @@ def test_only_what_has_a_form_is_imitated_by_a_small_effect_beside_it(count: int
 
     class Refitted:
         without = Refits.without
+
+        def score_tests(self, fit: SimpleNamespace) -> list[ScoreTest]:
+            return []
 
         def refit(self, fit: SimpleNamespace, removed: CandidateEffect) -> SimpleNamespace:
             explained = 100.0 if removed is eccentric else 1e4
