@@ -6,7 +6,7 @@ parameters, a random function for its freedom, by the marginal likelihood. And a
 still finds much beside it.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -50,33 +50,33 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
         fit: The model.
         site: A joint that moves; or another site, in the place of which any joint may be off by a function of time.
     """
-    derivatives, joints = stage_derivatives(fit), moving_joints(fit.model.dataset.robot)
+    joints = moving_joints(fit.model.dataset.robot)
     if site == TARGET:
         return 0.0  # `unmodelled_chi2` has functions of the place on it
-
-    def ratios(joint: str, bases: Iterable[Array], *, chance: bool) -> Iterator[float]:
-        n = len(fit.model.dataset.poses)
-        gradient, own, shared = normal_equations(
-            fit, derivatives.by_motion(Stage.JOINTS, joint)[:, 0], fit.pose_of_number, n
-        )
-        for basis in bases:
-            along = basis.T @ shared
-            yield likelihood_ratio((basis.T * own) @ basis - along @ along.T, basis.T @ gradient)[0]
-        if chance:
-            yield chance_ratio(gradient, own, shared)
-
     if site in joints:
-        return max(ratios(site, _bases(fit.model.run, site), chance=True))
+        sums = joint_equations(fit, site)
+        return max(chance_ratio(*sums), *(_ratio(basis, *sums) for basis in _bases(fit.model.run, site)))
     in_time = rough(fit.model.run.progress)
-    return max(ratio for joint in joints for ratio in ratios(joint, [in_time], chance=False))
+    return max(_ratio(in_time, *joint_equations(fit, joint)) for joint in joints)
 
 
 def chance_chi2(fit: Fit, joint: str) -> float:
     """Chi-squared that chance at a joint, from pose to pose, explains beyond its freedom's cost; 0 elsewhere."""
     if joint not in moving_joints(fit.model.dataset.robot):
         return 0.0
+    return chance_ratio(*joint_equations(fit, joint))
+
+
+def joint_equations(fit: Fit, joint: str) -> tuple[Array, Array, Array]:
+    """Normal equations of a joint that moves freely at each pose, see `normal_equations`."""
     by_joint = stage_derivatives(fit).by_motion(Stage.JOINTS, joint)[:, 0]
-    return chance_ratio(*normal_equations(fit, by_joint, fit.pose_of_number, len(fit.model.dataset.poses)))
+    return normal_equations(fit, by_joint, fit.pose_of_number, len(fit.model.dataset.poses))
+
+
+def _ratio(basis: Array, gradient: Array, own: Array, shared: Array) -> float:
+    """Twice the logarithm of the likelihood ratio of a function with a basis (n, p), by a joint's normal equations."""
+    along = basis.T @ shared
+    return likelihood_ratio((basis.T * own) @ basis - along @ along.T, basis.T @ gradient)[0]
 
 
 def posture_unknown_chi2(fit: Fit) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
-from robolaser.diagnosis.local_unknown import TARGET
+from robolaser.diagnosis.local_unknown import TARGET, joint_equations
 from robolaser.diagnosis.pose_coordinates import angle_of, torque_of
 from robolaser.diagnosis.score_tests import normal_equations
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
@@ -35,8 +35,7 @@ def sparse_shape_chi2(fit: Fit, site: str) -> float:
     """
     derivatives, dataset = stage_derivatives(fit), fit.model.dataset
     if site in moving_joints(dataset.robot):
-        by_joint = derivatives.by_motion(Stage.JOINTS, site)[:, 0]
-        sums = normal_equations(fit, by_joint, fit.pose_of_number, len(dataset.poses))
+        sums = joint_equations(fit, site)
         return max(_ratio(shapes, *sums) for shapes in _of_joint(fit, site))
     xyz = dataset.points.xyz
     if site != TARGET or xyz is None or not fit.has_optics or derivatives.passing(Stage.TARGET) is None:

@@ -139,7 +139,7 @@ def _tracking(
         holding = log.robot.gravity_torques(np.nan_to_num(log.q))[:, joint]
         told = np.nan_to_num(log.command[:, joint])
         places[log.joints[joint]] = coordinate(after[:, joint], log.run, log.time_s, told, holding)
-    findings = _told_from_clocks(findings, len(rows.joints))
+    findings = _distinguished_from_clocks(findings, len(rows.joints))
     if clocks is not None:
         findings.append(clocks.finding(log, rows.joints))
     gap = KindGap("tracking", "rad", root_mean_squares(ideal), before, then, floor, len(log))
@@ -263,7 +263,7 @@ def _within_rows(one: SelectedEffect, candidates: Sequence[At], step_s: float) -
     return replace(one, probability=min(one.probability, EVEN), rivals=tuple(rivals))
 
 
-def _told_from_clocks(findings: Sequence[SelectedEffect], joints: int) -> list[SelectedEffect]:
+def _distinguished_from_clocks(findings: Sequence[SelectedEffect], joints: int) -> list[SelectedEffect]:
     """Findings without a clock that does not shift all joints that follow their commands better with it.
 
     Dead times have the clock as the rival of all of them, or not at all where joints are late by unequal times.

@@ -214,7 +214,7 @@ def _readings(arm: Poses, at: Match, times: Array) -> Poses:
     def before(cells: tuple[str, ...]) -> tuple[str, ...]:
         return tuple(cells[i] for i in at.before.tolist())
 
-    def told(cells: tuple[str, ...]) -> tuple[str, ...]:
+    def commanded(cells: tuple[str, ...]) -> tuple[str, ...]:
         commands = numbers(cells)
         return before(cells) if commands is None else tuple(map(repr, at.values(commands).tolist()))
 
@@ -228,7 +228,9 @@ def _readings(arm: Poses, at: Match, times: Array) -> Poses:
         temperature_c=between(arm.temperature_c),
         following={joint: at.values(values) for joint, values in arm.following.items()},
         session=None if arm.session is None else before(arm.session),
-        extra={name: told(cells) if name.startswith(COMMAND) else before(cells) for name, cells in arm.extra.items()},
+        extra={
+            name: commanded(cells) if name.startswith(COMMAND) else before(cells) for name, cells in arm.extra.items()
+        },
     )
 
 
