@@ -41,8 +41,9 @@ class Site:
         site: A joint's name, or one of `camera laser hand_eye target base timing image tool measuring_system`; one that
             each of several sensors has for itself begins with the sensor's name: `left.laser`.
         coordinate: For a person.
-        moves: Derivatives of the whitened residuals by what the function moves, each at its own pose or row, (K, q).
-        basis: The function's basis functions at each pose or row, (n, p).
+        moves: Derivatives of the whitened residuals by what the function moves, each at its own pose, (K, q); of a
+            function that differs from row to row, by each basis function of each move.
+        basis: The function's basis functions at each pose, (n, p); of one that differs from row to row, 1.
         of_number: Which of these is each whitened number's, (K,).
         unknown: Whether the function may be of a form that the library of effects does not have.
         most: Largest plausible standard deviation of the function, in its unit.
@@ -157,25 +158,30 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, in_run: Sequen
     pixel = dataset.points.pixel
     if pixel is None or derivatives.passing(Stage.PIXELS) is None:
         return
-    seen, rows = derivatives.by_motion(Stage.PIXELS), fit.problem.row_of_number
+    every = np.eye(2)
     for name, here in _rows_of_sensors(fit, "camera", Stage.PIXELS):
-        yield Site(name, "image position", _only(here, seen, rows), smooth(pixel), rows, most=MAX_DISTORTION_PX)
+        moves = _over_rows(derivatives, Stage.PIXELS, every, smooth(pixel) * here[:, None])
+        yield _of_rows(name, "image position", moves, most=MAX_DISTORTION_PX)
     on_plane = derivatives.passing(Stage.POINTS)
     if on_plane is None:
         return
-    plane = derivatives.by_motion(Stage.LASER_PLANE)[:, 3:]  # by the plane's distance from where it should be
-    turned, tilt = derivatives.turned_laser_plane(), fit.model.run.tilt
+    tilt = fit.model.run.tilt
+    distance = np.eye(4)[3:]
+    motion = np.vstack([distance, np.eye(4)[2] / LEVER_M])  # a plane that turns moves in proportion to the depth
     for name, here in _rows_of_sensors(fit, "laser", Stage.LASER_PLANE):
-        own = _only(here, plane, rows)
         directions = np.broadcast_to(fit.model.run.across_stripe, pixel.shape)
         across = int(directions[here][0].argmax())
         along = 1 - across
-        yield Site(name, "position along the stripe", own, smooth(pixel[:, [along]]), rows)
-        yield Site(name, "position on the laser plane", own, _over_plane(on_plane[:, 1:]), rows)
+        for coordinate, basis in (
+            ("position along the stripe", smooth(pixel[:, [along]])),
+            ("position on the laser plane", _over_plane(on_plane[:, 1:])),
+        ):
+            moves = _over_rows(derivatives, Stage.LASER_PLANE, distance, basis * here[:, None])
+            yield _of_rows(name, coordinate, moves)
         if np.ptp(tilt[here]) > 0:
-            biased = _only(here, seen[:, [across]], rows)
-            yield Site(name, "tilt of the surface", biased, smooth(tilt[:, None]), rows)
-        moved = np.hstack([own, _only(here, turned, rows) / LEVER_M])
+            biased = _over_rows(derivatives, Stage.PIXELS, every[[across]], smooth(tilt[:, None]) * here[:, None])
+            yield _of_rows(name, "tilt of the surface", biased)
+        moved = _over_rows(derivatives, Stage.LASER_PLANE, motion, here[:, None].astype(np.float64))
         for coordinate, basis in in_run:
             middle = _centred(pixel[here, along], dataset.points.pose[here], len(basis))
             yield Site(name, coordinate, moved, np.concatenate([basis, basis * middle], axis=1), fit.pose_of_number)
@@ -189,33 +195,38 @@ def _rows_of_sensors(fit: Fit, site: str, stage: Stage) -> Iterator[tuple[str, B
         yield name, here[dataset.sensor_of_row]
 
 
-def _only(here: Bools, moves: Array, row_of_number: Ints) -> Array:
-    """Moves of some rows (m,) alone, (K, q)."""
-    return moves if here.all() else moves * here[row_of_number][:, None]
+def _over_rows(derivatives: StageDerivatives, stage: Stage, ways: Array, basis: Array) -> Array:
+    """Derivatives of the whitened residuals by functions (m, p) of the rows, along ways (w, q) at a stage, (K, w p)."""
+    moves = ways[:, None, None] * basis.T[None, :, :, None]
+    return derivatives.of_rows(stage, moves.reshape(-1, *moves.shape[2:]))
+
+
+def _of_rows(site: str, coordinate: str, moves: Array, *, unknown: bool = True, most: float = np.inf) -> Site:
+    """A site where a function differs from row to row: noise that rows share mixes what its basis functions do."""
+    return Site(site, coordinate, moves, np.ones((1, 1)), np.zeros(len(moves), dtype=np.int64), unknown, most)
 
 
 def _of_target(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
     points = fit.model.dataset.points
     if points.pixel is None or points.xyz is None or derivatives.passing(Stage.TARGET) is None:
         return
-    given = derivatives.by_motion(Stage.TARGET)
-    height = given @ fit.model.run.target.axes[:, 2:]
-    rows = fit.problem.row_of_number
-    yield Site("target", "position on the target", given, smooth(points.xyz), rows)
-    yield Site("target", "position on the target", height, smooth(points.xyz, DENT, most=DENTS), rows)
+    every, upwards = np.eye(3), fit.model.run.target.axes[:, 2][None]
+    for ways, basis in ((every, smooth(points.xyz)), (upwards, smooth(points.xyz, DENT, most=DENTS))):
+        yield _of_rows("target", "position on the target", _over_rows(derivatives, Stage.TARGET, ways, basis))
 
 
 def _of_measuring_system(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
     points = fit.model.dataset.points
     if points.xyz is None or own_lengths(fit.model.dataset):
         return
-    rows = fit.problem.row_of_number
-    given = derivatives.by_motion(Stage.TARGET)
-    longer = (given * points.xyz[rows]).sum(axis=1, keepdims=True)
-    yield Site("measuring_system", "distance", longer, np.ones((len(points), 1)), rows, unknown=False)
+    longer = derivatives.of_rows(Stage.TARGET, points.xyz[None])
+    yield _of_rows("measuring_system", "distance", longer, unknown=False)
     range_m = np.linalg.norm(points.xyz, axis=1, keepdims=True)
-    yield Site("measuring_system", "distance", given, smooth(range_m), rows)  # air bends the line of sight
-    yield Site("measuring_system", "position in space", given, points.xyz / np.ptp(points.xyz), rows)  # strain
+    for coordinate, basis in (
+        ("distance", smooth(range_m)),  # air bends the line of sight
+        ("position in space", points.xyz / np.ptp(points.xyz)),  # strain
+    ):
+        yield _of_rows("measuring_system", coordinate, _over_rows(derivatives, Stage.TARGET, np.eye(3), basis))
 
 
 def _over_plane(places: Array) -> Array:

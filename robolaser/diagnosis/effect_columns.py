@@ -6,7 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.stage_derivatives import stage_derivatives
+from robolaser.diagnosis.stage_derivatives import StageDerivatives, stage_derivatives
 from robolaser.duals import Dual
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.effects.effect import CandidateEffect, perturb_with
@@ -31,6 +31,7 @@ class Columns:
     def __init__(self) -> None:
         self._by_effect: dict[tuple[CandidateEffect, bytes], Array] = {}
         self._by_motion: dict[tuple[Stage, str], Array] = {}
+        self._of_rows: dict[Stage, StageDerivatives] = {}
         self._passing: dict[Stage, Array | None] = {}
 
     def by_effect(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
@@ -68,7 +69,7 @@ class Columns:
     def _through(self, fit: Fit, stage: Stage, value: Array, moves: Array) -> Array:
         """By what is added to a stage's value, (q, ...): (K, q)."""
         if stage in OF_ROWS:
-            return _chained(moves, self._by_stage(fit, stage), fit.problem.row_of_number)
+            return self._of_rows.setdefault(stage, stage_derivatives(fit)).of_rows(stage, moves)
         twists = _twists(value, moves)
         if stage is not Stage.LINKS:
             return _chained(twists, self._by_stage(fit, stage), fit.pose_of_number)
@@ -91,7 +92,7 @@ class Columns:
         return self._by_stage(fit, Stage.JOINTS, joint)[:, 0]
 
     def _by_stage(self, fit: Fit, stage: Stage, joint: str = "") -> Array:
-        """By small motions of what passes a stage, each row by its own, (K, q)."""
+        """By small motions of what passes a stage, (K, q)."""
         if (stage, joint) not in self._by_motion:
             self._by_motion[stage, joint] = stage_derivatives(fit).by_motion(stage, joint)
         return self._by_motion[stage, joint]

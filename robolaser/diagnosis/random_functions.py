@@ -37,6 +37,8 @@ class RandomFunctions:
         """Products of a function's columns with each other, (q p, q p)."""
         own = self._summed(site, "own", site.moves)
         q, p = site.moves.shape[1], site.basis.shape[1]
+        if site.basis.size == 1:
+            return np.asarray(own[0] * site.basis**2 - self.newly_imitated(site))
         G = np.empty((q, p, q, p))
         for i in range(q):
             for j in range(i + 1):

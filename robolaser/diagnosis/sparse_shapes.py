@@ -14,7 +14,6 @@ from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
 from robolaser.diagnosis.local_unknown import TARGET, joint_equations
 from robolaser.diagnosis.pose_coordinates import angle_of, torque_of
-from robolaser.diagnosis.score_tests import normal_equations
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.stages import Stage
@@ -33,17 +32,25 @@ def sparse_shape_chi2(fit: Fit, site: str) -> float:
     Twice the logarithm of the marginal likelihood over a family's shapes, all alike probable, the amplitude of each
     normal with the variance that has the largest likelihood; of the best family.
     """
-    derivatives, dataset = stage_derivatives(fit), fit.model.dataset
+    dataset = fit.model.dataset
     if site in moving_joints(dataset.robot):
         sums = joint_equations(fit, site)
-        return max(_ratio(shapes, *sums) for shapes in _of_joint(fit, site))
+        return max(_ratio(*_along(shapes, *sums)) for shapes in _of_joint(fit, site))
     xyz = dataset.points.xyz
-    if site != TARGET or xyz is None or not fit.has_optics or derivatives.passing(Stage.TARGET) is None:
+    if site != TARGET or xyz is None or not fit.has_optics or stage_derivatives(fit).passing(Stage.TARGET) is None:
         return 0.0
     plane = fit.model.run.target
-    height = derivatives.by_motion(Stage.TARGET) @ plane.axes[:, 2]
-    sums = normal_equations(fit, height, fit.problem.row_of_number, len(xyz))
-    return _ratio(dents((xyz - plane.centre) @ plane.axes[:, :2]), *sums)
+    parts = [_of_target(fit, bells) for bells in dents((xyz - plane.centre) @ plane.axes[:, :2])]
+    return _ratio(*map(np.concatenate, zip(*parts, strict=True)))
+
+
+def _of_target(fit: Fit, shapes: Array) -> tuple[Array, Array, Array]:
+    """What `_along` gives, of shapes (s, m) in height of the target at each row."""
+    height = shapes[..., None] * fit.model.run.target.axes[:, 2]
+    columns, Q = stage_derivatives(fit).of_rows(Stage.TARGET, height), fit.at.Q[: len(fit.at.white)]
+    full, imitated = np.square(columns).sum(axis=0), columns.T @ Q
+    along = columns.T @ fit.at.white - imitated @ (fit.at.Q.T @ fit.at.r)
+    return along, full - np.square(imitated).sum(axis=1), full
 
 
 def _of_joint(fit: Fit, joint: str) -> Iterator[Array]:
@@ -78,22 +85,27 @@ def plays(coordinate: Array, order: Ints) -> Array:
     return np.vstack([followed - coordinate.mean(), coordinate - followed])
 
 
-def dents(places: Array) -> Array:
-    """Bells of several widths around places on a plane (n, 2), (s, n)."""
+def dents(places: Array) -> Iterator[Array]:
+    """Bells around places on a plane (n, 2), those of each width, (s, n)."""
     low, sides = places.min(axis=0), np.ptp(places, axis=0)
-    families = []
     for width in max(float(sides.max()), 1e-300) * np.array(DENT_WIDTHS):
         steps = [np.arange(0.0, side + 0.5 * width, 0.5 * width) for side in sides]
         x, y = (np.exp(-0.5 * ((places[:, i] - low[i] - steps[i][:, None]) / width) ** 2) for i in range(2))
-        families.append((x[:, None] * y).reshape(-1, len(places)))
-    return np.vstack(families)
+        yield (x[:, None] * y).reshape(-1, len(places))
 
 
-def _ratio(shapes: Array, gradient: Array, own: Array, shared: Array) -> float:
-    """Twice the logarithm of the mean likelihood ratio of shapes (s, n), by normal equations of the group's motions."""
+def _along(shapes: Array, gradient: Array, own: Array, shared: Array) -> tuple[Array, Array, Array]:
+    """Products of shapes (s, n) with the residuals, and their squares, with and without what is imitated, (s,) each.
+
+    By normal equations of the motions that the shapes are functions of.
+    """
     full = shapes**2 @ own
-    squares = full - ((shapes @ shared) ** 2).sum(axis=1)
-    z2 = np.maximum((shapes @ gradient) ** 2 / np.maximum(squares, NEGLIGIBLE * full), 1.0)
+    return shapes @ gradient, full - ((shapes @ shared) ** 2).sum(axis=1), full
+
+
+def _ratio(along: Array, squares: Array, full: Array) -> float:
+    """Twice the logarithm of the mean likelihood ratio of shapes, by what `_along` gives."""
+    z2 = np.maximum(along**2 / np.maximum(squares, NEGLIGIBLE * full), 1.0)
     ratios = z2 - 1.0 - np.log(z2)
     best = float(ratios.max())
     return max(0.0, best + 2.0 * float(np.log(np.exp(0.5 * (ratios - best)).mean())))

@@ -32,6 +32,7 @@ class StageDerivatives:
     def __init__(self, fit: Fit) -> None:
         self._fit, self._model = fit, fit.model
         self._known: dict[tuple[Stage, str], Array] = {}
+        self._by_row: dict[Stage, Array] = {}
 
     def passing(self, stage: Stage) -> Array | None:
         """What passes a stage; None where the sensor does not have it, or sessions differ in what all rows share."""
@@ -62,17 +63,26 @@ class StageDerivatives:
         perturb = Perturbation((own, *steps) if first else (*steps, own))
         return model.blocks.residuals(values, model.flange(values, perturb, only_seen=True), perturb)
 
-    def _by_shift(self, stage: Stage, directions: Array) -> Array:
-        """By shifts of the stage's value, one along each of some directions (q, j)."""
-        shift = Dual(np.zeros(directions.shape[1]), directions, tuple(range(len(directions))))
-        return self._by(stage, lambda value: value + shift)
+    def by_row(self, stage: Stage) -> Array:
+        """Of the residuals themselves, by shifts of what each row passes, (q, m, k) [row's unit/px or 1/m]."""
+        if stage not in self._by_row:
+            shift = Dual(np.zeros(NUMBERS[stage]), np.eye(NUMBERS[stage]), tuple(range(NUMBERS[stage])))
+            self._by_row[stage] = self._residuals(stage, lambda value: value + shift).slopes[:, 0]
+        return self._by_row[stage]
+
+    def of_rows(self, stage: Stage, moves: Array) -> Array:
+        """Of the whitened residuals, by what moves each row's own value at a stage, (g, m or 1, q): (K, g).
+
+        Noise that rows share mixes them: what differs from row to row is whitened after it was multiplied.
+        """
+        return self._fit.noise.whiten(np.einsum("qmk,gmq->gmk", self.by_row(stage), moves)).T
 
     def by_motion(self, stage: Stage, joint: str = "") -> Array:
-        """By small motions of what passes a stage, (K, q): shifts and turns in its own frame [1/m, 1/rad], or shifts.
+        """By small motions of what passes a stage, (K, q): shifts and turns in its own frame [1/m, 1/rad].
 
         Args:
             stage: `JOINTS`: a joint's value, (K, 1) [1/rad or 1/m]. `LINKS`: shifts and turns of a joint on the link
-                before it. `FLANGE`: of what the flange carries. Others pass rows: shifts [1/px or 1/m].
+                before it. `FLANGE`, `MOUNT`: of what it carries.
             joint: Where it is one of the arm's, the joint.
         """
         if (stage, joint) not in self._known:
@@ -82,9 +92,7 @@ class StageDerivatives:
     def _by_motion(self, stage: Stage, joint: str) -> Array:
         if stage in (Stage.JOINTS, Stage.LINKS):
             return self._of_arm(stage, joint)
-        if stage in (Stage.FLANGE, Stage.MOUNT):
-            return self._by(stage, lambda value: value @ _motion(TWISTS))
-        return self._by_shift(stage, np.eye(NUMBERS[stage]))
+        return self._by(stage, lambda value: value @ _motion(TWISTS))
 
     def _of_arm(self, stage: Stage, joint: str) -> Array:
         """By motions of one joint, (K, 1), or link, (K, 6): they move the flange in six ways, and rows by these."""
@@ -117,10 +125,6 @@ class StageDerivatives:
         """By shifts and turns of the flange, in the base frame and about a centre (3,), (K, 6) [1/m, 1/rad]."""
         there, back = pose(np.eye(3), centre), pose(np.eye(3), -centre)
         return self._by(Stage.FLANGE, lambda value: _motion(there @ TWISTS @ back) @ value)
-
-    def turned_laser_plane(self) -> Array:
-        """By the distance of the laser plane from where it should be, in proportion to the depth: it turns, (K, 1)."""
-        return self._by_shift(Stage.LASER_PLANE, np.array([[0.0, 0.0, 1.0, 0.0]]))
 
 
 @lru_cache(maxsize=REMEMBERED)

@@ -63,7 +63,7 @@ def test_dead_zones_steps_corners_hysteresis_and_dents_are_sparse_shapes_and_a_w
         at = min(max(at, one - 0.31), one + 0.31)
         followed.append(at)
     assert unlike(np.array(followed), plays(x, np.arange(60))) < 0.02
-    assert unlike(np.exp(-0.5 * np.square((places - 0.11) / 0.05).sum(axis=1)), dents(places)) < 0.05
+    assert unlike(np.exp(-0.5 * np.square((places - 0.11) / 0.05).sum(axis=1)), np.vstack(list(dents(places)))) < 0.05
     assert unlike(np.sin(6.0 * x), np.vstack([ramps(x), plays(x, np.arange(60))])) > 0.3
 
 
