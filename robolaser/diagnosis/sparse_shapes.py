@@ -5,7 +5,7 @@ with play; what is local on a target is a bell. Each costs as little as an effec
 than an effect in its place is no small departure from that effect's form.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -16,6 +16,7 @@ from robolaser.diagnosis.local_unknown import TARGET, joint_equations
 from robolaser.diagnosis.pose_coordinates import angle_of, torque_of
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.model.effects.joints import moving_joints
+from robolaser.model.grouped_rows import GroupedRows
 from robolaser.model.stages import Stage
 
 KNOTS: Final = 50
@@ -40,17 +41,22 @@ def sparse_shape_chi2(fit: Fit, site: str) -> float:
     if site != TARGET or xyz is None or not fit.has_optics or stage_derivatives(fit).passing(Stage.TARGET) is None:
         return 0.0
     plane = fit.model.run.target
-    parts = [_of_target(fit, bells) for bells in dents((xyz - plane.centre) @ plane.axes[:, :2])]
+    sums, levels = _by_height(fit)
+    parts = [_along(bells, *sums, levels) for bells in dents((xyz - plane.centre) @ plane.axes[:, :2])]
     return _ratio(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _of_target(fit: Fit, shapes: Array) -> tuple[Array, Array, Array]:
-    """What `_along` gives, of shapes (s, m) in height of the target at each row."""
-    height = shapes[..., None] * fit.model.run.target.axes[:, 2]
-    columns, Q = stage_derivatives(fit).of_rows(Stage.TARGET, height), fit.at.Q[: len(fit.at.white)]
-    full, imitated = np.square(columns).sum(axis=0), columns.T @ Q
-    along = columns.T @ fit.at.white - imitated @ (fit.at.Q.T @ fit.at.r)
-    return along, full - np.square(imitated).sum(axis=1), full
+def _by_height(fit: Fit) -> tuple[tuple[Array, Array, Array], list[tuple[Array, Ints]]]:
+    """Normal equations of the target's height at each row, as `normal_equations`; and what noise that rows share adds.
+
+    That is a matrix C (m, q) for each level of groups, and the group of each row: C Cᵀ comes off within groups.
+    """
+    noise, white, Q = fit.noise, fit.at.white, fit.at.Q[: len(fit.at.white)]
+    height = np.einsum("qmk,q->mk", stage_derivatives(fit).by_row(Stage.TARGET), fit.model.run.target.axes[:, 2])
+    own, levels = noise.precision(height)
+    along, *shared = np.einsum("cmk,mk->cm", noise.weigh(np.vstack([white, Q.T])).reshape(-1, *height.shape), height)
+    imitated = np.array(shared).T
+    return (along - imitated @ (fit.at.Q.T @ fit.at.r), own, imitated), levels
 
 
 def _of_joint(fit: Fit, joint: str) -> Iterator[Array]:
@@ -94,12 +100,17 @@ def dents(places: Array) -> Iterator[Array]:
         yield (x[:, None] * y).reshape(-1, len(places))
 
 
-def _along(shapes: Array, gradient: Array, own: Array, shared: Array) -> tuple[Array, Array, Array]:
+def _along(
+    shapes: Array, gradient: Array, own: Array, shared: Array, levels: Sequence[tuple[Array, Ints]] = ()
+) -> tuple[Array, Array, Array]:
     """Products of shapes (s, n) with the residuals, and their squares, with and without what is imitated, (s,) each.
 
-    By normal equations of the motions that the shapes are functions of.
+    By normal equations of the motions that the shapes are functions of, see `_by_height`.
     """
     full = shapes**2 @ own
+    for C, group in levels:
+        rows = GroupedRows(np.unique(group, return_inverse=True)[1])
+        full = full - np.square(np.swapaxes(rows.apart(shapes.T), 1, 2) @ rows.apart(C)).sum(axis=(0, 2))
     return shapes @ gradient, full - ((shapes @ shared) ** 2).sum(axis=1), full
 
 

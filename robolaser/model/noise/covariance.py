@@ -125,6 +125,10 @@ class NoiseModel:
         """Σ⁻¹ times residuals that are white already, (c, m k) -> (c, m k) [1/row's unit]."""
         return self._whitener.back(white)
 
+    def precision(self, moves: Array) -> tuple[Array, list[tuple[Array, Ints]]]:
+        """Σ⁻¹ of numbers that move each row along (m, k) [row's unit], see `Whitener.precision`."""
+        return self._whitener.precision(moves)
+
     def correlate(self, white: Array) -> Array:
         """Undo `whiten`: residuals whose whitened ones are given, (c, m k) -> (c, m k) [row's unit]."""
         weighed = self.weigh(white)

@@ -105,6 +105,20 @@ class Whitener:
         """Wᵀ: after W it makes Σ⁻¹, (c, m k) -> (c, m k)."""
         return self._flat(np.swapaxes(self.root, -1, -2) @ self._staged(self._rows(white), self.stages[::-1]))
 
+    def precision(self, moves: Array) -> tuple[Array, list[tuple[Array, Ints]]]:
+        """Σ⁻¹ of numbers that move each row along (m, k): diag(own) - Σ C Cᵀ, C zero between groups.
+
+        Returns:
+            own (m,), and C (m, q) and the group of each row, (m,), for each level.
+        """
+        white = (self.root @ moves[..., None])[..., 0]
+        levels = []
+        for i, stage in enumerate(self.stages):
+            s2, V = stage.spectrum
+            along = stage.shared @ (V / np.sqrt(1.0 + s2)[:, None])[stage.group]
+            levels.append(((white[..., None] * self._staged(along, self.stages[:i][::-1])).sum(axis=1), stage.group))
+        return np.square(white).sum(axis=1), levels
+
     def _rows(self, batch: Array) -> Array:
         """(c, m k) -> (m, k, c)."""
         m, k = self.root.shape[:2]
