@@ -299,6 +299,7 @@ PICTURES: dict[str, tuple[dict[str, float], Draw]] = {
     "radial_distortion": ({"radial_distortion:camera": 2e8}, along_stripe(1)),
     "tangential_distortion": ({"tangential_distortion:camera.p_2": 1.0}, along_stripe(1)),
     "focus_breathing": ({"focus_breathing:camera": 5e-2}, along_stripe(0)),
+    "camera_drift": ({"camera_drift:camera.x": 2.0, "camera_drift:camera.settling": 3.0}, in_camera_over_run),
     "laser_curvature": ({"laser_curvature:laser": 0.08}, along_stripe(0)),
     "laser_roll": ({"laser_roll:laser": 0.02}, along_stripe(0)),
     "laser_drift": ({"laser_drift:laser": 1e-3}, in_camera_over_run),

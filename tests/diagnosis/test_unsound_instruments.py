@@ -151,3 +151,34 @@ def test_angles_that_are_biased_by_where_a_body_is_seen_from_are_no_noise_and_no
     found = examine(replace(made, points=replace(made.points, columns=columns)), seed=0)
     assert found.verdict == "unexplained"
     assert not [one for one in found.findings if one.probability >= 0.9]
+
+
+def through(change: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Dataset:
+    """What a camera sees whose pixels (m, 2) are changed with the share of the run (m, 1) that had passed."""
+    made = simulate(find_robot("ur5"), kind="camera", poses=30, points=20, noise=NOISE, options=UNPLACED, seed=6)
+    seen, time_s = made.dataset.points, made.dataset.poses.time_s
+    assert time_s is not None
+    share = (time_s / time_s.max())[seen.pose, None]
+    return replace(made.dataset, points=replace(seen, pixel=change(seen["pixel"], share)))
+
+
+def test_a_camera_that_warms_up_is_no_bracket_that_creeps_for_certain() -> None:
+    """The sensor's chip moves behind the lens, quickly at first and then ever less."""
+    found = examine(through(lambda pixel, share: pixel + [1.5, -0.8] * np.sqrt(np.tanh(8.0 * share))), seed=0)
+    assert (found.verdict, names(found)) == ("explained", ["camera_drift"])
+
+
+def test_of_a_camera_that_turns_neither_bracket_nor_camera_is_certain() -> None:
+    """All that tells is how the image is bent in its corners."""
+
+    def turned(pixel: np.ndarray, share: np.ndarray) -> np.ndarray:
+        f, middle = 1.2 * 1280.0, np.array([640.0, 480.0])
+        x, y = (pixel - middle).T / f
+        angle = 8e-4 * share[:, 0]
+        return np.column_stack([(x + angle * (1.0 + x**2)), (y + angle * x * y)]) * f + middle
+
+    found = examine(through(turned), seed=0)
+    probabilities = {one.name: one.probability for one in found.classes}
+    assert found.verdict == "explained"
+    assert probabilities.keys() <= {"camera", "mount"}
+    assert probabilities.get("camera", 0.0) < 0.95

@@ -64,7 +64,7 @@ def test_with_any_effect_the_truth_leaves_nothing_or_it_is_refused(
     place = places[min(1, len(places) - 1)]
     asked = {f"{effect.name}:{place}.{number}": typical for number, *_, typical in effect.amplitudes()}
     simulated = small(robot, kind, speed=0.05, effects=asked)
-    assert rms(simulated) < (1e-7 if effect.name == "focus_breathing" else 1e-11)  # its ranges are iterated
+    assert rms(simulated) < (1e-7 if effect.name == "focus_breathing" else 1e-10)  # images settle to 1e-6 px
     assert rms(simulated, effects=False) > 1e-6
     shapes = {each.name: each.nominal for each in effect.nonlinear_parameters()}
     assert {name: simulated.truth[f"{effect.name}.{place}.{name}"] for name in shapes} == shapes

@@ -11,9 +11,9 @@ from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.requirements import pose_order
 from robolaser.model.effects.run_summary import RunSummary
+from robolaser.model.effects.thermal_state import crept
 from robolaser.model.stages import Stage
 
-EVEN = 1e-6  # below, the creep is as good as even
 SHARPEST = 8.0  # by then the bracket has settled in the first third of the run
 
 
@@ -61,12 +61,3 @@ class HandEyeDrift(Effect):
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It stays as at the end of the run that it was found in."""
         return CarryOver(self, NOT_WARM, alternatives=(None,))
-
-
-def crept(progress: Array, settling: Array) -> Array:
-    """Share of the creep that has happened, (n,) and (c,) -> (c, n): 0 at the start of the run and 1 at its end."""
-    even = settling[:, None] < EVEN
-    rate = np.where(even, 1.0, settling[:, None])
-    with np.errstate(over="ignore"):
-        curved = np.expm1(-rate * progress) / np.expm1(-rate)
-    return np.where(even, progress * (1.0 + settling[:, None] * (1.0 - progress) / 2.0), curved)

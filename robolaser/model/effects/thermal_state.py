@@ -8,6 +8,7 @@ from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run
 from robolaser.model.effects.run import temperature_rise
 
 SHORTEST, LONGEST, USUAL = 0.05, 3.0, 0.3  # time constant over the length of the run
+EVEN = 1e-6  # settling, below which a creep is as good as even
 TRIED = 6  # time constants; the curves of two neighbours agree to a few per cent
 
 
@@ -29,3 +30,15 @@ def carried_by_temperature(effect: Effect, run: Run) -> CarryOver:
     """What warms up follows the thermometer of another run; without one it stays as at the end of the first run."""
     by_thermometer = run.course is not None and run.course.by_thermometer
     return CarryOver(effect) if by_thermometer else CarryOver(effect, doubt=NOT_WARM, alternatives=(None,))
+
+
+def crept(progress: Array, settling: Array) -> Array:
+    """Share of a creep that has happened, (n,) and (c,) -> (c, n): 0 at the start of the run and 1 at its end.
+
+    :math:`(1 - e^{-s p}) / (1 - e^{-s})` of the progress p, where s is `settling`: even with 0.
+    """
+    even = settling[:, None] < EVEN
+    rate = np.where(even, 1.0, settling[:, None])
+    with np.errstate(over="ignore"):
+        curved = np.expm1(-rate * progress) / np.expm1(-rate)
+    return np.where(even, progress * (1.0 + settling[:, None] * (1.0 - progress) / 2.0), curved)
