@@ -20,7 +20,6 @@ from robolaser.model.sensors.placements import motion, six_names
 from robolaser.model.sensors.scanner_start import laser_start, spans, target_by_stripe
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters, not_given
-from robolaser.model.sensors.stripe_cost import StripeCost
 from robolaser.model.sensors.stripe_similarity import SIMILARITY, solve_similarity
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
@@ -72,7 +71,6 @@ class Stripe(Sensor):
             spans=partial(spans, image_px=self.dataset.image_px),
             linear=SIMILARITY,
             solve=partial(solve_similarity, self.dataset),
-            costs=StripeCost(self.dataset) if self.dataset.placed else None,
         )
 
     def _fix_gauge(self, values: Values) -> Values:
