@@ -12,8 +12,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.several_sensors import with_points_of
 from robolaser.duals import is_dual
 from robolaser.model.blocks.block import Block, blocks_of
-from robolaser.model.sensors.new_poses import Seen
-from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor import Seen, Sensor
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter, Values
 
