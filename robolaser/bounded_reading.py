@@ -25,7 +25,6 @@ CLOUD_BYTES = 1 << 40  # of a cloud or of line centres, which are mapped into me
 YAML_BYTES = 50_000_000
 IMAGE_BYTES = 1 << 28
 IMAGE_PIXELS = 150_000_000  # the largest cameras have 150 megapixels
-ARRAY_BYTES = 1 << 30  # of the arrays of a search's state, inflated
 KEY_PARTS = 50  # of a dotted key: tomllib's time grows with the cube of their number
 XML_DEPTH = 60
 XML_ATTRIBUTES = 100

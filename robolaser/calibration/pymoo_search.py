@@ -3,11 +3,9 @@
 Its state is a file of numbers without code: a search that was stopped goes on from it as if it never had been.
 """
 
-import io
 import json
 import time
-import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
@@ -15,12 +13,12 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
-from robolaser.bounded_reading import ARRAY_BYTES, opened
-from robolaser.data.atomic_write import write_bytes
-from robolaser.errors import AlgorithmError, DataError
+from robolaser.bounded_reading import read_json
+from robolaser.data.atomic_write import write_text
+from robolaser.errors import AlgorithmError
 
-CHECKPOINT = "search.npz"
-FORMAT = "robolaser-checkpoint/3"
+CHECKPOINT = "search.json"
+FORMAT = "robolaser-checkpoint/4"
 COURSE = ("evaluations", "best", "x")  # of `History`
 INSTEAD_OF_0 = 2**31 - 1  # pycma seeds itself from the clock where the seed is 0
 ON_THE_WAY = 10  # earlier best candidates that are returned
@@ -77,7 +75,7 @@ def search(
     keeps = state if isinstance(algorithm, RCGA) else None
     algorithm.setup(problem, termination=termination, seed=seed or INSTEAD_OF_0, verbose=False)
     if keeps is not None and resume and (keeps / CHECKPOINT).exists():
-        course = {name: list(each) for name, each in load_state(algorithm, keeps / CHECKPOINT, fingerprint).items()}
+        course = load_state(algorithm, keeps / CHECKPOINT, fingerprint)
     saved = time.monotonic()
     while algorithm.has_next():
         algorithm.next()
@@ -118,78 +116,47 @@ def save_state(algorithm: Any, course: Mapping[str, Any], path: Path, fingerprin
     Raises:
         OutputError: The file cannot be written; an earlier one is unharmed.
     """
-    header = {
+    X, F = algorithm.arrays
+    state = {
         "format": FORMAT,
         "fingerprint": fingerprint,
         "random_state": algorithm.random_state.bit_generator.state,
         "generation": algorithm.n_iter,
         "evaluations": algorithm.evaluator.n_eval,
+        "X": X.tolist(),
+        "F": F.tolist(),
+        "course": {name: np.array(each).tolist() for name, each in course.items()},
     }
-    X, F = algorithm.arrays
-    write_arrays(path, {"header": np.array(json.dumps(header)), "X": X, "F": F[:, None], **course})
+    write_text(path, json.dumps(state))
 
 
-def load_state(algorithm: Any, path: Path, fingerprint: str) -> dict[str, Array]:
+def load_state(algorithm: Any, path: Path, fingerprint: str) -> dict[str, list[Any]]:
     """Put an algorithm that was set up as that of the run into the state that was saved; returns the run's course.
 
     Raises:
         AlgorithmError: The file is missing or damaged, or belongs to another run.
     """
-    arrays = read_arrays(path, ("header", "X", "F", *COURSE))
     try:
-        header = json.loads(str(arrays["header"]))
-        if header["format"] != FORMAT:
-            raise _unreadable(path, f"its format is {header['format']!r}, this program reads {FORMAT!r}")
-        if header["fingerprint"] != fingerprint:
+        state = read_json(path)
+        if state["format"] != FORMAT:
+            raise _unreadable(path, f"its format is {state['format']!r}, this program reads {FORMAT!r}")
+        if state["fingerprint"] != fingerprint:
             raise AlgorithmError(
                 f"{path} belongs to another run. Resume with the data and options that the run was started with, or"
                 " delete the checkpoint to start over."
             )
         algorithm._initialize()
-        algorithm.random_state.bit_generator.state = header["random_state"]
-        algorithm.n_iter, algorithm.evaluator.n_eval = header["generation"], header["evaluations"]
-        algorithm.arrays = arrays["X"], arrays["F"][:, 0]
+        algorithm.random_state.bit_generator.state = state["random_state"]
+        algorithm.n_iter, algorithm.evaluator.n_eval = state["generation"], state["evaluations"]
+        algorithm.arrays = np.array(state["X"], np.float64), np.array(state["F"], np.float64)
+        course = {name: list(state["course"][name]) for name in COURSE}
     except AlgorithmError:
         raise
-    except Exception as error:  # whatever foreign contents make NumPy or the algorithm do
-        raise _unreadable(path, f"it is not a checkpoint ({error})") from None
+    except Exception as error:  # whatever a damaged file or foreign contents make of it
+        raise _unreadable(path, f"it is not a checkpoint ({str(error).rstrip('.')})") from None
     algorithm.is_initialized = True
     algorithm._set_optimum()
-    return {name: arrays[name] for name in COURSE}
-
-
-def write_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
-    """Write arrays by name as a file of NumPy's, whole or not at all.
-
-    Raises:
-        OutputError: The disk or the rights say no.
-    """
-    file = io.BytesIO()
-    np.savez(file, allow_pickle=False, **arrays)
-    write_bytes(path, file.getvalue())
-
-
-def read_arrays(path: Path, names: Sequence[str]) -> dict[str, Any]:
-    """Read arrays by name.
-
-    Raises:
-        AlgorithmError: The file is missing, damaged, without one of them, or becomes larger than any search's state.
-    """
-    try:
-        with (
-            warnings.catch_warnings(action="ignore"),  # of headers that an old Python wrote
-            opened(path, ARRAY_BYTES) as stream,
-            np.load(stream, allow_pickle=False) as file,
-        ):
-            if sum(entry.file_size for entry in file.zip.infolist()) > ARRAY_BYTES:
-                raise _unreadable(path, f"it would become more than {ARRAY_BYTES} bytes")
-            return {name: file[name] for name in names}
-    except DataError as error:
-        raise _unreadable(path, str(error).rstrip(".")) from None
-    except AlgorithmError:
-        raise
-    except Exception as error:  # whatever a damaged file makes NumPy do
-        raise _unreadable(path, f"it is truncated or damaged ({error})") from None
+    return course
 
 
 def _unreadable(path: Path, reason: str) -> AlgorithmError:

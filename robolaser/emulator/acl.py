@@ -12,8 +12,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.cell_config import Cell
 from robolaser.emulator.acl_encoders import AclEncoders
-from robolaser.emulator.controller import ArmFault, Controller
-from robolaser.emulator.joints import FASTEST_RAD_S, Axis, least_seconds
+from robolaser.emulator.controller import FASTEST_RAD_S, ArmFault, Axis, Controller, least_seconds
 
 SEARCH_S, SEARCH_RAD_S = 20.0, 0.3
 """What homing takes at least of one axis, and how fast it turns at most."""

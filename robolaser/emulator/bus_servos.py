@@ -6,8 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.cell_config import Cell
-from robolaser.emulator.controller import ArmFault, ServoChain
-from robolaser.emulator.joints import FASTEST_RAD_S, least_seconds
+from robolaser.emulator.controller import FASTEST_RAD_S, ArmFault, ServoChain, least_seconds
 from robolaser.emulator.servo_loop import ServoLoop
 
 TURN = 4096

@@ -7,8 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.data.cell_config import Cell
-from robolaser.emulator.controller import ArmFault, ServoChain
-from robolaser.emulator.joints import FASTEST_RAD_S, Axis, least_seconds
+from robolaser.emulator.controller import FASTEST_RAD_S, ArmFault, Axis, ServoChain, least_seconds
 
 TENTHS = 1800 / np.pi
 """Of a degree, in a radian."""

@@ -7,8 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
+from robolaser.estimation.plain_fit import gradients, sampled, solve_corrected
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
 from robolaser.estimation.solver import MOST_STEPS, solve
 from robolaser.model.batches import with_rows
 from robolaser.model.forward_model import Model

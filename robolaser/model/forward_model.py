@@ -232,10 +232,7 @@ class Model:
 
     def cost(self, x: Array) -> Array:
         """J of eq. 18, (c, d) -> (c,) [m²]; infinite at the model's poles."""
-        if not self.effects:
-            return self.blocks.squares(self.parameters.values(x), self._nominal_flange)
-        return np.concatenate([self._squares(self.parameters.values(part)) for part in self._in_chunks(x)])
-
-    def _squares(self, values: Values) -> Array:
-        perturb = self.perturb(values)
-        return self.blocks.squares(values, self.flange(values, perturb, only_seen=True), perturb)
+        with np.errstate(over="ignore", invalid="ignore"):
+            parts = (self.residuals_at(self.parameters.values(part)) for part in self._in_chunks(x))
+            J = np.concatenate([np.einsum("cmk,cmk->c", residuals, residuals) for residuals in parts])
+        return np.where(np.isfinite(J), J, np.inf)

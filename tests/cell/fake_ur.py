@@ -10,8 +10,8 @@ import pytest
 
 from robolaser.arrays import Array
 from robolaser.data.cell_config import Cell
+from robolaser.emulator.controller import Axis
 from robolaser.emulator.faults import ARM, read_fault
-from robolaser.emulator.joints import Axis
 
 COMMANDS = ("moveJ", "stopJ", "setStandardDigitalOut")
 DEAF = ("silent", "cut", "lost", "late")

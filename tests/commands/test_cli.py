@@ -255,7 +255,7 @@ def test_ctrl_c_leaves_a_state_that_resume_goes_on_from(dataset: Path, tmp_path:
         "sys.exit(main(sys.argv[2:]))\n"
     )
     stopped = subprocess.run(
-        [sys.executable, "-c", script, str(out / "search.npz"), *whole, "--output", str(out)],
+        [sys.executable, "-c", script, str(out / "search.json"), *whole, "--output", str(out)],
         capture_output=True,
         text=True,
         check=False,
@@ -264,10 +264,10 @@ def test_ctrl_c_leaves_a_state_that_resume_goes_on_from(dataset: Path, tmp_path:
     assert "--resume" in stopped.stderr
     assert "Traceback" not in stopped.stderr
     assert main([*whole, "--output", str(out)]) == 1  # neither resumed nor forced: the state is kept
-    history = (out / "search.npz").read_bytes()
-    (out / "search.npz").write_bytes(history[: len(history) // 2])
+    history = (out / "search.json").read_bytes()
+    (out / "search.json").write_bytes(history[: len(history) // 2])
     assert main([*whole, "--output", str(out), "--resume"]) == 1
-    (out / "search.npz").write_bytes(history)
+    (out / "search.json").write_bytes(history)
     assert main([*whole, "--output", str(out), "--resume"]) == 0
     assert main([*whole, "--output", str(tmp_path / "straight")]) == 0
     resumed, straight = (json.loads((d / "calibration.json").read_text()) for d in (out, tmp_path / "straight"))

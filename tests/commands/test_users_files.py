@@ -40,7 +40,7 @@ def test_a_result_is_never_written_into_the_data_set(dataset, command, force, ca
 
 @pytest.mark.parametrize(
     ("command", "name"),
-    [("diagnose", "robot.urdf"), *(("calibrate", name) for name in ("report.html", "camera.yaml", "search.npz"))],
+    [("diagnose", "robot.urdf"), *(("calibrate", name) for name in ("report.html", "camera.yaml", "search.json"))],
 )
 def test_the_users_own_files_in_the_folder_of_the_result_stay(dataset, tmp_path, command, name, capsys):
     there = tmp_path / "there"

@@ -6,11 +6,9 @@ import time
 import tracemalloc
 import zlib
 
-import numpy as np
 import pytest
 
 from robolaser.bounded_reading import (
-    ARRAY_BYTES,
     IMAGE_PIXELS,
     KEY_PARTS,
     SETTINGS_BYTES,
@@ -19,12 +17,11 @@ from robolaser.bounded_reading import (
     read_json,
     read_text,
 )
-from robolaser.calibration.pymoo_search import read_arrays
 from robolaser.data.csv_tables import read_table
 from robolaser.data.importers.yaml_file import peek, read_yaml
 from robolaser.data.stripe_file import open_stripes
 from robolaser.data.toml_schema import read_toml
-from robolaser.errors import AlgorithmError, DataError, RobolaserError
+from robolaser.errors import DataError, RobolaserError
 from robolaser.robot.by_name import find_robot
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import map_ply
@@ -41,7 +38,6 @@ READERS = {
     "a.urdf": lambda path: find_robot(str(path)),
     "a.yaml": read_yaml,
     "a.npy": open_stripes,
-    "a.npz": lambda path: read_arrays(path, ["x"]),
     "a.ply": map_ply,
     "a.png": lambda path: CameraImages((640, 480)).grey(path),
 }
@@ -61,7 +57,7 @@ def test_a_name_with_a_null_character_is_no_file(tmp_path):
         read_text(tmp_path / "a\0b")
 
 
-@pytest.mark.parametrize("name", ["a.toml", "a.urdf", "a.yaml", "a.json", "a.png", "a.npz"])
+@pytest.mark.parametrize("name", ["a.toml", "a.urdf", "a.yaml", "a.json", "a.png"])
 def test_more_bytes_than_such_files_have_are_not_read(tmp_path, name):
     with (tmp_path / name).open("wb") as file:
         file.truncate(1 << 34)
@@ -131,17 +127,6 @@ def test_what_is_no_image_has_no_pixels():
     assert pixels_of(b"\x89PNG\r\n\x1a\n") is None
     assert pixels_of(png(640, 480, 480)) == (640, 480)
     assert pixels_of(png(IMAGE_PIXELS, 2, 0)) is None
-
-
-def test_arrays_that_would_fill_the_memory_are_not_inflated(tmp_path):
-    rng = np.random.default_rng(1)
-    np.savez_compressed(tmp_path / "a.npz", x=rng.random(3))
-    whole = (tmp_path / "a.npz").read_bytes()
-    size = struct.pack("<I", 152)
-    assert whole.count(size) >= 2
-    (tmp_path / "a.npz").write_bytes(whole.replace(size, struct.pack("<I", ARRAY_BYTES + 1)))
-    with pytest.raises(AlgorithmError, match="would become more than"):
-        read_arrays(tmp_path / "a.npz", ["x"])
 
 
 def test_a_text_at_the_limit_is_read(tmp_path):

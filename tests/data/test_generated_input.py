@@ -13,9 +13,10 @@ from emulated_cell import cell_folder, world_file
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from robolaser.algorithms import RCGA
 from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.bounded_reading import parse_toml, pixels_of
-from robolaser.calibration.pymoo_search import read_arrays, write_arrays
+from robolaser.calibration.pymoo_search import load_state, save_state
 from robolaser.cell.recording_writer import RecordingWriter, Sample
 from robolaser.cell.route import from_diagnosis, numbered
 from robolaser.cli import main
@@ -31,6 +32,7 @@ from robolaser.data.stripe_file import STRIPE, open_stripes
 from robolaser.emulator.faults import read_fault
 from robolaser.emulator.world.world import load_world
 from robolaser.errors import RobolaserError, UsageError
+from robolaser.operators.testing import Bowl
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
 from robolaser.scan import read_calibration
@@ -81,8 +83,14 @@ def made(tmp_path_factory):
         cv2.imwrite(str(folder / f"i.{ending}"), grey)
     np.save(folder / "stripes.npy", np.zeros(3, STRIPE))
     write_ply(folder / "cloud.ply", [np.zeros(5, VERTEX)], ["made"])
-    write_arrays(folder / "search.npz", {"header": "{}", "x": np.arange(6.0)})
+    save_state(searching(), {"evaluations": [20], "best": [1.0], "x": [np.zeros(5)]}, folder / "search.json", "")
     return folder
+
+
+def searching():
+    algorithm = RCGA(pop_size=20).setup(Bowl(), seed=1)
+    algorithm.next()
+    return algorithm
 
 
 def begun(folder):
@@ -131,9 +139,9 @@ FILES = {
     "i.tiff": lambda path: CameraImages((40, 30)).grey(path),
     "stripes.npy": open_stripes,
     "cloud.ply": map_ply,
-    "search.npz": lambda path: read_arrays(path, ["header", "x"]),
+    "search.json": lambda path: load_state(searching(), path, ""),
 }
-BINARY = (".png", ".jpg", ".tiff", ".npy", ".ply", ".npz")
+BINARY = (".png", ".jpg", ".tiff", ".npy", ".ply")
 """Who reads each."""
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from robolaser.emulator.camera_server import FRAMES_A_S, CameraServer
+from robolaser.emulator.emulated_cell import FRAMES_A_S, CameraServer
 
 SHAPE = (480, 640)
 LIT = 100

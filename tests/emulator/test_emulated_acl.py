@@ -9,9 +9,8 @@ from emulated_cell import cell_folder
 
 from robolaser.data.cell_config import load_cell
 from robolaser.emulator.acl import AclController
-from robolaser.emulator.controller import ArmFault
+from robolaser.emulator.controller import FASTEST_RAD_S, ArmFault
 from robolaser.emulator.emulated_cell import controller_of
-from robolaser.emulator.joints import FASTEST_RAD_S
 
 REFERENCE = np.array([0, 0, 0, -np.pi / 2, 0])
 DIRECTION = np.array([1, -1, 1, 1, -1])

@@ -7,9 +7,8 @@ import pytest
 from emulated_cell import cell_folder
 
 from robolaser.data.cell_config import load_cell
-from robolaser.emulator.controller import ArmFault
+from robolaser.emulator.controller import FASTEST_RAD_S, ArmFault
 from robolaser.emulator.emulated_cell import controller_of
-from robolaser.emulator.joints import FASTEST_RAD_S
 from robolaser.emulator.lss import LssController
 
 REFERENCE = np.array([0, 0, 0.2, 0, 0])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.emulator.joints import RAMP, way_gone
+from robolaser.emulator.controller import RAMP, way_gone
 
 
 def test_speed_rises_stays_and_falls() -> None:

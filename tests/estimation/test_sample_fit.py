@@ -8,9 +8,8 @@ import pytest
 from robolaser.data.stated_noise import Noise
 from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.noise_estimate import noise_of
-from robolaser.estimation.plain_fit import fit
+from robolaser.estimation.plain_fit import fit, gradients, sampled, solve_corrected
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
 from robolaser.estimation.solver import solve
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot

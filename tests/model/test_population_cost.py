@@ -52,7 +52,7 @@ def test_how_many_candidates_are_evaluated_at_once_changes_no_digit(
     model = Model(dataset)
     x = candidates(model, 20)
     J = model.cost(x)
-    monkeypatch.setattr("robolaser.model.sensors.stripe_cost.AT_ONCE", at_once)
+    monkeypatch.setattr("robolaser.model.forward_model.CHUNK", at_once)
     np.testing.assert_array_equal(model.cost(x), J)
 
 

@@ -1,6 +1,5 @@
 """All blocks of a problem: what is said of a problem's rows and parameters, put together from its blocks."""
 
-import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import groupby
@@ -13,8 +12,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.several_sensors import with_points_of
 from robolaser.duals import is_dual
 from robolaser.model.blocks.block import Block, blocks_of
-from robolaser.model.sensors.new_poses import Seen
-from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor import Seen, Sensor
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter, Values
 
@@ -140,14 +138,6 @@ class Blocks:
         at = values, T_base_flange, perturb
         return self.together([block.scaled(block.sensor.residuals(*block.at(*at))) for block in self])
 
-    def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation | None = None) -> Array:
-        """J of eq. 18, the sum of squared residuals, (c,) [unit²]; infinite at the model's poles.
-
-        Without effects by fewer operations where a sensor knows how.
-        """
-        each = [block.scale**2 * _squares(block, values, T_base_flange, perturb) for block in self]
-        return each[0] if len(each) == 1 else np.asarray(np.sum(each, axis=0))
-
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """What residuals (c, m, k) mean at the point, (c, m, j) [m]."""
         at = values, T_base_flange, perturb
@@ -237,15 +227,3 @@ class Blocks:
         """The same; None where a block has none."""
         known = [part for part in parts if part is not None]
         return self.together(known, axis) if len(known) == len(parts) else None
-
-
-def _squares(block: Block, values: Values, T_base_flange: Array, perturb: Perturbation | None) -> Array:
-    """The sum of one block's, in its sensor's unit."""
-    short = block.sensor.parameters.costs
-    if perturb is None and short is not None:
-        return short(block.values(values), T_base_flange)
-    residuals = block.sensor.residuals(*block.at(values, T_base_flange, perturb or Perturbation()))
-    flat = residuals.reshape(len(residuals), math.prod(residuals.shape[1:]))
-    with np.errstate(over="ignore", invalid="ignore"):
-        J = np.einsum("ij,ij->i", flat, flat)
-    return np.where(np.isfinite(J), J, np.inf)

@@ -6,7 +6,6 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.effects.joints import add_to_joint, joint_column
@@ -40,12 +39,7 @@ class Backlash(Effect):
     depends_on_trajectory = True
 
     lost_motion: Array = parameter(unit="rad", bound=0.02, prior_scale=6e-4, lower=0.0)
-    start: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0)
-
-    @classmethod
-    def grid(cls, dataset: Dataset, where: str) -> Array:
-        """Both ends and the middle of the play."""
-        return np.array([[-1.0], [0.0], [1.0]])
+    start: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0, tried=(-1.0, 0.0, 1.0))
 
     def apply(self, q: Array, run: Run, /) -> Array:
         """Drive the joint through the play; a negative width makes the link lead instead of lag."""

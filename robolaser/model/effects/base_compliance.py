@@ -6,14 +6,11 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
 from robolaser.model.effects.mechanism import Footing, MechanismPart
 from robolaser.model.effects.requirements import masses
 from robolaser.model.stages import Stage
-
-ISOTROPIC = 0.0
 
 
 @final
@@ -39,12 +36,8 @@ class BaseCompliance(Effect):
     needs = (masses,)
 
     compliance: Array = parameter(unit="rad/Nm", bound=1e-3, prior_scale=1e-5, lower=0.0)
-    anisotropy: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=ISOTROPIC)
-
-    @classmethod
-    def grid(cls, dataset: Dataset, where: str) -> Array:
-        """Alike about both axes, and stiffer about either."""
-        return np.array([[ISOTROPIC], [-0.7], [0.7]])
+    # alike about both axes, and stiffer about either
+    anisotropy: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0, tried=(0.0, -0.7, 0.7))
 
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
         """Turn the base under each pose's moment."""

@@ -1,9 +1,10 @@
 """What a departure from the nominal model is: a stage, a location, a few parameters, and how they change a value."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
+from itertools import product
 from typing import Any, ClassVar, NamedTuple, cast, final
 
 import numpy as np
@@ -11,9 +12,9 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.duals import Dual, is_dual
-from robolaser.model.effects.joints import moving_joints
+from robolaser.model.effects.joints import moving_joints, turning_joints
 from robolaser.model.effects.mechanism import MechanismPart
-from robolaser.model.effects.requirements import passes
+from robolaser.model.effects.requirements import passes, turning_joint
 from robolaser.model.effects.run import Run
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.effects.sensor_sites import of_sensor, sensors_at, sites_of_sensors
@@ -49,12 +50,13 @@ def parameter(*, unit: str, bound: float, prior_scale: float, lower: float | Non
     return field(metadata={"amplitude": (unit, -bound if lower is None else lower, bound, prior_scale)})
 
 
-def nonlinear(*, unit: str, lower: float, upper: float, nominal: float) -> Any:
+def nonlinear(*, unit: str, lower: float, upper: float, nominal: float, tried: Sequence[float] = ()) -> Any:
     """Declare a nonlinear parameter, such as a frequency: it has no meaning while all amplitudes are zero.
 
-    Within [lower, upper] the misfit may have many minima: `Effect.grid` says where to look.
+    Within [lower, upper] the misfit may have many minima: `tried` are values to start from, for all data, or
+    `Effect.grid` says which these are.
     """
-    return field(metadata={"nonlinear": (unit, nominal, lower, upper)})
+    return field(metadata={"nonlinear": (unit, nominal, lower, upper), "tried": tried or (nominal,)})
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,8 @@ class Effect(ABC):
     @classmethod
     def sites(cls, robot: Robot | None) -> tuple[str, ...]:
         """Its possible locations in an arm and its sensor, if the data have all that it needs."""
-        return (cls.site,) if cls.site else moving_joints(robot)
+        joints = turning_joints if turning_joint in cls.needs else moving_joints
+        return (cls.site,) if cls.site else joints(robot)
 
     @classmethod
     def stage_in(cls, dataset: Dataset) -> Stage:
@@ -153,7 +156,8 @@ class Effect(ABC):
 
         Dense enough that descents from them reach the best minimum.
         """
-        return np.array([[each.nominal for each in cls.nonlinear_parameters()]])
+        tried = (f.metadata["tried"] for f in fields(cls) if "tried" in f.metadata)
+        return np.array(list(product(*tried)), dtype=np.float64)
 
     @classmethod
     def usual_shape(cls, dataset: Dataset, where: str) -> dict[str, float]:

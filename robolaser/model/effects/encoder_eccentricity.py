@@ -7,10 +7,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import Effect, Run, parameter
-from robolaser.model.effects.joints import add_to_joint, joint_column, turning_joints
+from robolaser.model.effects.joints import add_to_joint, joint_column
 from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.stages import Stage
-from robolaser.robot.kinematics import Robot
 
 
 @final
@@ -33,11 +32,6 @@ class EncoderEccentricity(Effect):
 
     sine: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
     cosine: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
-
-    @classmethod
-    def sites(cls, robot: Robot | None) -> tuple[str, ...]:
-        """Every joint that turns the flange."""
-        return turning_joints(robot)
 
     def apply(self, q: Array, run: Run, /) -> Array:
         """Add the wave."""

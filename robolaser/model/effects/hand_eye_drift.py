@@ -6,7 +6,6 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.requirements import pose_order
@@ -44,12 +43,7 @@ class HandEyeDrift(Effect):
     turn_x: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
     turn_y: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
     turn_z: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
-    settling: Array = nonlinear(unit="", lower=0.0, upper=SHARPEST, nominal=0.0)
-
-    @classmethod
-    def grid(cls, dataset: Dataset, where: str) -> Array:
-        """From even creep to one that settles early."""
-        return np.array([[0.0], [1.5], [3.5], [SHARPEST]])
+    settling: Array = nonlinear(unit="", lower=0.0, upper=SHARPEST, nominal=0.0, tried=(0.0, 1.5, 3.5, SHARPEST))
 
     def apply(self, T_flange_camera: Array, run: Run, /) -> Array:
         """Move the camera on."""

@@ -7,17 +7,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import CarryOver, Effect, Run, parameter
 from robolaser.model.effects.requirements import warm_up
 from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.effects.thermal_state import (
-    LONGEST,
-    SHORTEST,
-    USUAL,
-    carried_by_temperature,
-    time_constants,
-    warmed,
-)
+from robolaser.model.effects.thermal_state import carried_by_temperature, time_constant, time_constants, warmed
 from robolaser.model.stages import Stage
 
 
@@ -43,7 +36,7 @@ class LaserDrift(Effect):
     depends_on_trajectory = True
 
     angle: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
-    tau: Array = nonlinear(unit="", lower=SHORTEST, upper=LONGEST, nominal=USUAL)
+    tau: Array = time_constant()
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:

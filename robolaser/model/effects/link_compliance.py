@@ -6,7 +6,6 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joints import joint_column, moving_joints, placed_anew
@@ -44,19 +43,14 @@ class LinkCompliance(Effect):
 
     bending: Array = parameter(unit="rad/Nm", bound=2e-3, prior_scale=2e-5, lower=0.0)
     twist: Array = parameter(unit="rad/Nm", bound=2e-3, prior_scale=2e-5, lower=0.0)
-    axial: Array = nonlinear(unit="", lower=0.0, upper=1.0, nominal=1.0)
-    hinge: Array = nonlinear(unit="", lower=0.0, upper=1.0, nominal=0.5)
+    axial: Array = nonlinear(unit="", lower=0.0, upper=1.0, nominal=1.0, tried=(1.0, 0.0))
+    hinge: Array = nonlinear(unit="", lower=0.0, upper=1.0, nominal=0.5, tried=(0.0, 0.5, 1.0))
     payload: Array = nonlinear(unit="kg", lower=0.0, upper=20.0, nominal=0.0)
 
     @classmethod
     def sites(cls, robot: Robot | None) -> tuple[str, ...]:
         """Every moving joint but the first: what is before that is the base."""
         return moving_joints(robot)[1:]
-
-    @classmethod
-    def grid(cls, dataset: Dataset, where: str) -> Array:
-        """Alike in all directions or across the joint's axis only; at either joint, and in the middle."""
-        return np.array([[axial, hinge, 0.0] for axial in (1.0, 0.0) for hinge in (0.0, 0.5, 1.0)])
 
     def apply(self, placements: Array, run: Run, /) -> Array:
         """Turn the joint's placement in each pose."""

@@ -77,8 +77,7 @@ def passes(stage: Stage, dataset: Dataset) -> str:
 
 def known_ranges(dataset: Dataset) -> str:
     """A camera sees points of a target at known places."""
-    own = passes(Stage.IMAGE, dataset)
-    return own or passes(Stage.TARGET, dataset)
+    return passes(Stage.IMAGE, dataset) or passes(Stage.TARGET, dataset)
 
 
 def no_mount(dataset: Dataset) -> str:

@@ -8,18 +8,11 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import pose
-from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import CarryOver, Effect, Run, parameter
 from robolaser.model.effects.joints import joint_column, moving_joints, placed_anew
 from robolaser.model.effects.requirements import warm_up
 from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.effects.thermal_state import (
-    LONGEST,
-    SHORTEST,
-    USUAL,
-    carried_by_temperature,
-    time_constants,
-    warmed,
-)
+from robolaser.model.effects.thermal_state import carried_by_temperature, time_constant, time_constants, warmed
 from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot
 
@@ -48,7 +41,7 @@ class ThermalDrift(Effect):
     depends_on_trajectory = True
 
     growth: Array = parameter(unit="", bound=5e-3, prior_scale=5e-4, lower=0.0)
-    tau: Array = nonlinear(unit="", lower=SHORTEST, upper=LONGEST, nominal=USUAL)
+    tau: Array = time_constant()
 
     @classmethod
     def sites(cls, robot: Robot | None) -> tuple[str, ...]:

@@ -1,15 +1,22 @@
 """How far something has warmed up in the course of a run, from 0 towards 1, and what is known of it in another run."""
 
+from typing import Any
+
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run
+from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run, nonlinear
 from robolaser.model.effects.run import temperature_rise
 
 SHORTEST, LONGEST, USUAL = 0.05, 3.0, 0.3  # time constant over the length of the run
 EVEN = 1e-6  # settling, below which a creep is as good as even
 TRIED = 6  # time constants; the curves of two neighbours agree to a few per cent
+
+
+def time_constant() -> Any:
+    """Declare it as a nonlinear parameter."""
+    return nonlinear(unit="", lower=SHORTEST, upper=LONGEST, nominal=USUAL)
 
 
 def warmed(run: Run, tau: Array) -> Array:

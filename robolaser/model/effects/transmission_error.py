@@ -8,10 +8,9 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
-from robolaser.model.effects.joints import add_to_joint, joint_column, turning_joints
+from robolaser.model.effects.joints import add_to_joint, joint_column
 from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.stages import Stage
-from robolaser.robot.kinematics import Robot
 
 FEWEST, MOST = 10.0, 330.0
 """Cycles a joint turn: below are dead zones and cables; a harmonic drive has at most twice 160."""
@@ -42,11 +41,6 @@ class TransmissionError(Effect):
     sine_2: Array = parameter(unit="rad", bound=0.01, prior_scale=1e-4)
     cosine_2: Array = parameter(unit="rad", bound=0.01, prior_scale=1e-4)
     cycles: Array = nonlinear(unit="", lower=FEWEST, upper=MOST, nominal=20.0)
-
-    @classmethod
-    def sites(cls, robot: Robot | None) -> tuple[str, ...]:
-        """Every joint that turns the flange."""
-        return turning_joints(robot)
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:

@@ -17,9 +17,8 @@ from robolaser.model.error_source import ErrorSource, errors_in_image
 from robolaser.model.sensors.camera_projection import distort, on_plane, project, straighten, to_pixels
 from robolaser.model.sensors.camera_start import CameraStart
 from robolaser.model.sensors.in_cell import CameraView, InCell, Mounting, stands
-from robolaser.model.sensors.new_poses import NewPoses, each_once
 from robolaser.model.sensors.placements import motion, six_names
-from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor import NewPoses, Sensor, each_once
 from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values, from_batch

@@ -32,8 +32,6 @@ class SensorParameters:
         solve: From all values, T_base_flange (c or 1, n, 4, 4), the effects of the model and all parameters by name to
             the linear and the derived parameters that fit best with the others, (c,) each; the model is linearized
             where the values have them.
-        costs: J of eq. 18 without effects by few operations, from all values and T_base_flange, (c,) [unit²]; None
-            where there is no shorter way than the residuals.
     """
 
     free: tuple[str, ...] = ()
@@ -45,7 +43,6 @@ class SensorParameters:
     two_axes: bool = False
     linear: tuple[str, ...] = ()
     solve: Callable[[Values, Array, Perturbation, Mapping[str, Parameter]], Values] | None = None
-    costs: Callable[[Values, Array], Array] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:

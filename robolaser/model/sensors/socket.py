@@ -11,9 +11,8 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.geometry.rigid_motion import carry
 from robolaser.model.error_source import ErrorSource, along_each_axis
-from robolaser.model.sensors.new_poses import NewPoses
 from robolaser.model.sensors.placements import places, vector
-from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor import NewPoses, Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values

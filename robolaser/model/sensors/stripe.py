@@ -15,12 +15,10 @@ from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.in_cell import InCell
-from robolaser.model.sensors.new_poses import NewPoses
 from robolaser.model.sensors.placements import motion, six_names
 from robolaser.model.sensors.scanner_start import laser_start, spans, target_by_stripe
-from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor import NewPoses, Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters, not_given
-from robolaser.model.sensors.stripe_cost import StripeCost
 from robolaser.model.sensors.stripe_similarity import SIMILARITY, solve_similarity
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
@@ -72,7 +70,6 @@ class Stripe(Sensor):
             spans=partial(spans, image_px=self.dataset.image_px),
             linear=SIMILARITY,
             solve=partial(solve_similarity, self.dataset),
-            costs=StripeCost(self.dataset) if self.dataset.placed else None,
         )
 
     def _fix_gauge(self, values: Values) -> Values:
