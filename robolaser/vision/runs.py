@@ -42,9 +42,6 @@ class BrightRuns:
     last: Ints  # its last pixel, (n,)
     noise: float  # standard deviation of a pixel [grey]
 
-    def __len__(self) -> int:
-        return len(self.line)
-
     def room(self) -> tuple[Ints, Ints]:
         """First and last pixel of each line that belong to no other run, as far as the image goes, (n,) each."""
         alone = np.diff(self.line) != 0
