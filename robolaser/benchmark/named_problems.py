@@ -29,7 +29,8 @@ from robolaser.benchmark.problem import (
     ProblemSummary,
 )
 from robolaser.data.subsampling import evenly
-from robolaser.errors import BenchmarkError, DependencyMissing, RobolaserError, UsageError, near
+from robolaser.errors import BenchmarkError, RobolaserError, UsageError, near
+from robolaser.plugins import extra
 
 PAPER, REDUCED, SUITE, PYMOO, BBOB = "paper", "reduced:", "suite", "pymoo:", "bbob:"
 NEGLIGIBLE_M2 = 1e-12
@@ -269,12 +270,7 @@ def _pymoos(text: str, function: str, settings: Mapping[str, Any]) -> Any:
 
 def _bbobs(text: str, function: str, settings: Mapping[str, Any]) -> Any:
     """One of BBOB's 24 functions, above its lowest value."""
-    try:
-        import ioh  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise DependencyMissing(
-            "BBOB comes with `ioh`, which is not installed: pip install 'robolaser[bbob]'."
-        ) from None
+    ioh = extra("ioh", "BBOB comes with `ioh`, which is not installed: pip install 'robolaser[bbob]'.")
     suite = ioh.ProblemClass.BBOB
     number = int(function) if function.isdecimal() else function
     if number not in suite.problems and number not in suite.problems.values():

@@ -15,7 +15,8 @@ from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec, ProblemSu
 from robolaser.benchmark.run import Task, fingerprint
 from robolaser.benchmark.solvers import solvers_of
 from robolaser.benchmark.solvers.solver import Solver
-from robolaser.errors import DependencyMissing, UsageError
+from robolaser.errors import UsageError
+from robolaser.plugins import extra
 
 OUR_SEEDS = (1, 2, 3)
 """Seeds of our own search for the lowest cost of a calibration, outside the comparison."""
@@ -169,21 +170,18 @@ def _pickled(thing: Any, name: str) -> bytes:
             return found
     except Exception:  # lambdas, local classes
         pass
+    cloudpickle = extra(
+        "cloudpickle",
+        f"{name} is defined in a script or a notebook, and other processes need cloudpickle to get it:"
+        " pip install 'robolaser[compare]'. Or move it to a module of its own.",
+    )
     try:
-        import cloudpickle  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise DependencyMissing(
-            f"{name} is defined in a script or a notebook, and other processes need cloudpickle to get it:"
-            " pip install 'robolaser[compare]'. Or move it to a module of its own."
-        ) from None
-    try:
-        found = cloudpickle.dumps(thing)
+        return bytes(cloudpickle.dumps(thing))
     except Exception as error:
         raise UsageError(
             f"{name} cannot be sent to another process ({type(error).__name__}: {error}). Leave out what it holds open"
             " (files, connections), or open that at the first evaluation."
         ) from error
-    return bytes(found)
 
 
 def _version(package: str) -> str:
