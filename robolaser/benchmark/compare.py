@@ -74,15 +74,7 @@ def compare(
         write: Writes the result's files to `output`.
 
     Raises:
-        UsageError: A problem, algorithm or setting is unknown, or a number is invalid.
-        BenchmarkError: Runs in `output` were made under other conditions, or the cluster is lost.
-        OutputError: `output` cannot be written to, or has runs and neither `resume` nor `force` is set.
-        Interrupted: It was stopped; the runs so far are in `output`.
-
-    Examples:
-        >>> result = robolaser.compare(["pymoo:sphere-2"], ["de"], seeds=1, budget=100)
-        >>> result.to_frame()["state"].tolist()
-        ['done']
+        RobolaserError: As `robolaser.compare`.
     """
     terms = Terms(tuple(range(first_seed, first_seed + seeds)), budget, target, time_limit_s, on_error)
     folder = None if output is None else Path(output)
