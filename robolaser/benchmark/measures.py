@@ -81,8 +81,7 @@ def _igd_plus(trace: ConvergenceTrace, best: Array, extent: Array) -> Convergenc
 def _non_dominated(F: Array) -> Array:
     import moocore  # noqa: PLC0415 - only several objectives need it
 
-    kept: Array = F[moocore.is_nondominated(F)]
-    return kept
+    return np.asarray(F[moocore.is_nondominated(F)])
 
 
 def attainment(runs: Sequence[BenchmarkRun]) -> Array:

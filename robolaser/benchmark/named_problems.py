@@ -250,8 +250,7 @@ def _front(problem: Any) -> Array | None:
             known = None
     if known is None or not np.isfinite(known := np.atleast_2d(np.asarray(known, np.float64))).all():
         return None
-    thinned: Array = known[evenly(len(known), FRONT_POINTS)]
-    return thinned
+    return np.asarray(known[evenly(len(known), FRONT_POINTS)])
 
 
 def _pymoos(text: str, function: str, settings: Mapping[str, Any]) -> Any:

@@ -170,8 +170,7 @@ class Mover:
         way = goal - start
         share = np.clip((q - start) @ way / max(float(way @ way), TINY), 0.0, 1.0)
         apart = 0.0 if self._arm.synchronous_read else np.abs(q - last)
-        off: Array = np.abs(q - start - share * way) - apart
-        return off
+        return np.asarray(np.abs(q - start - share * way) - apart)
 
     def _not_arrived(self, place: str, q: Array, goal: Array, reason: str) -> ArmError:
         joint, stands, wanted = at_worst(self._robot, np.abs(q - goal) / self.near, q, goal)

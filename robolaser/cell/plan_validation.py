@@ -66,14 +66,12 @@ def lowest(robot: Robot, q: Array, tools: Array) -> Array:
     flange = robot.forward(q)
     joints = robot.joint_frames(q)[:, 1:, 2, 3]
     sensor = (tools @ np.swapaxes(flange[:, :3, :3], -1, -2) + flange[:, None, :3, 3])[..., 2]
-    height: Array = np.concatenate([joints, flange[:, 2, 3:], sensor], axis=1).min(axis=1)
-    return height
+    return np.asarray(np.concatenate([joints, flange[:, 2, 3:], sensor], axis=1).min(axis=1))
 
 
 def reach(robot: Robot, q: Array) -> Array:
     """Distance of the flange from the foot of the first joint, (n,) [m]."""
-    distance: Array = np.linalg.norm(robot.forward(q)[:, :3, 3] - foot_of(robot), axis=1)
-    return distance
+    return np.asarray(np.linalg.norm(robot.forward(q)[:, :3, 3] - foot_of(robot), axis=1))
 
 
 @final

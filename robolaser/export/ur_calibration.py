@@ -74,8 +74,7 @@ def flange_by_ur_calibration(text: str, robot: Robot, q: Array) -> Array:
     for (*xyz, roll, pitch, yaw), angle in zip(numbers.reshape(len(LINKS), len(KEYS)), q.T, strict=True):
         turned = rot_z(yaw) @ rot_y(pitch) @ rot_x(roll) @ rot_z(angle)
         T = T @ pose(turned, np.broadcast_to(xyz, (len(q), 3)))
-    flange: Array = T @ inverse(nominal[-1]) @ robot.forward(np.zeros(len(LINKS)))
-    return flange
+    return np.asarray(T @ inverse(nominal[-1]) @ robot.forward(np.zeros(len(LINKS))))
 
 
 def _frames(robot: Robot) -> Array | None:

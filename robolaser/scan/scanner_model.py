@@ -67,14 +67,12 @@ class ScannerModel:
         """T_base_flange at each pose, (n, 4, 4)."""
         robot = self.dataset.robot
         T_base_flange = self.dataset.flange()[None] if robot is None else robot.forward(*self.arm)
-        perturbed: Array = self.perturb(self.at_poses)(Stage.FLANGE, T_base_flange)[0]
-        return perturbed
+        return np.asarray(self.perturb(self.at_poses)(Stage.FLANGE, T_base_flange)[0])
 
     @cached_property
     def camera(self) -> Array:
         """T_base_camera at each pose, (n, 4, 4)."""
-        T: Array = self.flange @ mount(self.dataset, self.values, self.perturb(self.at_poses))[0]
-        return T
+        return np.asarray(self.flange @ mount(self.dataset, self.values, self.perturb(self.at_poses))[0])
 
     def in_camera(self, points: Points) -> Array:
         """Where the rays of some pixels meet the laser plane, in the camera frame, (m, 3) [m].
@@ -84,8 +82,7 @@ class ScannerModel:
         return self._in_front(self._seen(points, points["pixel"]))
 
     def _seen(self, points: Points, pixel: Array) -> Array:
-        seen: Array = in_camera(pixel[None], self.values, self.perturb(points), self.dataset.stripe_axis)[0]
-        return seen
+        return np.asarray(in_camera(pixel[None], self.values, self.perturb(points), self.dataset.stripe_axis)[0])
 
     def _in_front(self, seen: Array, of: Array | None = None) -> Array:
         in_front = (seen[:, 2] > 0) & (seen[:, 2] < FARTHEST_M)

@@ -62,8 +62,7 @@ def stratified(outcomes: Array) -> Array:
     """
     there = ~np.isnan(outcomes).all(axis=(1, 2))
     if there.sum() == 1:
-        single: Array = rank_sum(outcomes[there])[0]
-        return single
+        return np.asarray(rank_sum(outcomes[there])[0])
     algorithms = outcomes.shape[1]
     p = np.full((algorithms, algorithms), np.nan)
     for i, j in combinations(range(algorithms), 2):
