@@ -5,7 +5,7 @@ from scipy.ndimage import median_filter
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.geometry.mad_scale import mad_scale
-from robolaser.vision.runs import LineCentres
+from robolaser.vision.runs import LineCentres, best_of_each
 
 STRATA = 20  # lines tried are drawn through centres in this many parts of the image
 WIDEST_GATE_PX = 3.0
@@ -138,11 +138,7 @@ def _likeliest(along: Array, across: Array, weight: Array) -> tuple[float, float
 
 def _nearest(line: Ints, distance: Array, able: Bools) -> Bools:
     """Keep of each line of pixels the candidate nearest to the straight line."""
-    order = np.lexsort((distance, ~able, line))
-    _, first = np.unique(line[order], return_index=True)
-    kept = np.zeros(len(line), dtype=np.bool_)
-    kept[order[first]] = True
-    return kept & able
+    return best_of_each(line, np.where(able, -distance, -np.inf)) & able
 
 
 def _undisturbed(centres: LineCentres, off: Array, kept: Bools) -> Bools:
