@@ -60,6 +60,7 @@ class Arm(ABC):
         Raises:
             ArmError: The line cannot be opened, or does not lead to this robot's controller.
             DataError: The robot has more joints than the controller moves.
+            DependencyMissing: A package that speaks with it is not installed.
         """
 
     @abstractmethod

@@ -82,7 +82,8 @@ class ScannerModel:
         return self._in_front(self._seen(points, points["pixel"]))
 
     def _seen(self, points: Points, pixel: Array) -> Array:
-        return np.asarray(in_camera(pixel[None], self.values, self.perturb(points), self.dataset.stripe_axis)[0])
+        seen: Array = in_camera(pixel[None], self.values, self.perturb(points), self.dataset.stripe_axis)[0]
+        return seen
 
     def _in_front(self, seen: Array, of: Array | None = None) -> Array:
         in_front = (seen[:, 2] > 0) & (seen[:, 2] < FARTHEST_M)
