@@ -42,7 +42,12 @@ class SerialLine:
         Raises:
             ArmError: It is none of these, or cannot be opened.
         """
-        _refuse_other_schemes(arm.port)
+        scheme, separator, _ = arm.port.partition("://")
+        if separator and scheme.lower() not in SCHEMES:  # spy:// truncates files, alt:// loads code by name
+            raise ArmError(
+                f"Port {arm.port}: {scheme}:// is not allowed. Use a device such as /dev/ttyUSB0, or"
+                f" socket://HOST:PORT or rfc2217://HOST:PORT."
+            )
         import serial  # noqa: PLC0415 - importing devices opens nothing, and loads nothing either
 
         try:
@@ -134,13 +139,3 @@ def _ports() -> Sequence[str]:
     from serial.tools.list_ports import comports  # noqa: PLC0415
 
     return sorted(port.device for port in comports() if port.hwid != "n/a")
-
-
-def _refuse_other_schemes(port: str) -> None:
-    """Refuse pyserial's other URLs: spy:// truncates files, alt:// loads code by name."""
-    scheme, separator, _ = port.partition("://")
-    if separator and scheme.lower() not in SCHEMES:
-        raise ArmError(
-            f"Port {port}: {scheme}:// is not allowed. Use a device such as /dev/ttyUSB0, or"
-            f" socket://HOST:PORT or rfc2217://HOST:PORT."
-        )

@@ -119,7 +119,8 @@ def carried_over(calibrated: Calibrated, recording: Dataset, probe: Points) -> t
         others = [_instead(reference, one.effect, alternative) for alternative in one.alternatives]
         if one.doubt and (note := _note(effect, one, [_apart(reference, other, probe) for other in others], probe)):
             notes.append(note)
-    if run.course is not None and run.course.by_thermometer and _extrapolates(run.course.rise):
+    rise = run.course.rise if run.course is not None and run.course.by_thermometer else None
+    if rise is not None and ((rise < -BEYOND) | (rise > 1 + BEYOND)).any():
         notes.append(
             "The recording is colder or warmer than the calibrated run ever was: its drift is extrapolated linearly."
         )
@@ -168,10 +169,6 @@ def _note(effect: Effect, carried: CarryOver, moves: list[Array], probe: Points)
     affected, poses = (len(np.unique(pose)) for pose in (probe.pose[move > VISIBLE_M], probe.pose))
     where = f" in {affected} of {poses} poses" if affected < poses else ""
     return f"{name}: {carried.doubt}, points are off by up to {_largest(move)}{where}." if affected else ""
-
-
-def _extrapolates(rise: Array | None) -> bool:
-    return rise is not None and bool(((rise < -BEYOND) | (rise > 1 + BEYOND)).any())
 
 
 def _apart(one: ScannerModel, other: ScannerModel, probe: Points) -> Array:
