@@ -61,20 +61,13 @@ class Terms:
 @final
 @dataclass(frozen=True, eq=False)
 class BenchmarkPlan:
-    """Every solver runs once with each seed on every problem that it applies to.
+    """Every solver runs once with each seed on every problem that it applies to."""
 
-    Attributes:
-        terms: What is asked of every run.
-        problems: The problems, as they were found.
-        solvers: The solvers by name.
-        refused: Why a solver does not apply to a problem, by (problem, solver).
-        tasks: All runs, those with the first seed first: a comparison that is stopped early is fair to all solvers.
-    """
-
-    terms: Terms
-    problems: tuple[ProblemSummary, ...]
-    solvers: Mapping[str, Solver]
-    refused: Mapping[tuple[str, str], str]
+    terms: Terms  # what is asked of every run
+    problems: tuple[ProblemSummary, ...]  # the problems, as they were found
+    solvers: Mapping[str, Solver]  # the solvers by name
+    refused: Mapping[tuple[str, str], str]  # why a solver does not apply to a problem, by (problem, solver)
+    # all runs, those with the first seed first: a comparison that is stopped early is fair to all solvers
     tasks: tuple[Task, ...]
 
     @classmethod

@@ -138,14 +138,10 @@ class BenchmarkProblem:
 @final
 @dataclass(frozen=True, eq=False)
 class ProblemSpec:
-    """How a process builds a problem, each run anew: what one run leaves in it must not reach the next.
+    """How a process builds a problem, each run anew: what one run leaves in it must not reach the next."""
 
-    Attributes:
-        name: The problem's.
-        makers: One for each instance; runs with seeds 1, 2, ... take their turns with them.
-    """
-
-    name: str
+    name: str  # the problem's
+    # one for each instance; runs with seeds 1, 2, ... take their turns with them
     makers: tuple[Callable[[], BenchmarkProblem], ...]
 
     def made_for(self, seed: int) -> BenchmarkProblem:

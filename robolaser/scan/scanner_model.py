@@ -31,18 +31,12 @@ BEYOND = 0.1  # of the calibrated rise of temperature: so far it may be extrapol
 @final
 @dataclass(frozen=True)
 class ScannerModel:
-    """A recording's poses as a calibrated scanner and its effects have them.
+    """A recording's poses as a calibrated scanner and its effects have them."""
 
-    Attributes:
-        dataset: The recording, with the calibrated scanner and its arm.
-        values: The fourteen parameters, (1,) each.
-        effects: Those that perturb what passes, in their order.
-        course: How far the run had come at each pose, where the recording does not count from its own beginning.
-    """
-
-    dataset: Dataset
-    values: Values
-    effects: tuple[Effect, ...] = ()
+    dataset: Dataset  # the recording, with the calibrated scanner and its arm
+    values: Values  # the fourteen parameters, (1,) each
+    effects: tuple[Effect, ...] = ()  # those that perturb what passes, in their order
+    # how far the run had come at each pose, where the recording does not count from its own beginning
     course: Course | None = None
 
     def perturb(self, points: Points) -> Perturbation:
