@@ -25,12 +25,9 @@ from robolaser.data.result_folder import results_in
 from robolaser.errors import Interrupted, OutputError
 
 FILES = ("comparison.json", "runs.csv", "report.html")
-AHEAD = 4
-"""Runs handed out for each worker, so that none waits for its next."""
-GRACE_S = 10.0
-"""Time after its limit when a run that hangs is killed."""
-REPORT_S = 0.5
-"""Time between two reports of progress."""
+AHEAD = 4  # runs handed out for each worker, so that none waits for its next
+GRACE_S = 10.0  # time after its limit when a run that hangs is killed
+REPORT_S = 0.5  # time between two reports of progress
 
 
 def compare(

@@ -15,8 +15,7 @@ from typing import Any, final
 from robolaser.errors import BenchmarkError
 from robolaser.plugins import extra
 
-PACKAGES = ("robolaser", "numpy", "scipy", "pymoo")
-"""Whose versions must agree on all machines."""
+PACKAGES = ("robolaser", "numpy", "scipy", "pymoo")  # whose versions must agree on all machines
 CONNECT_S = 10.0
 _START = threading.Lock()
 

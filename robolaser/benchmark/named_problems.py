@@ -33,14 +33,11 @@ from robolaser.errors import BenchmarkError, RobolaserError, UsageError, near
 from robolaser.plugins import extra
 
 PAPER, REDUCED, SUITE, PYMOO, BBOB = "paper", "reduced:", "suite", "pymoo:", "bbob:"
-NEGLIGIBLE_M2 = 1e-12
-"""Squared error of a point that can be neglected: a micrometre's."""
+NEGLIGIBLE_M2 = 1e-12  # squared error of a point that can be neglected: a micrometre's
 TEST_FUNCTIONS = ("ackley", "griewank", "rastrigin", "rosenbrock", "schwefel", "sphere", "zakharov")
 """pymoo's test functions of any dimension whose lowest cost is known."""
-DIMENSION = 10
-"""Variables of a test function, unless the name says otherwise."""
-FRONT_POINTS = 500
-"""Points of a known front that distances are measured from."""
+DIMENSION = 10  # variables of a test function, unless the name says otherwise
+FRONT_POINTS = 500  # points of a known front that distances are measured from
 RANGE = re.compile(r":instance=(\d+)\.\.(\d+)")
 
 

@@ -18,10 +18,8 @@ from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import UsageError
 from robolaser.plugins import extra
 
-OUR_SEEDS = (1, 2, 3)
-"""Seeds of our own search for the lowest cost of a calibration, outside the comparison."""
-SLOW_S = 0.02
-"""Time of a candidate from which the time limit is looked at after each, also where they come in batches."""
+OUR_SEEDS = (1, 2, 3)  # seeds of our own search for the lowest cost of a calibration, outside the comparison
+SLOW_S = 0.02  # time of a candidate from which the time limit is looked at after each, also where they come in batches
 
 
 @final

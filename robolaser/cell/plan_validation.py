@@ -20,8 +20,7 @@ from robolaser.robot.postures import foot_of
 FINE = 0.02
 """All joints together turn no further than this from one place that is checked to the next: 12 mm at 0.6 m, so that
 nothing passes farther than 6 mm from a place that was checked [rad or m]."""
-SLACK = 0.002
-"""An arm that stands on a limit reads a little beyond it [rad or m]."""
+SLACK = 0.002  # an arm that stands on a limit reads a little beyond it [rad or m]
 SENSOR = "the sensor"
 LISTED = 12  # violations that a message lists
 

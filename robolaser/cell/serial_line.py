@@ -9,17 +9,12 @@ from robolaser.cell.failures import LineFlooded, line_lost
 from robolaser.data.cell_config import ArmLine
 from robolaser.errors import ArmError
 
-SCHEMES = ("socket", "rfc2217", "loop")
-"""Of URLs that may be opened; what loop:// hears is what it sent."""
+SCHEMES = ("socket", "rfc2217", "loop")  # of URLs that may be opened; what loop:// hears is what it sent
 LETTERS = "latin-1"
-TICK_S = 0.02
-"""Longest that one look for bytes takes."""
-WRITE_S = 1.0
-"""Longest that a device may hold back what is sent to it."""
-MOST = 16_384
-"""Characters that may come without an answer among them; the longest answer has some hundred."""
-LONGEST_S = 6.0
-"""How long a device may send without an answer; the longest takes a quarter of a second at 9600 baud."""
+TICK_S = 0.02  # longest that one look for bytes takes
+WRITE_S = 1.0  # longest that a device may hold back what is sent to it
+MOST = 16_384  # characters that may come without an answer among them; the longest answer has some hundred
+LONGEST_S = 6.0  # how long a device may send without an answer; the longest takes a quarter of a second at 9600 baud
 
 
 @final

@@ -14,19 +14,13 @@ from robolaser.data.cell_config import Cell
 from robolaser.errors import ArmError
 from robolaser.plugins import extra
 
-STEP = 1e-5
-"""Readings of a joint at rest differ by less [rad]."""
-RAMP = 0.25
-"""Share of a motion's time in which it gains speed."""
-SLOWEST, GENTLEST = 0.001, 0.05
-"""Least speed and acceleration that are asked for [rad/s, rad/s2]."""
-BRAKING = 2.0
-"""When it is stopped [rad/s2]."""
-STALE_S = 1.0
-"""A controller sends 125 or 500 readings a second."""
+STEP = 1e-5  # readings of a joint at rest differ by less [rad]
+RAMP = 0.25  # share of a motion's time in which it gains speed
+SLOWEST, GENTLEST = 0.001, 0.05  # least speed and acceleration that are asked for [rad/s, rad/s2]
+BRAKING = 2.0  # when it is stopped [rad/s2]
+STALE_S = 1.0  # a controller sends 125 or 500 readings a second
 POLL_S = 0.005
-VIOLATION, FAULT = 251, 252
-"""Joint modes of a joint in trouble."""
+VIOLATION, FAULT = 251, 252  # joint modes of a joint in trouble
 ADVICE = "Look for what it ran into, and unlock it at the teach pendant."
 
 

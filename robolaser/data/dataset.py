@@ -20,8 +20,7 @@ from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
 
-COMMAND = "q_command_"
-"""Begins the name of a column with the commanded value of a joint."""
+COMMAND = "q_command_"  # begins the name of a column with the commanded value of a joint
 
 
 @final

@@ -27,8 +27,7 @@ LINKS: Final = {
 }
 """The makers' names of the links, and of the joints that turn them."""
 KEYS: Final = ("x", "y", "z", "roll", "pitch", "yaw")
-DIGITS: Final = 12
-"""After the point; never an exponent, which PyYAML reads as a word."""
+DIGITS: Final = 12  # after the point; never an exponent, which PyYAML reads as a word
 NEAR: Final = 0.01
 """[m, 1] How far a joint's line may be from the makers' one: arms that were measured once differ by less."""
 

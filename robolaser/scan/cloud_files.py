@@ -13,10 +13,8 @@ from robolaser.errors import ScanError, unwritable
 from robolaser.plugins import extra
 from robolaser.scan.ply import Vertices, positions_of, write_ply
 
-LAS_STEP_M = 1e-6
-"""LAS stores whole numbers: of micrometres, which reach 2 km."""
-LAS_INTENSITY = 257
-"""LAS counts intensity and colours to 65535, an image to 255."""
+LAS_STEP_M = 1e-6  # LAS stores whole numbers: of micrometres, which reach 2 km
+LAS_INTENSITY = 257  # LAS counts intensity and colours to 65535, an image to 255
 _PCD = {"f": "F", "i": "I", "u": "U"}
 _DIGITS = 20
 

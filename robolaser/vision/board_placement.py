@@ -16,8 +16,7 @@ JUMP_LEAST_PX = 0.1  # distance from the neighbours' median [px] that no centre 
 JUMP_SIGMAS = 4.0
 """Distance from the neighbours' median, in its own standard deviations, beyond which a centre is a stray."""
 NEIGHBOURS = 15  # lines of pixels on either side that are asked whether the stripe is straight here
-LEAST_SUPPORT = 0.5
-"""Share of those that must agree: a stripe on something else crosses the straight line only briefly."""
+LEAST_SUPPORT = 0.5  # share of those that must agree: a stripe on something else crosses the straight line only briefly
 CHANGE_SPAN = 10  # lines of pixels on either side between which the stripe's width is compared
 MOST_CHANGE = 0.12
 """Relative change of width between them beyond which a square's edge or a shadow bites into the stripe."""

@@ -12,8 +12,7 @@ from robolaser.vision.board import LARGEST_UNEVENNESS, find_board, off_pattern, 
 
 FEWEST = 4  # corners of which an image must show at least so many: fewer say nothing of where the board stands
 WINDOW_PX = (2, 8)  # half sides of the window in which a ChArUco board's corner is sharpened, least and most
-LARGER = 1.15
-"""Times the usual diameter, from which a circle is the one that marks the origin."""
+LARGER = 1.15  # times the usual diameter, from which a circle is the one that marks the origin
 
 
 def target_in(image: Image, board: Board) -> tuple[Array, ...]:

@@ -21,8 +21,7 @@ Search = Callable[[BudgetedEvaluator, int], None]
 Costs and residuals come from the evaluator and from nothing else, all randomness from the seed, at least 1: the same
 seed evaluates the same candidates in the same order.
 """
-RefusalReason = Callable[[BenchmarkProblem], str | None]
-"""Why a solver does not apply to a problem; None if it does."""
+RefusalReason = Callable[[BenchmarkProblem], str | None]  # why a solver does not apply to a problem; None if it does
 
 
 def applies_to_all(problem: BenchmarkProblem) -> str | None:

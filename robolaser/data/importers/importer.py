@@ -17,8 +17,7 @@ from robolaser.errors import UsageError, near
 from robolaser.robot.kinematics import Robot
 
 ROWS_SHOWN: Final = 3
-GENERAL: Final = ("name", "path_known", "further")
-"""The options that every importer takes."""
+GENERAL: Final = ("name", "path_known", "further")  # the options that every importer takes
 
 
 @final
