@@ -31,10 +31,11 @@ def points_of(table: CsvTable, described: Dataset) -> Points:
     if "repeat" in table:
         points = replace(points, repeat=_repeats(table))
     if not declared.many_rows:
-        shot = points.place if points.repeat is None else points.repeat
-        table.check_all_differ(
-            [*zip(points.place.tolist(), shot.tolist(), strict=True)], lambda row: _shown(points, row, in_pose[row])
-        )
+        shots = points.place
+        if points.repeat is not None:
+            repeat = np.unique(points.repeat, return_inverse=True)[1]
+            shots = shots * (repeat.max(initial=0) + 1) + repeat
+        table.check_all_differ(shots.tolist(), lambda row: _shown(points, row, in_pose[row]))
     for column, why in declared.absent.items():
         if column in table:
             raise wrong("dataset.toml", ("sensor", "kind"), declared.kind, f"{table.file} without {column}: {why}")
