@@ -106,6 +106,7 @@ def diagnose(
     effects: Sequence[Named] | str | None = None,
     seed: int | None = None,
     *,
+    without: Sequence[str] = (),
     validate: Sequence[Data] = (),
     progress: Progress | None = None,
 ) -> "DiagnosisResult | MotionResult":
@@ -115,6 +116,7 @@ def diagnose(
         data: A data set, or the log of a moving arm; or its folder.
         effects: The library of effects, classes or names; `[*robolaser.EFFECTS, Mine]` extends the default.
         seed: Seed of folds and resampling; the same seed gives the same answer.
+        without: Names of effects to remove from the library.
         validate: Other data of the same arm, on which the result is tested.
         progress: Called with the current step and its finished share.
 
@@ -138,10 +140,10 @@ def diagnose(
             raise UsageError("`validate` predicts measured poses: leave it out for the log of a moving arm.")
         log = _motion_log(data)
         names = None if effects is None else _names(_listed(effects))
-        return MotionResult(diagnose_motion(log, names, seed=seed, progress=progress))
+        return MotionResult(diagnose_motion(log, names, without, seed, progress))
     kinds = None if effects is None else _kinds(effects)
     others = [_data_set(one) for one in validate]
-    again = partial(examine, effects=kinds, seed=seed, validate=others, progress=progress)
+    again = partial(examine, effects=kinds, seed=seed, without=without, validate=others, progress=progress)
     return DiagnosisResult.of(again(_data_set(data)), seed or 0, again)
 
 

@@ -1,13 +1,26 @@
-"""Classes that other installed packages announce to a family of ours, by entry point."""
+"""Other installed packages: the classes that they announce to a family of ours, and those that are extras."""
 
 import inspect
 from collections.abc import Iterable, Sequence
+from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from robolaser.errors import PluginError
+from robolaser.errors import DependencyMissing, PluginError
 
 T = TypeVar("T")
+
+
+def extra(module: str, missing: str) -> Any:
+    """A module of an optional package, loaded now.
+
+    Raises:
+        DependencyMissing: With that sentence, if it is not installed.
+    """
+    try:
+        return import_module(module)
+    except ImportError:
+        raise DependencyMissing(missing) from None
 
 
 def announced(

@@ -25,12 +25,9 @@ from robolaser.data.result_folder import results_in
 from robolaser.errors import Interrupted, OutputError
 
 FILES = ("comparison.json", "runs.csv", "report.html")
-AHEAD = 4
-"""Runs handed out for each worker, so that none waits for its next."""
-GRACE_S = 10.0
-"""Time after its limit when a run that hangs is killed."""
-REPORT_S = 0.5
-"""Time between two reports of progress."""
+AHEAD = 4  # runs handed out for each worker, so that none waits for its next
+GRACE_S = 10.0  # time after its limit when a run that hangs is killed
+REPORT_S = 0.5  # time between two reports of progress
 
 
 def compare(
@@ -74,15 +71,7 @@ def compare(
         write: Writes the result's files to `output`.
 
     Raises:
-        UsageError: A problem, algorithm or setting is unknown, or a number is invalid.
-        BenchmarkError: Runs in `output` were made under other conditions, or the cluster is lost.
-        OutputError: `output` cannot be written to, or has runs and neither `resume` nor `force` is set.
-        Interrupted: It was stopped; the runs so far are in `output`.
-
-    Examples:
-        >>> result = robolaser.compare(["pymoo:sphere-2"], ["de"], seeds=1, budget=100)
-        >>> result.to_frame()["state"].tolist()
-        ['done']
+        RobolaserError: As `robolaser.compare`.
     """
     terms = Terms(tuple(range(first_seed, first_seed + seeds)), budget, target, time_limit_s, on_error)
     folder = None if output is None else Path(output)

@@ -13,8 +13,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.benchmark.problem import INFEASIBLE, BenchmarkProblem
 from robolaser.errors import BenchmarkError
 
-Evaluated = Mapping[str, Array]
-"""F, G and H of candidates."""
+Evaluated = Mapping[str, Array]  # F, G and H of candidates
 
 
 @final

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, final
 
-from robolaser.errors import BenchmarkError, DependencyMissing
+from robolaser.errors import BenchmarkError
+from robolaser.plugins import extra
 
-PACKAGES = ("robolaser", "numpy", "scipy", "pymoo")
-"""Whose versions must agree on all machines."""
+PACKAGES = ("robolaser", "numpy", "scipy", "pymoo")  # whose versions must agree on all machines
 CONNECT_S = 10.0
 _START = threading.Lock()
 
@@ -54,16 +54,12 @@ def engine_of(
         with Processes(jobs or cores, time_limit_s) as processes:
             yield Engine(processes, "this machine", jobs or cores)
         return
+    dask = extra("distributed", "A cluster needs Dask, which is not installed: pip install 'robolaser[dask]'.")
     try:
-        from distributed import Client  # noqa: PLC0415 - an extra
-        from distributed.comm import get_address_host_port  # noqa: PLC0415
-    except ImportError:
-        raise DependencyMissing(
-            "A cluster needs Dask, which is not installed: pip install 'robolaser[dask]'."
-        ) from None
-    try:
-        get_address_host_port(scheduler, strict=True)  # a client that was begun with what is no address ends with noise
-        client = Client(scheduler, timeout=CONNECT_S, set_as_default=False)
+        dask.comm.get_address_host_port(
+            scheduler, strict=True
+        )  # a client that was begun with what is no address ends with noise
+        client = dask.Client(scheduler, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise BenchmarkError(
             f"No Dask scheduler answers at {scheduler} ({error}). Start one: dask scheduler."

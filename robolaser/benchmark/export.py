@@ -21,8 +21,7 @@ from robolaser.benchmark.standings.table import Standings
 from robolaser.data.result_folder import json_text
 
 FORMAT = "robolaser-comparison/1"
-LAYOUT = "0.3.18"
-"""Version of the IOHexperimenter whose files these are like."""
+LAYOUT = "0.3.18"  # version of the IOHexperimenter whose files these are like
 HEADER = "evaluations raw_y seconds"
 PRIVATE = ("fingerprint", "front")
 

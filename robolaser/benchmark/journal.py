@@ -40,19 +40,16 @@ class Journal:
         self._runs: dict[RunKey, BenchmarkRun] = {}
         self._sessions: list[float] = []
         if path is not None and path.is_file():
-            text = path.read_text(encoding="utf-8")
-            whole = text[: text.rfind("\n") + 1]
-            if whole != text:
+            self._read(path)
+            if (whole := "".join(self._lines)) != path.read_text(encoding="utf-8"):
                 path.write_text(whole, encoding="utf-8")  # killed amid a line
-            self._read(whole, str(path))
 
     @classmethod
     def read(cls, files: Iterable[Path]) -> "Journal":
         """Of several files together, which stay as they are."""
         journal = cls()
         for file in files:
-            text = file.read_text(encoding="utf-8")
-            journal._read(text[: text.rfind("\n") + 1], str(file))
+            journal._read(file)
         return journal
 
     def __len__(self) -> int:
@@ -126,20 +123,20 @@ class Journal:
             journal="".join(self._lines),
         )
 
-    def _read(self, text: str, where: str) -> None:
+    def _read(self, file: Path) -> None:
         try:
-            for line in text.splitlines():
+            for line in file.read_text(encoding="utf-8").split("\n")[:-1]:
                 said = json.loads(line)
                 if "run" in said:
                     self._ran(said["run"], said["after_s"])
                 elif said["format"] != FORMAT:
                     raise ValueError(f"format {said['format']}, expected {FORMAT}")
                 else:
-                    self._planned(said, where)
+                    self._planned(said, str(file))
                 self._lines.append(f"{line}\n")
         except (ValueError, LookupError, TypeError) as error:
             raise BenchmarkError(
-                f"{where} cannot be read as the runs of a comparison ({type(error).__name__}: {error})."
+                f"{file} cannot be read as the runs of a comparison ({type(error).__name__}: {error})."
                 " Use another folder, or start over with --force."
             ) from None
 

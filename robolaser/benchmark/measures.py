@@ -16,18 +16,15 @@ from robolaser.benchmark.evaluator import ConvergenceTrace
 from robolaser.benchmark.problem import CALIBRATION, SEVERAL, THEORY, ProblemSummary
 from robolaser.benchmark.run import BenchmarkRun
 
-LOWER = 1e-9
-"""A solver has improved the best known cost only if it is lower by more than this share."""
+LOWER = 1e-9  # a solver has improved the best known cost only if it is lower by more than this share
 TOLERANCE = 1e-2
 """The usual target: J within one per cent of the lowest known (RMS within half of one), a cost so much above it."""
 RELATIVE = 10.0 ** np.arange(4.0, -6.5, -0.5)
 """Targets where the cost has a natural zero: from a hundred times the best RMS to half a millionth more than it."""
 ABSOLUTE = 10.0 ** (np.arange(10, -41, -1) / 5)
 """BBOB's 51 targets above the lowest cost, from 1e2 to 1e-8. Hansen et al. 2021 (COCO)."""
-FRONTS = 10.0 ** (np.arange(0, -26, -1) / 5)
-"""Of IGD+, from the extent of the best front to a hundred-thousandth of it."""
-TOGETHER = "all runs together"
-"""Who found a front that theory does not know."""
+FRONTS = 10.0 ** (np.arange(0, -26, -1) / 5)  # of IGD+, from the extent of the best front to a hundred-thousandth of it
+TOGETHER = "all runs together"  # who found a front that theory does not know
 CHUNK = 256
 
 
@@ -81,8 +78,7 @@ def _igd_plus(trace: ConvergenceTrace, best: Array, extent: Array) -> Convergenc
 def _non_dominated(F: Array) -> Array:
     import moocore  # noqa: PLC0415 - only several objectives need it
 
-    kept: Array = F[moocore.is_nondominated(F)]
-    return kept
+    return np.asarray(F[moocore.is_nondominated(F)])
 
 
 def attainment(runs: Sequence[BenchmarkRun]) -> Array:

@@ -29,17 +29,15 @@ from robolaser.benchmark.problem import (
     ProblemSummary,
 )
 from robolaser.data.subsampling import evenly
-from robolaser.errors import BenchmarkError, DependencyMissing, RobolaserError, UsageError, near
+from robolaser.errors import BenchmarkError, RobolaserError, UsageError, near
+from robolaser.plugins import extra
 
 PAPER, REDUCED, SUITE, PYMOO, BBOB = "paper", "reduced:", "suite", "pymoo:", "bbob:"
-NEGLIGIBLE_M2 = 1e-12
-"""Squared error of a point that can be neglected: a micrometre's."""
+NEGLIGIBLE_M2 = 1e-12  # squared error of a point that can be neglected: a micrometre's
 TEST_FUNCTIONS = ("ackley", "griewank", "rastrigin", "rosenbrock", "schwefel", "sphere", "zakharov")
 """pymoo's test functions of any dimension whose lowest cost is known."""
-DIMENSION = 10
-"""Variables of a test function, unless the name says otherwise."""
-FRONT_POINTS = 500
-"""Points of a known front that distances are measured from."""
+DIMENSION = 10  # variables of a test function, unless the name says otherwise
+FRONT_POINTS = 500  # points of a known front that distances are measured from
 RANGE = re.compile(r":instance=(\d+)\.\.(\d+)")
 
 
@@ -249,8 +247,7 @@ def _front(problem: Any) -> Array | None:
             known = None
     if known is None or not np.isfinite(known := np.atleast_2d(np.asarray(known, np.float64))).all():
         return None
-    thinned: Array = known[evenly(len(known), FRONT_POINTS)]
-    return thinned
+    return np.asarray(known[evenly(len(known), FRONT_POINTS)])
 
 
 def _pymoos(text: str, function: str, settings: Mapping[str, Any]) -> Any:
@@ -269,12 +266,7 @@ def _pymoos(text: str, function: str, settings: Mapping[str, Any]) -> Any:
 
 def _bbobs(text: str, function: str, settings: Mapping[str, Any]) -> Any:
     """One of BBOB's 24 functions, above its lowest value."""
-    try:
-        import ioh  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise DependencyMissing(
-            "BBOB comes with `ioh`, which is not installed: pip install 'robolaser[bbob]'."
-        ) from None
+    ioh = extra("ioh", "BBOB comes with `ioh`, which is not installed: pip install 'robolaser[bbob]'.")
     suite = ioh.ProblemClass.BBOB
     number = int(function) if function.isdecimal() else function
     if number not in suite.problems and number not in suite.problems.values():

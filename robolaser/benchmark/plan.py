@@ -15,12 +15,11 @@ from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec, ProblemSu
 from robolaser.benchmark.run import Task, fingerprint
 from robolaser.benchmark.solvers import solvers_of
 from robolaser.benchmark.solvers.solver import Solver
-from robolaser.errors import DependencyMissing, UsageError
+from robolaser.errors import UsageError
+from robolaser.plugins import extra
 
-OUR_SEEDS = (1, 2, 3)
-"""Seeds of our own search for the lowest cost of a calibration, outside the comparison."""
-SLOW_S = 0.02
-"""Time of a candidate from which the time limit is looked at after each, also where they come in batches."""
+OUR_SEEDS = (1, 2, 3)  # seeds of our own search for the lowest cost of a calibration, outside the comparison
+SLOW_S = 0.02  # time of a candidate from which the time limit is looked at after each, also where they come in batches
 
 
 @final
@@ -60,20 +59,13 @@ class Terms:
 @final
 @dataclass(frozen=True, eq=False)
 class BenchmarkPlan:
-    """Every solver runs once with each seed on every problem that it applies to.
+    """Every solver runs once with each seed on every problem that it applies to."""
 
-    Attributes:
-        terms: What is asked of every run.
-        problems: The problems, as they were found.
-        solvers: The solvers by name.
-        refused: Why a solver does not apply to a problem, by (problem, solver).
-        tasks: All runs, those with the first seed first: a comparison that is stopped early is fair to all solvers.
-    """
-
-    terms: Terms
-    problems: tuple[ProblemSummary, ...]
-    solvers: Mapping[str, Solver]
-    refused: Mapping[tuple[str, str], str]
+    terms: Terms  # what is asked of every run
+    problems: tuple[ProblemSummary, ...]  # the problems, as they were found
+    solvers: Mapping[str, Solver]  # the solvers by name
+    refused: Mapping[tuple[str, str], str]  # why a solver does not apply to a problem, by (problem, solver)
+    # all runs, those with the first seed first: a comparison that is stopped early is fair to all solvers
     tasks: tuple[Task, ...]
 
     @classmethod
@@ -169,21 +161,18 @@ def _pickled(thing: Any, name: str) -> bytes:
             return found
     except Exception:  # lambdas, local classes
         pass
+    cloudpickle = extra(
+        "cloudpickle",
+        f"{name} is defined in a script or a notebook, and other processes need cloudpickle to get it:"
+        " pip install 'robolaser[compare]'. Or move it to a module of its own.",
+    )
     try:
-        import cloudpickle  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise DependencyMissing(
-            f"{name} is defined in a script or a notebook, and other processes need cloudpickle to get it:"
-            " pip install 'robolaser[compare]'. Or move it to a module of its own."
-        ) from None
-    try:
-        found = cloudpickle.dumps(thing)
+        return bytes(cloudpickle.dumps(thing))
     except Exception as error:
         raise UsageError(
             f"{name} cannot be sent to another process ({type(error).__name__}: {error}). Leave out what it holds open"
             " (files, connections), or open that at the first evaluation."
         ) from error
-    return bytes(found)
 
 
 def _version(package: str) -> str:

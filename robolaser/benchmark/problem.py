@@ -13,12 +13,10 @@ if TYPE_CHECKING:
 
 INFEASIBLE = 1e30
 """To an algorithm that knows no constraints, a candidate that violates them costs so many times (1 + its violation)."""
-EQUAL = 1e-4
-"""An equality constraint is kept within this, as in pymoo."""
+EQUAL = 1e-4  # an equality constraint is kept within this, as in pymoo
 CALIBRATION, TEST_FUNCTION, OWN, SEVERAL = "calibration", "test function", "own problem", "several objectives"
 """Families of problems; only problems of one family are ranked together."""
-THEORY, OUR_OWN = "theory", "robolaser's own search"
-"""Who found the lowest cost, where no run did."""
+THEORY, OUR_OWN = "theory", "robolaser's own search"  # who found the lowest cost, where no run did
 
 
 @final
@@ -138,14 +136,10 @@ class BenchmarkProblem:
 @final
 @dataclass(frozen=True, eq=False)
 class ProblemSpec:
-    """How a process builds a problem, each run anew: what one run leaves in it must not reach the next.
+    """How a process builds a problem, each run anew: what one run leaves in it must not reach the next."""
 
-    Attributes:
-        name: The problem's.
-        makers: One for each instance; runs with seeds 1, 2, ... take their turns with them.
-    """
-
-    name: str
+    name: str  # the problem's
+    # one for each instance; runs with seeds 1, 2, ... take their turns with them
     makers: tuple[Callable[[], BenchmarkProblem], ...]
 
     def made_for(self, seed: int) -> BenchmarkProblem:

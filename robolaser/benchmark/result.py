@@ -41,8 +41,7 @@ class ResultArrays:
     @property
     def there(self) -> Bools:
         """Runs that were made, (p, a, s)."""
-        there: Bools = ~np.isnan(self.total_s)
-        return there
+        return np.asarray(~np.isnan(self.total_s))
 
 
 def outcomes(running_times: Array, final: Array) -> Array:

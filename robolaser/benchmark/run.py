@@ -19,11 +19,9 @@ DONE, FAILED = "done", "failed"
 PROBE_SEED = 1
 REPEATS = 25
 """Evaluations whose median a noisy problem without `exact` gives for what a run returned; they are not counted."""
-PROBE_DIGITS = 9
-"""Digits of the costs that identify a problem: another machine may round differently."""
+PROBE_DIGITS = 9  # digits of the costs that identify a problem: another machine may round differently
 
-RunKey = tuple[str, str, int]
-"""Problem, algorithm and seed of a run: what identifies it."""
+RunKey = tuple[str, str, int]  # problem, algorithm and seed of a run: what identifies it
 
 
 @final

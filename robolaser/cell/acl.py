@@ -15,21 +15,17 @@ from robolaser.errors import ArmError, DataError
 from robolaser.robot.kinematics import Robot
 
 AXES = 5
-PER_QUARTER = 33
-"""PAR 33 to 37: counts of axes 1 to 5 for 90 degrees; the sign is the encoder's."""
-AT_REFERENCE = 52
-"""PAR 52 to 56: counts of axes 1 to 5 at the reference posture."""
+PER_QUARTER = 33  # PAR 33 to 37: counts of axes 1 to 5 for 90 degrees; the sign is the encoder's
+AT_REFERENCE = 52  # PAR 52 to 56: counts of axes 1 to 5 at the reference posture
 MOST_COUNTS = 10_000_000
 PLACES = ("RLP", "RLQ")
 """The controller's positions, overwritten in turn: one is stored while the arm moves to the other.
 
 Names have five letters at most."""
 SEARCH = "HOME"
-HOMING_S = 300.0
-"""Homing takes one to three minutes."""
+HOMING_S = 300.0  # homing takes one to three minutes
 HOMING_QUIET_S = 1.5
-NUMBER = r"(-?\d{1,9})"
-"""What a disturbed line makes longer is none."""
+NUMBER = r"(-?\d{1,9})"  # what a disturbed line makes longer is none
 PAIRS = re.compile(rf"([1-8])\s*:\s*{NUMBER}(?=\s)")
 WHOLE = re.compile(r"1\s*:[^>]*>")
 PITCH = re.compile(rf"P\s*:\s*{NUMBER}(?=\s)")
@@ -37,8 +33,7 @@ PITCH_OFF = float(np.deg2rad(2.0))
 """Largest difference of two pitches that are the same: signs and what counts as upside down differ."""
 PITCH_CHANGED = float(np.deg2rad(6.0))
 """Change of a pitch from which on it is no chance that it follows from the counts as on an ER V plus."""
-SPOILT = 4
-"""A disturbed line seldom spoils the pitch so often in a row."""
+SPOILT = 4  # a disturbed line seldom spoils the pitch so often in a row
 FOUND = re.compile(r"HOMING\s+COMPLETE", re.IGNORECASE)
 FAILED = re.compile(r"HOM\w*\s+FAIL\w*\s+AXIS\s*(\d)", re.IGNORECASE)
 HOMED = re.compile(f"{FOUND.pattern}|{FAILED.pattern}", re.IGNORECASE)

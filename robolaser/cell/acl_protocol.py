@@ -10,18 +10,13 @@ from robolaser.cell.serial_line import SerialLine
 Reply = TypeVar("Reply")
 
 ENTER = "\r"
-ABORT = "\x01"
-"""Ctrl-A: stops all motion, wherever the controller is."""
-AT_ONCE = 4
-"""How often it is sent without waiting, for a line that loses bytes."""
-SPOIL = "XQ"
-"""Makes any command unknown, for one that was misheard and not yet entered."""
-QUIET_S = 0.9
-"""Half of how long silence may last: after the first half something else is tried."""
+ABORT = "\x01"  # Ctrl-A: stops all motion, wherever the controller is
+AT_ONCE = 4  # how often it is sent without waiting, for a line that loses bytes
+SPOIL = "XQ"  # makes any command unknown, for one that was misheard and not yet entered
+QUIET_S = 0.9  # half of how long silence may last: after the first half something else is tried
 TRIES = 3
 PAUSE_S = 0.2
-SLOW_PERCENT = 10
-"""Speed that is set for what moves the arm without saying how fast [percent]."""
+SLOW_PERCENT = 10  # speed that is set for what moves the arm without saying how fast [percent]
 PROMPT = re.compile(">")
 ECHO = re.compile("echo", re.IGNORECASE)
 NOTHING = re.compile(r"(?!)")

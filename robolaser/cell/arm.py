@@ -60,6 +60,7 @@ class Arm(ABC):
         Raises:
             ArmError: The line cannot be opened, or does not lead to this robot's controller.
             DataError: The robot has more joints than the controller moves.
+            DependencyMissing: A package that speaks with it is not installed.
         """
 
     @abstractmethod
@@ -82,14 +83,8 @@ class Arm(ABC):
         """
 
     def follow(self, q: Array) -> None:
-        """Let all joints follow to angles, (j,), as their servos can, and return at once; see `follows`.
-
-        Raises:
-            ArmRefused: Its controller only takes goals that it plans a motion to.
-        """
-        raise ArmRefused(
-            "This arm plans its motions itself and cannot follow setpoints. Take setpoint_hz out of [arm] in cell.toml."
-        )
+        """Let all joints follow to angles, (j,), as their servos can, and return at once; see `follows`."""
+        raise NotImplementedError  # of an arm that plans its motions itself, `arm_class` refuses setpoints
 
     def prepare(self, q: Array) -> None:  # noqa: B027 - most arms have nothing to prepare
         """Tell the controller where the next motion goes, (j,), while the arm may still move. Nothing moves by this."""

@@ -22,21 +22,14 @@ Warn = Callable[[str], None]
 STREAMS = ("tcp", "udp", "rtp", "rtsp", "rtsps", "http", "https")
 """Of URLs that may be opened: FFmpeg knows many more, which read other files or write."""
 ENDINGS = (".png", ".pgm", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
-WHITE = 250
-"""Grey value from which on a pixel counts as saturated."""
-MOSTLY = 0.5
-MUCH = 0.1
-"""Shares of white pixels: with the first an image is lost; a stripe alone never reaches the second."""
-DARK = 12
-"""Grey that some pixel exceeds in any image that shows something."""
-SILENT_S = 2.0
-"""A camera that sends no image for so long is lost."""
-FIRST_S = 8.0
-"""The first image may take longer: streams are analysed, exposures adjusted."""
-MANUAL = 1.0
-"""What most drivers (V4L2) call exposure by hand."""
-PASSED_ON = 2
-"""Images that may have been exposed before they were wanted, and waited somewhere in between."""
+WHITE = 250  # grey value from which on a pixel counts as saturated
+MOSTLY = 0.5  # share of white pixels with which an image is lost,
+MUCH = 0.1  # and that a stripe alone never reaches
+DARK = 12  # grey that some pixel exceeds in any image that shows something
+SILENT_S = 2.0  # a camera that sends no image for so long is lost
+FIRST_S = 8.0  # the first image may take longer: streams are analysed, exposures adjusted
+MANUAL = 1.0  # what most drivers (V4L2) call exposure by hand
+PASSED_ON = 2  # images that may have been exposed before they were wanted, and waited somewhere in between
 OPENING_MS = 8000  # of a stream,
 READING_MS = 2000  # and of its next image
 RAW = -1.0  # format by which OpenCV hands images on as they were sent: its own decoding hides a change of size

@@ -7,8 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 
-PEAK = 1.875
-"""Highest speed over mean speed of the smoothest motions usual (a polynomial of fifth degree)."""
+PEAK = 1.875  # highest speed over mean speed of the smoothest motions usual (a polynomial of fifth degree)
 LEAST_S = 0.5
 
 

@@ -10,7 +10,6 @@ from functools import partial
 from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
 from robolaser.cell.plan_validation import RouteCheck, reach
@@ -20,10 +19,12 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import sensor_format
 from robolaser.errors import PlanError
 from robolaser.estimation.optimal_poses import planned
+from robolaser.geometry.rigid_motion import from_quaternion
 from robolaser.model.sensors.placements import numbers_of_motion
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import foot_of, random_configurations
+from robolaser.simulation.nominal import facing_outward
 
 AHEAD = 0.55  # distance of the board's middle from the base, in the arm's reach
 MIDDLE = (5, 4)  # inner corners of the part of the board that every pose is to show
@@ -52,7 +53,7 @@ def layout(cell: Cell) -> Layout:
     robot, board = cell.robot, cell.description.board
     assert board is not None  # a new cell has one
     T_camera, T_board = np.eye(4), np.eye(4)
-    T_camera[:3, :3] = _turned_to(_pointing(robot))
+    T_camera[:3, :3] = from_quaternion(np.array(facing_outward(robot)))
     ahead_m = AHEAD * reach_of(robot)
     front = _front(robot)
     name = "xy"[int(np.abs(front).argmax())]
@@ -165,20 +166,3 @@ def _front(robot: Robot) -> Array:
     mean = (robot.forward(_straight_ahead(robot)[None])[0, :, :2, 3] - foot_of(robot)[:2]).mean(axis=0)
     axis = int(np.abs(mean).argmax())
     return np.asarray(np.eye(3)[axis] * np.sign(mean[axis]))
-
-
-def _pointing(robot: Robot) -> Array:
-    """Where the flange points, (3,) in its frame: along the last joint's axis, away from the joint before it."""
-    q = np.zeros(len(robot.joints))
-    frames, T_base_flange = robot.joint_frames(q), robot.forward(q)
-    axis = frames[-1, :3, :3] @ robot.axes[robot.chain[-1]]
-    outwards = np.sign(axis @ (T_base_flange[:3, 3] - frames[-2, :3, 3])) or 1.0
-    pointing: Array = outwards * axis @ T_base_flange[:3, :3]
-    return pointing
-
-
-def _turned_to(z: Array) -> Array:
-    """A rotation, (3, 3), whose z axis is a direction, by the shortest turn."""
-    turn, _ = Rotation.align_vectors(z[None], [[0.0, 0.0, 1.0]])
-    R: Array = turn.as_matrix()
-    return R

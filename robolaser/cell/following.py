@@ -19,14 +19,11 @@ from robolaser.data.writing import robot_table, toml_lines
 from robolaser.errors import ArmError
 from robolaser.robot.kinematics import Robot
 
-BEHIND = np.deg2rad(15.0)
-"""How far a joint may be from its setpoint: hobby servos stay behind by up to 10° [rad or m]."""
-LOOK_S = 0.5
-"""Time between two looks for faults."""
+BEHIND = np.deg2rad(15.0)  # how far a joint may be from its setpoint: hobby servos stay behind by up to 10° [rad or m]
+LOOK_S = 0.5  # time between two looks for faults
 REST_S, PATIENCE_S = 0.4, 3.0
 """A joint rests that has not moved for so long; one that still moves after so long does not come to rest."""
-STEPS = 2.5
-"""Of the encoder, that an arm at rest may seem to move."""
+STEPS = 2.5  # of the encoder, that an arm at rest may seem to move
 
 TABLE = "motion/motion.csv"
 LOG_FILES = (TABLE, "motion/dataset.toml", "motion/robot.urdf")
@@ -133,8 +130,7 @@ class SetpointLog:
     def __init__(self, cell: Cell) -> None:
         self._name, self._robot = cell.description.name, cell.robot
         self._rows: list[list[str]] = []
-        self.step_rad: float | None = None
-        """What readings are rounded to; None: not known."""
+        self.step_rad: float | None = None  # what readings are rounded to; None: not known
 
     def add(self, series: str, ticks: Sequence[Tick]) -> None:
         """Note the motion to a pose."""

@@ -64,9 +64,7 @@ class BusArm(LineArm):
         """Nothing: their encoders are absolute."""
 
     def _angles(self, counts: Ints) -> Array:
-        angles: Array = self._reference + self._direction * counts * self.counted_rad
-        return angles
+        return np.asarray(self._reference + self._direction * counts * self.counted_rad)
 
     def _counts(self, q: Array) -> Ints:
-        counts: Ints = np.rint(self._direction * (q - self._reference) / self.counted_rad).astype(np.int64)
-        return counts
+        return np.asarray(np.rint(self._direction * (q - self._reference) / self.counted_rad).astype(np.int64))

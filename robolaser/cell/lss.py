@@ -20,12 +20,9 @@ QUIET_S = 0.6
 TRIES = 3
 STARTS = 5
 HALTS = 5
-AT_ONCE = 8
-"""How often a halt is said without waiting, for a line that swallows bytes."""
-SOON_S = 0.2
-"""Longest wait for a servo to say where it is going, while it may be going elsewhere."""
-SLOWEST = 10
-"""Least cap on a servo's speed, for one that has nowhere to go [tenths of a degree/s]."""
+AT_ONCE = 8  # how often a halt is said without waiting, for a line that swallows bytes
+SOON_S = 0.2  # longest wait for a servo to say where it is going, while it may be going elsewhere
+SLOWEST = 10  # least cap on a servo's speed, for one that has nowhere to go [tenths of a degree/s]
 TROUBLE = {7: "outside its limits", 8: "stuck", 9: "blocked", 10: "in safe mode"}
 ADVICE = "Free the arm, let it cool down, and switch its power off and on."
 

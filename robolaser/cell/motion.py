@@ -16,21 +16,17 @@ from robolaser.robot.kinematics import Robot
 POLL_S = 0.05
 ALIKE_S = 0.1
 """Two readings so far apart in time that agree are a rest, and no disturbed line says the same wrong thing twice."""
-STEPS = 2.5
-"""Of the encoder: how near is there."""
+STEPS = 2.5  # of the encoder: how near is there
 NEAR = np.deg2rad(0.1)
 """How near to its goal an arm rests at least, however fine its encoders: servos let go a little [rad or m]."""
 STRAY = np.deg2rad(3.0)
 """How far a joint may be off the straight way: they overshoot, and do not gain speed all alike [rad or m]."""
-PATIENCE = 2.0
-PATIENCE_S = 4.0
-"""A motion may take this many times as long as it was given, and so much longer."""
-STILL_S = 3.0
-"""A joint that has not moved for a motion's time and so much longer, and should have, will not arrive."""
+PATIENCE = 2.0  # a motion may take this many times as long as it was given,
+PATIENCE_S = 4.0  # and so much longer
+STILL_S = 3.0  # a joint that has not moved for a motion's time and so much longer, and should have, will not arrive
 STOPPED_ALIKE = 3
 """Readings after a stop: a bad line may swallow one sign in two of them, and the next run goes on from there."""
-STOPPING_S = 1.0
-"""An arm that still moves so long after it was told to stop did not hear it."""
+STOPPING_S = 1.0  # an arm that still moves so long after it was told to stop did not hear it
 STOPS = 5
 TINY = 1e-12
 
@@ -170,8 +166,7 @@ class Mover:
         way = goal - start
         share = np.clip((q - start) @ way / max(float(way @ way), TINY), 0.0, 1.0)
         apart = 0.0 if self._arm.synchronous_read else np.abs(q - last)
-        off: Array = np.abs(q - start - share * way) - apart
-        return off
+        return np.asarray(np.abs(q - start - share * way) - apart)
 
     def _not_arrived(self, place: str, q: Array, goal: Array, reason: str) -> ArmError:
         joint, stands, wanted = at_worst(self._robot, np.abs(q - goal) / self.near, q, goal)

@@ -24,8 +24,7 @@ from robolaser.robot.by_name import RobotEntry, find_robot, known_robots
 CELL_FILES: Final = (
     "README.md", "board.pdf", "cell.toml", "dataset.toml", "motions.csv", "poses.csv", "world.toml"
 )  # fmt: skip
-FOLLOW_HZ, FOLLOW_RAD_S = 50, 0.8
-"""Of arms of small servos that follow setpoints."""
+FOLLOW_HZ, FOLLOW_RAD_S = 50, 0.8  # of arms of small servos that follow setpoints
 FOLLOWING: Final = ("dynamixel", "feetech")
 EMULATED: Final = ("acl", *FOLLOWING)
 BOARD: Final = Board(10, 7, 0.020, "charuco", 0.015, "DICT_4X4_100")  # which fits on a sheet of A4

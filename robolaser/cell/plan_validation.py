@@ -20,8 +20,7 @@ from robolaser.robot.postures import foot_of
 FINE = 0.02
 """All joints together turn no further than this from one place that is checked to the next: 12 mm at 0.6 m, so that
 nothing passes farther than 6 mm from a place that was checked [rad or m]."""
-SLACK = 0.002
-"""An arm that stands on a limit reads a little beyond it [rad or m]."""
+SLACK = 0.002  # an arm that stands on a limit reads a little beyond it [rad or m]
 SENSOR = "the sensor"
 LISTED = 12  # violations that a message lists
 
@@ -66,14 +65,12 @@ def lowest(robot: Robot, q: Array, tools: Array) -> Array:
     flange = robot.forward(q)
     joints = robot.joint_frames(q)[:, 1:, 2, 3]
     sensor = (tools @ np.swapaxes(flange[:, :3, :3], -1, -2) + flange[:, None, :3, 3])[..., 2]
-    height: Array = np.concatenate([joints, flange[:, 2, 3:], sensor], axis=1).min(axis=1)
-    return height
+    return np.asarray(np.concatenate([joints, flange[:, 2, 3:], sensor], axis=1).min(axis=1))
 
 
 def reach(robot: Robot, q: Array) -> Array:
     """Distance of the flange from the foot of the first joint, (n,) [m]."""
-    distance: Array = np.linalg.norm(robot.forward(q)[:, :3, 3] - foot_of(robot), axis=1)
-    return distance
+    return np.asarray(np.linalg.norm(robot.forward(q)[:, :3, 3] - foot_of(robot), axis=1))
 
 
 @final

@@ -58,10 +58,8 @@ class RecordingWriter:
         self.folder = folder
         self.waypoints = tuple(waypoints)
         self.shots = shots
-        self.time_s = 0.0
-        """Since when the next entry counts from."""
-        self.begun = False
-        """Whether anything is on the disk."""
+        self.time_s = 0.0  # since when the next entry counts from
+        self.begun = False  # whether anything is on the disk
         self._cell = cell
         self._robot = cell.robot
         self._rows: list[dict[str, str]] = []

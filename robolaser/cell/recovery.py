@@ -45,7 +45,8 @@ def recorded_rows(table: Path, columns: Sequence[str]) -> list[dict[str, str]]:
     rows = [
         dict(zip(columns, cells, strict=True)) for cells in zip(*(read.cells(name) for name in columns), strict=True)
     ]
-    return [row for row in rows if all(_is_whole(table.parent / image) for image in _images(row))]
+    images = [[cell for name, cell in row.items() if name.startswith("image") and cell] for row in rows]
+    return [row for row, own in zip(rows, images, strict=True) if all(_is_whole(table.parent / one) for one in own)]
 
 
 def pictured(folder: Path) -> list[str]:
@@ -73,10 +74,6 @@ def _is_whole(image: Path) -> bool:
     except DataError:
         return False
     return data.startswith(PNG_BEGINS) and data.endswith(PNG_ENDS)
-
-
-def _images(row: dict[str, str]) -> list[str]:
-    return [cell for name, cell in row.items() if name.startswith("image") and cell]
 
 
 def _another_cell(folder: Path, what: str) -> DataError:

@@ -9,17 +9,12 @@ from robolaser.cell.failures import LineFlooded, line_lost
 from robolaser.data.cell_config import ArmLine
 from robolaser.errors import ArmError
 
-SCHEMES = ("socket", "rfc2217", "loop")
-"""Of URLs that may be opened; what loop:// hears is what it sent."""
+SCHEMES = ("socket", "rfc2217", "loop")  # of URLs that may be opened; what loop:// hears is what it sent
 LETTERS = "latin-1"
-TICK_S = 0.02
-"""Longest that one look for bytes takes."""
-WRITE_S = 1.0
-"""Longest that a device may hold back what is sent to it."""
-MOST = 16_384
-"""Characters that may come without an answer among them; the longest answer has some hundred."""
-LONGEST_S = 6.0
-"""How long a device may send without an answer; the longest takes a quarter of a second at 9600 baud."""
+TICK_S = 0.02  # longest that one look for bytes takes
+WRITE_S = 1.0  # longest that a device may hold back what is sent to it
+MOST = 16_384  # characters that may come without an answer among them; the longest answer has some hundred
+LONGEST_S = 6.0  # how long a device may send without an answer; the longest takes a quarter of a second at 9600 baud
 
 
 @final
@@ -42,7 +37,12 @@ class SerialLine:
         Raises:
             ArmError: It is none of these, or cannot be opened.
         """
-        _refuse_other_schemes(arm.port)
+        scheme, separator, _ = arm.port.partition("://")
+        if separator and scheme.lower() not in SCHEMES:  # spy:// truncates files, alt:// loads code by name
+            raise ArmError(
+                f"Port {arm.port}: {scheme}:// is not allowed. Use a device such as /dev/ttyUSB0, or"
+                f" socket://HOST:PORT or rfc2217://HOST:PORT."
+            )
         import serial  # noqa: PLC0415 - importing devices opens nothing, and loads nothing either
 
         try:
@@ -134,13 +134,3 @@ def _ports() -> Sequence[str]:
     from serial.tools.list_ports import comports  # noqa: PLC0415
 
     return sorted(port.device for port in comports() if port.hwid != "n/a")
-
-
-def _refuse_other_schemes(port: str) -> None:
-    """Refuse pyserial's other URLs: spy:// truncates files, alt:// loads code by name."""
-    scheme, separator, _ = port.partition("://")
-    if separator and scheme.lower() not in SCHEMES:
-        raise ArmError(
-            f"Port {port}: {scheme}:// is not allowed. Use a device such as /dev/ttyUSB0, or"
-            f" socket://HOST:PORT or rfc2217://HOST:PORT."
-        )

@@ -16,16 +16,12 @@ import numpy as np
 
 from robolaser.arrays import Ints
 
-READ_ALL, WRITE_ALL = 0x82, 0x83
-"""SYNC READ, which each servo answers in turn, and SYNC WRITE, which none answers."""
+READ_ALL, WRITE_ALL = 0x82, 0x83  # SYNC READ, which each servo answers in turn, and SYNC WRITE, which none answers
 EVERYBODY = 0xFE
 CRC_POLYNOMIAL = 0x8005
-RAMP = 0.25
-"""Share of a motion's time in which it gains speed."""
-STEEPEST = 254
-"""Acceleration of Feetech's servos at most [100 steps/s2]."""
-BRAKING = 100, STEEPEST
-"""Speed [steps/s] and acceleration [100 steps/s2] of Feetech's servos that are told to stop."""
+RAMP = 0.25  # share of a motion's time in which it gains speed
+STEEPEST = 254  # acceleration of Feetech's servos at most [100 steps/s2]
+BRAKING = 100, STEEPEST  # speed [steps/s] and acceleration [100 steps/s2] of Feetech's servos that are told to stop
 WRONG_VOLTAGE, TOO_HOT, OVERLOADED = "wrong voltage", "too hot", "overloaded"
 NO_READING = "no reading of its encoder"
 
@@ -129,5 +125,4 @@ def crc16(data: bytes) -> int:
     return crc
 
 
-SERVOS: Mapping[str, Dynamixel | Feetech] = {"dynamixel": Dynamixel(), "feetech": Feetech()}
-"""By the kind of arm."""
+SERVOS: Mapping[str, Dynamixel | Feetech] = {"dynamixel": Dynamixel(), "feetech": Feetech()}  # by the kind of arm

@@ -21,10 +21,8 @@ from robolaser.data.cell_config import Cell
 from robolaser.data.image_list import UNLIT
 from robolaser.errors import Interrupted, PlanError, RobolaserError, unwritable
 
-LIGHT_GREY = 40
-"""A visible laser brightens some pixel at least by this; noise alone by a dozen."""
-SAGGED = np.deg2rad(1.0)
-"""How far an arm gives way while its motors are off [rad or m]."""
+LIGHT_GREY = 40  # a visible laser brightens some pixel at least by this; noise alone by a dozen
+SAGGED = np.deg2rad(1.0)  # how far an arm gives way while its motors are off [rad or m]
 
 
 @final

@@ -12,20 +12,15 @@ from robolaser.cell.clock import Clock
 from robolaser.cell.failures import alarm, joints_differ, line_lost, refused
 from robolaser.data.cell_config import Cell
 from robolaser.errors import ArmError
+from robolaser.plugins import extra
 
-STEP = 1e-5
-"""Readings of a joint at rest differ by less [rad]."""
-RAMP = 0.25
-"""Share of a motion's time in which it gains speed."""
-SLOWEST, GENTLEST = 0.001, 0.05
-"""Least speed and acceleration that are asked for [rad/s, rad/s2]."""
-BRAKING = 2.0
-"""When it is stopped [rad/s2]."""
-STALE_S = 1.0
-"""A controller sends 125 or 500 readings a second."""
+STEP = 1e-5  # readings of a joint at rest differ by less [rad]
+RAMP = 0.25  # share of a motion's time in which it gains speed
+SLOWEST, GENTLEST = 0.001, 0.05  # least speed and acceleration that are asked for [rad/s, rad/s2]
+BRAKING = 2.0  # when it is stopped [rad/s2]
+STALE_S = 1.0  # a controller sends 125 or 500 readings a second
 POLL_S = 0.005
-VIOLATION, FAULT = 251, 252
-"""Joint modes of a joint in trouble."""
+VIOLATION, FAULT = 251, 252  # joint modes of a joint in trouble
 ADVICE = "Look for what it ran into, and unlock it at the teach pendant."
 
 
@@ -38,24 +33,18 @@ class UrArm(Arm):
     absolute_encoders: ClassVar[bool] = True
 
     def __init__(self, address: str, joints: Sequence[str], clock: Clock) -> None:
-        try:
-            import rtde_control  # noqa: PLC0415 - who has another arm needs none of this
-            import rtde_io  # noqa: PLC0415
-            import rtde_receive  # noqa: PLC0415
-        except ImportError:
-            raise ArmError(
-                f"The arm at {address} is of kind 'ur', which needs the package ur-rtde: pip install 'robolaser[ur]'."
-            ) from None
+        missing = f"The arm at {address} is of kind 'ur', which needs the package ur-rtde: pip install 'robolaser[ur]'."
+        control, io, receive = (extra(f"rtde_{part}", missing) for part in ("control", "io", "receive"))
         self._address, self._joints, self._clock = address, tuple(joints), clock
         self._stamp = -1.0
         with ExitStack() as ends:
             try:
-                self._receive: Any = rtde_receive.RTDEReceiveInterface(address)
+                self._receive: Any = receive.RTDEReceiveInterface(address)
                 ends.callback(_end, self._receive.disconnect)
-                self._control: Any = rtde_control.RTDEControlInterface(address)
+                self._control: Any = control.RTDEControlInterface(address)
                 ends.callback(_end, self._control.disconnect)
                 ends.callback(_end, self._control.stopScript)
-                self._io: Any = rtde_io.RTDEIOInterface(address)
+                self._io: Any = io.RTDEIOInterface(address)
                 ends.callback(_end, self._io.disconnect)
             except RuntimeError as error:
                 raise ArmError(
@@ -73,7 +62,8 @@ class UrArm(Arm):
         """Connect with the controller.
 
         Raises:
-            ArmError: It cannot be reached, or the package is not installed.
+            ArmError: It cannot be reached.
+            DependencyMissing: The package is not installed.
         """
         return cls(cell.arm.port, cell.robot.joints, clock)
 

@@ -12,8 +12,7 @@ from robolaser.cell.clock import Clock
 from robolaser.cell.recording_writer import RecordingWriter, Sample
 from robolaser.errors import RobolaserError
 
-AT_A_TIME_S = 2.0
-"""How much may be lost when the computer dies; to write interrupts the recording for a moment."""
+AT_A_TIME_S = 2.0  # how much may be lost when the computer dies; to write interrupts the recording for a moment
 
 
 def watch(

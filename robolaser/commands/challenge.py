@@ -181,7 +181,7 @@ def summary(scored: Mapping[str, Any]) -> list[str]:
     lines = aligned([head, *map(_share, shares, shares.values())], str.rjust)
     lines += [""]
     kinds = [
-        (kind, str(part["worlds"]), *(_percent(part[name]) for name in COLUMNS))
+        (kind, str(part["worlds"]), *(f"{one['share']:.0%}" if one["of"] else "-" for one in map(part.get, COLUMNS)))
         for kind, part in scored["kinds"].items()
     ]
     return lines + aligned([("kind", "data sets", *COLUMNS.values()), *kinds], str.rjust)
@@ -192,7 +192,3 @@ def _share(title: str, part: Mapping[str, Any]) -> tuple[str, ...]:
         return title, "-", "", ""
     low, high = part["ci95"]
     return title, f"{part['right']}/{part['of']}", f"{part['share']:.1%}", f"{low:.0%}..{high:.0%}"
-
-
-def _percent(part: Mapping[str, Any]) -> str:
-    return f"{part['share']:.0%}" if part["of"] else "-"

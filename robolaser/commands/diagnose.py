@@ -36,31 +36,22 @@ def diagnose(
         seed: Seed of the random draws.
         force: Overwrite an earlier result.
     """
+    from robolaser import api
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
-    from robolaser.diagnosis import examine
     from robolaser.export.files import is_withheld
-    from robolaser.motion.log import MotionLog
-    from robolaser.motion.reading import is_motion, load_motion
+    from robolaser.motion.reading import is_motion
     from robolaser.results.diagnosis import DIAGNOSIS_FILES, DiagnosisResult
+    from robolaser.results.motion import MOTION_FILES
 
-    files: tuple[str, ...] = DIAGNOSIS_FILES
-    if moves := is_motion(dataset):
-        from robolaser.motion.diagnosis import diagnose_motion
-        from robolaser.results.motion import MOTION_FILES, MotionResult
-
-        files = MOTION_FILES
+    moves = is_motion(dataset)
     refuse(f"{dataset} is the log of a moving arm, without measured poses", {"--validate": moves and validate})
-    data, others = load_motion(dataset) if moves else load(dataset), [load(other) for other in validate]
+    data, others = api.load(dataset), [load(other) for other in validate]
     terminal.warn(*data.warnings)
+    files = MOTION_FILES if moves else DIAGNOSIS_FILES
     with results_in(output, command="diagnose", files=files, inputs=[dataset, *validate], force=force):
         with terminal.progress() as progress:
-            result: DiagnosisResult | MotionResult
-            if isinstance(data, MotionLog):
-                result = MotionResult(diagnose_motion(data, without=without, seed=seed, progress=progress))
-            else:
-                found = examine(data, seed=seed, without=without, validate=others, progress=progress)
-                result = DiagnosisResult.of(found, seed)
+            result = api.diagnose(data, seed=seed, without=without, validate=others, progress=progress)
         texts = result.files(command=typed)
         write_results(output, texts)
     if isinstance(result, DiagnosisResult) and result.model and is_withheld(result.model):

@@ -15,23 +15,14 @@ Printed = Literal["checkerboard", "charuco", "circles", "modified_circles"]
 @final
 @dataclass(frozen=True)
 class Board:
-    """A printed board.
+    """A printed board."""
 
-    Attributes:
-        columns: Inner corners along x, or circles.
-        rows: The same along y.
-        square_m: Side of a square, or distance of circles [m].
-        kind: What is printed on it; one of the modified circles is larger, and is the origin.
-        marker_m: Side of a ChArUco board's markers [m].
-        dictionary: OpenCV's name of the markers' dictionary, such as "DICT_6X6_250".
-    """
-
-    columns: Annotated[int, Meta(ge=3)]
-    rows: Annotated[int, Meta(ge=3)]
-    square_m: Positive
-    kind: Printed = "checkerboard"
-    marker_m: Positive | None = None
-    dictionary: str | None = None
+    columns: Annotated[int, Meta(ge=3)]  # inner corners along x, or circles
+    rows: Annotated[int, Meta(ge=3)]  # the same along y
+    square_m: Positive  # side of a square, or distance of circles [m]
+    kind: Printed = "checkerboard"  # what is printed on it; one of the modified circles is larger, and is the origin
+    marker_m: Positive | None = None  # side of a ChArUco board's markers [m]
+    dictionary: str | None = None  # OpenCV's name of the markers' dictionary, such as "DICT_6X6_250"
 
     @property
     def corners(self) -> Array:

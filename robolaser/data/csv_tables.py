@@ -16,8 +16,7 @@ from robolaser.errors import DataError, near, unreadable
 
 BLOCK_ROWS = 2_000  # taken apart at a time: memory holds the columns of a table, and never all of its cells
 
-Cells = tuple[str, ...] | Array
-"""Of a column: texts, or numbers, (rows,)."""
+Cells = tuple[str, ...] | Array  # of a column: texts, or numbers, (rows,)
 
 
 @final

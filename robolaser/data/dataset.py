@@ -20,8 +20,7 @@ from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
 
-COMMAND = "q_command_"
-"""Begins the name of a column with the commanded value of a joint."""
+COMMAND = "q_command_"  # begins the name of a column with the commanded value of a joint
 
 
 @final
@@ -164,26 +163,19 @@ def _taken(table: RowTable, rows: Ints) -> RowTable:
 @final
 @dataclass(frozen=True)
 class SensorData:
-    """A sensor of a data set.
+    """A sensor of a data set."""
 
-    Attributes:
-        name: What results call it; "" where it is the only one.
-        data: A data set of its own: what dataset.toml says of it; among `sensors` also all poses, and what it saw.
-        file: Its points, as `points.csv`.
-        camera: Name of its camera: sensors that look through one camera have one name here; "" where it is the only
-            sensor.
-        target: Name of its target; likewise.
-        metres_per_unit: What a unit of its residuals counts for beside those of the others [m]: typically what a pixel
-            shows on the target.
-        rows: Among `sensors`, its rows among those of all, (m,).
-    """
-
-    name: str
+    name: str  # what results call it; "" where it is the only one
+    # a data set of its own: what dataset.toml says of it; among `sensors` also all poses, and what it saw
     data: "Dataset"
-    file: str = "points.csv"
+    file: str = "points.csv"  # its points, as `points.csv`
+    # name of its camera: sensors that look through one camera have one name here; "" where it is the only sensor
     camera: str = ""
-    target: str = ""
+    target: str = ""  # name of its target; likewise
+    # what a unit of its residuals counts for beside those of the others [m]: typically what a pixel shows on the
+    # target
     metres_per_unit: float = 1.0
+    # among `sensors`, its rows among those of all, (m,)
     rows: Ints = field(default_factory=lambda: np.empty(0, np.int64))
 
     @property

@@ -120,9 +120,15 @@ def _poses(datasets: Mapping[str, Dataset]) -> Poses:
 
 
 def _points(datasets: Sequence[Dataset]) -> Points:
-    """Of all of them; a shot where nothing says which is the first."""
+    """Of all of them, with the numbers that their poses have together."""
     before = np.cumsum([0, *(len(one.poses) for one in datasets)])[:-1]
-    parts = [replace(one.points, pose=one.points.pose + n) for one, n in zip(datasets, before, strict=True)]
+    return stacked_points(
+        [replace(one.points, pose=one.points.pose + n) for one, n in zip(datasets, before, strict=True)]
+    )
+
+
+def stacked_points(parts: Sequence[Points]) -> Points:
+    """The rows of all of them; shots of those that do not number them are the first."""
     if any(one.repeat is not None for one in parts):
         parts = [one if one.repeat is not None else replace(one, repeat=np.zeros(len(one), np.int64)) for one in parts]
     return stacked(parts)

@@ -8,8 +8,7 @@ import msgspec
 
 from robolaser.errors import DataError
 
-TURN: Final = 4096
-"""Counts of a servo's turn."""
+TURN: Final = 4096  # counts of a servo's turn
 
 
 @final

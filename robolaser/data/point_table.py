@@ -31,7 +31,11 @@ def points_of(table: CsvTable, described: Dataset) -> Points:
     if "repeat" in table:
         points = replace(points, repeat=_repeats(table))
     if not declared.many_rows:
-        table.check_all_differ(_shots(points).tolist(), lambda row: _shown(points, row, in_pose[row]))
+        shots = points.place
+        if points.repeat is not None:
+            repeat = np.unique(points.repeat, return_inverse=True)[1]
+            shots = shots * (repeat.max(initial=0) + 1) + repeat
+        table.check_all_differ(shots.tolist(), lambda row: _shown(points, row, in_pose[row]))
     for column, why in declared.absent.items():
         if column in table:
             raise wrong("dataset.toml", ("sensor", "kind"), declared.kind, f"{table.file} without {column}: {why}")
@@ -62,15 +66,6 @@ def _repeats(table: CsvTable) -> Ints:
         expected = f"a whole number up to {LARGEST_REPEAT:.0g}"
         raise bad_cell(table.file, table.lines[i], "repeat", f"{numbers[i]:.12g}", expected)
     return numbers.astype(np.int64)
-
-
-def _shots(points: Points) -> Ints:
-    """Number of each row's shot of its point, (m,)."""
-    if points.repeat is None:
-        return points.place
-    _, repeat = np.unique(points.repeat, return_inverse=True)
-    shots: Ints = points.place * (repeat.max(initial=0) + 1) + repeat
-    return shots
 
 
 def _shown(points: Points, row: int, pose: str) -> str:

@@ -13,8 +13,7 @@ POSE_UNITS = {"x": "m", "y": "m", "z": "m", "w": "rad", "phi": "rad", "psi": "ra
 PIXEL = ("u_px", "v_px")
 XYZ = ("x_m", "y_m", "z_m")
 QUATERNION = ("qx", "qy", "qz", "qw")
-Mount = Literal["flange", "base"]
-"""What carries the sensor."""
+Mount = Literal["flange", "base"]  # what carries the sensor
 SENSORS = "robolaser.model.sensors"
 """Who knows the sensors that robolaser and installed packages bring; it stands above this file."""
 

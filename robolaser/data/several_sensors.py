@@ -8,6 +8,7 @@ import numpy as np
 from msgspec import Meta
 
 from robolaser.data.dataset import Dataset, Points, SensorData
+from robolaser.data.joining import stacked_points
 from robolaser.data.toml_schema import refused, typed, wrong
 from robolaser.errors import DataError
 
@@ -107,17 +108,12 @@ def scanner_with_corners(scanner: Dataset, corners: Points) -> Dataset:
 
 def _joined(names: Sequence[str], points: Sequence[Points]) -> Points:
     widths = {name: values.shape[1] for one in points for name, values in one.arrays.items()}
-    arrays = {
-        name: np.concatenate([one.arrays.get(name, np.zeros((len(one), width))) for one in points])
-        for name, width in widths.items()
-    }
-    repeats = [np.zeros(len(one), np.int64) if one.repeat is None else one.repeat for one in points]
-    return Points(
-        np.concatenate([one.pose for one in points]),
-        tuple(f"{name}/{point}" for name, one in zip(names, points, strict=True) for point in one.names),
-        np.concatenate(repeats) if any(one.repeat is not None for one in points) else None,
-        sensor=np.repeat(np.arange(len(points)), [len(one) for one in points]),
-    ).with_arrays(arrays)
+    parts = []
+    for number, (sensor, one) in enumerate(zip(names, points, strict=True)):
+        arrays = {name: one.arrays.get(name, np.zeros((len(one), width))) for name, width in widths.items()}
+        named = tuple(f"{sensor}/{point}" for point in one.names)
+        parts.append(replace(one, names=named, sensor=np.full(len(one), number)).with_arrays(arrays))
+    return stacked_points(parts)
 
 
 def _metres_per_unit(described: Dataset, points: Points) -> float:

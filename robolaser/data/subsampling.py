@@ -7,12 +7,9 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 
-MAX_POSES = 300
-"""Poses with rows in which effects are sought: one that needs more to be seen is far below what matters."""
-MAX_ROWS = 4000
-"""Rows that are kept, as long as each pose has a few: rows of a pose share most of their errors."""
-MIN_ROWS = 3
-"""Of each pose, where it has as many: enough to tell a stripe's shift from its tilt."""
+MAX_POSES = 300  # poses with rows in which effects are sought: one that needs more to be seen is far below what matters
+MAX_ROWS = 4000  # rows that are kept, as long as each pose has a few: rows of a pose share most of their errors
+MIN_ROWS = 3  # of each pose, where it has as many: enough to tell a stripe's shift from its tilt
 
 
 def evenly(count: int, most: int) -> Ints:

@@ -81,7 +81,8 @@ def typed(values: object, type_: type[T], *, file: str, at: Key = ()) -> T:
             key = (*key, found["missing"])
             raise lacking(file, _name(at + key), f": expected {_expected(_part(schema, key), key[-1])}") from None
         part = _part(schema, key)
-        raise wrong(file, at + key, entries[key], _expected(part, key[-1]), _choices(part)) from None
+        choices = [str(value) for value in part.values] if isinstance(part, inspect.LiteralType) else []
+        raise wrong(file, at + key, entries[key], _expected(part, key[-1]), choices) from None
 
 
 def wrong(file: str, key: Key, value: object, expected: str, choices: Sequence[str] = ()) -> DataError:
@@ -150,10 +151,6 @@ def _fields(schema: inspect.Type | None) -> dict[str, inspect.Type]:
 def _alternatives(schema: inspect.Type) -> tuple[inspect.Type, ...]:
     types = schema.types if isinstance(schema, inspect.UnionType) else (schema,)
     return tuple(part for part in types if not isinstance(part, inspect.NoneType))
-
-
-def _choices(schema: inspect.Type | None) -> list[str]:
-    return [str(value) for value in schema.values] if isinstance(schema, inspect.LiteralType) else []
 
 
 def _expected(schema: inspect.Type | None, name: str | int, otherwise: str = "another value") -> str:

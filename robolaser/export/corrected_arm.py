@@ -68,7 +68,8 @@ class CorrectedArm:
         found = np.zeros(1)
         for spread in SEARCHED_KG if self.springs else ():
             tried = np.maximum(found + spread, 0.0)
-            left = sum(np.sum((one.sunk - _wound(one, tried)) ** 2, axis=1) for one in self.springs)
+            fits = ((one.sunk, _compliance(one, tried)[:, None] * _torque(one, tried)) for one in self.springs)
+            left = sum(np.sum((sunk - wound) ** 2, axis=1) for sunk, wound in fits)
             found = tried[[np.argmin(left)]]
         return self.stated_payload_kg + float(found[0])
 
@@ -110,12 +111,7 @@ def comment(text: str) -> str:
 def _compliance(spring: ElasticJoint, payload_kg: Array) -> Array:
     """Of the linear spring that fits best with each of several masses at the flange, (k,) -> (k,)."""
     torque = _torque(spring, payload_kg)
-    fitted: Array = np.maximum((torque @ spring.sunk) / np.maximum((torque**2).sum(axis=1), SOFTEST), SOFTEST)
-    return fitted
-
-
-def _wound(spring: ElasticJoint, payload_kg: Array) -> Array:
-    return np.asarray(_compliance(spring, payload_kg)[:, None] * _torque(spring, payload_kg))
+    return np.asarray(np.maximum((torque @ spring.sunk) / np.maximum((torque**2).sum(axis=1), SOFTEST), SOFTEST))
 
 
 def _torque(spring: ElasticJoint, payload_kg: Array) -> Array:

@@ -22,10 +22,8 @@ from robolaser.robot.urdf.elements import digits, origin_of
 FARTHEST_M, FARTHEST_RAD = 0.05, 0.3
 """By which a joint of the same robot can be off at most: more, and the files describe two robots."""
 OF_PLACEMENTS: Final = frozenset(effect.name for effect in EFFECTS if effect.in_urdf)
-MOST: Final = 2047
-"""Of a homing_offset, which has eleven bits and a sign [ticks]."""
-Pair = tuple[str, str]
-"""An effect's name and its place."""
+MOST: Final = 2047  # of a homing_offset, which has eleven bits and a sign [ticks]
+Pair = tuple[str, str]  # an effect's name and its place
 
 
 @final
@@ -113,10 +111,8 @@ IN_MJCF: Final = {
 POSITION: Final = "actuator/position"
 OF_ACTUATOR: Final = frozenset({"droop", "lag", "dead_time", "dead_zone", "range_limit"})
 """What a position actuator takes in MJCF."""
-GAINS: Final = {"kp": "1", "kv": "0"}
-"""Of a position actuator, with MuJoCo's defaults."""
-DEFAULT_STEP_S = "0.002"
-"""MuJoCo's."""
+GAINS: Final = {"kp": "1", "kv": "0"}  # of a position actuator, with MuJoCo's defaults
+DEFAULT_STEP_S = "0.002"  # MuJoCo's
 
 
 def _urdf(robot: ET.Element, numbers: _NumberSpans, joints: set[str]) -> set[str]:

@@ -27,8 +27,7 @@ LINKS: Final = {
 }
 """The makers' names of the links, and of the joints that turn them."""
 KEYS: Final = ("x", "y", "z", "roll", "pitch", "yaw")
-DIGITS: Final = 12
-"""After the point; never an exponent, which PyYAML reads as a word."""
+DIGITS: Final = 12  # after the point; never an exponent, which PyYAML reads as a word
 NEAR: Final = 0.01
 """[m, 1] How far a joint's line may be from the makers' one: arms that were measured once differ by less."""
 
@@ -74,8 +73,7 @@ def flange_by_ur_calibration(text: str, robot: Robot, q: Array) -> Array:
     for (*xyz, roll, pitch, yaw), angle in zip(numbers.reshape(len(LINKS), len(KEYS)), q.T, strict=True):
         turned = rot_z(yaw) @ rot_y(pitch) @ rot_x(roll) @ rot_z(angle)
         T = T @ pose(turned, np.broadcast_to(xyz, (len(q), 3)))
-    flange: Array = T @ inverse(nominal[-1]) @ robot.forward(np.zeros(len(LINKS)))
-    return flange
+    return np.asarray(T @ inverse(nominal[-1]) @ robot.forward(np.zeros(len(LINKS))))
 
 
 def _frames(robot: Robot) -> Array | None:

@@ -9,13 +9,12 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from robolaser.data.atomic_write import write_streamed, write_together
-from robolaser.errors import DependencyMissing, ScanError, unwritable
+from robolaser.errors import ScanError, unwritable
+from robolaser.plugins import extra
 from robolaser.scan.ply import Vertices, positions_of, write_ply
 
-LAS_STEP_M = 1e-6
-"""LAS stores whole numbers: of micrometres, which reach 2 km."""
-LAS_INTENSITY = 257
-"""LAS counts intensity and colours to 65535, an image to 255."""
+LAS_STEP_M = 1e-6  # LAS stores whole numbers: of micrometres, which reach 2 km
+LAS_INTENSITY = 257  # LAS counts intensity and colours to 65535, an image to 255
 _PCD = {"f": "F", "i": "I", "u": "U"}
 _DIGITS = 20
 
@@ -67,10 +66,7 @@ def _pcd(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype:
 
 
 def _las(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype: np.dtype[Any]) -> int:
-    try:
-        import laspy  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise _missing("laspy", "LAS") from None
+    laspy = _writer("laspy", "LAS")
     cloud, names = np.concatenate(list(pieces)), dtype.names or ()
     header = laspy.LasHeader(point_format=7 if "red" in names else 6, version="1.4")
     header.scales, header.offsets = np.full(3, LAS_STEP_M), np.zeros(3)
@@ -89,10 +85,7 @@ def _las(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype:
 
 
 def _e57(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype: np.dtype[Any]) -> int:
-    try:
-        import pye57  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise _missing("pye57", "E57") from None
+    pye57 = _writer("pye57", "E57")
     cloud = np.concatenate(list(pieces))
     columns = {f"cartesian{axis.upper()}": cloud[axis].astype(np.float64) for axis in "xyz"}
     columns["intensity"] = cloud["intensity"].astype(np.float64)
@@ -112,8 +105,8 @@ def _e57(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype:
     return len(cloud)
 
 
-def _missing(library: str, what: str) -> DependencyMissing:
-    return DependencyMissing(f"{library} is not installed, which writes {what}: pip install 'robolaser[clouds]'.")
+def _writer(library: str, what: str) -> Any:
+    return extra(library, f"{library} is not installed, which writes {what}: pip install 'robolaser[clouds]'.")
 
 
 FORMATS: Mapping[str, Callable[[Path, Iterable[Vertices], Sequence[str], np.dtype[Any]], int]] = MappingProxyType(

@@ -9,14 +9,10 @@ from scipy.spatial import cKDTree
 from robolaser.arrays import Array, Ints
 from robolaser.scan.ply import COLOURS, NORMALS, VERTEX, Vertices, positions_of
 
-NEIGHBOURS = 16
-"""Points, itself among them, whose plane gives a point's normal."""
-BLOCK = 100_000
-"""Points whose neighbours are in memory at a time: 50 MB."""
-GATHERED = 2_000_000
-"""Points, at least, after which voxels are gathered anew."""
-SAMPLED = 200_000
-"""Points of a sample: more say no more about a plane, and show no more in a picture."""
+NEIGHBOURS = 16  # points, itself among them, whose plane gives a point's normal
+BLOCK = 100_000  # points whose neighbours are in memory at a time: 50 MB
+GATHERED = 2_000_000  # points, at least, after which voxels are gathered anew
+SAMPLED = 200_000  # points of a sample: more say no more about a plane, and show no more in a picture
 
 
 def within(pieces: Iterable[Vertices], region: Array) -> Iterator[Vertices]:

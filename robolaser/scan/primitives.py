@@ -22,41 +22,25 @@ RADIUS_SLACK = 0.3  # by which a sphere of known size may be off and still be ta
 @final
 @dataclass(frozen=True)
 class FittedPlane:
-    """A flat part of a cloud: normal · P = offset.
+    """A flat part of a cloud: normal · P = offset."""
 
-    Attributes:
-        normal: Of length one, the axis that it is nearest to positive, (3,).
-        offset: Along the normal [m].
-        offset_std: Standard deviation, of points whose errors are independent [m].
-        on: The points that lie on it, (n,).
-        distance: Of all points from it, (n,) [m].
-    """
-
-    normal: Array
-    offset: float
-    offset_std: float
-    on: Bools
-    distance: Array
+    normal: Array  # of length one, the axis that it is nearest to positive, (3,)
+    offset: float  # along the normal [m]
+    offset_std: float  # standard deviation, of points whose errors are independent [m]
+    on: Bools  # the points that lie on it, (n,)
+    distance: Array  # of all points from it, (n,) [m]
 
 
 @final
 @dataclass(frozen=True)
 class FittedSphere:
-    """A round part of a cloud.
+    """A round part of a cloud."""
 
-    Attributes:
-        centre: (3,) [m].
-        radius: [m].
-        radius_std: Standard deviation, of points whose errors are independent [m].
-        on: The points that lie on it, (n,).
-        distance: Of all points from its surface, (n,) [m].
-    """
-
-    centre: Array
-    radius: float
-    radius_std: float
-    on: Bools
-    distance: Array
+    centre: Array  # (3,) [m]
+    radius: float  # [m]
+    radius_std: float  # standard deviation, of points whose errors are independent [m]
+    on: Bools  # the points that lie on it, (n,)
+    distance: Array  # of all points from its surface, (n,) [m]
 
 
 def rms_m(found: FittedPlane | FittedSphere) -> float:

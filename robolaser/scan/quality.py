@@ -19,25 +19,15 @@ LEVEL = 0.9  # share of points whose scatter is below what is reported beside th
 @final
 @dataclass(frozen=True)
 class Measured:
-    """A primitive in the cloud compared with what is known of it.
+    """A primitive in the cloud compared with what is known of it."""
 
-    Attributes:
-        what: "plane", "step" or "sphere".
-        size_m: Height of the step or radius of the sphere; None for a plane.
-        std_m: Its standard deviation, of points whose errors are independent.
-        known_m: What it is.
-        rms_m: Scatter of its points about it.
-        predicted_m: Root-mean-square of these points' own `std`; NaN where that is not known.
-        points: How many of those looked at lie on it.
-    """
-
-    what: str
-    size_m: float | None
-    std_m: float | None
-    known_m: float | None
-    rms_m: float
-    predicted_m: float
-    points: int
+    what: str  # "plane", "step" or "sphere"
+    size_m: float | None  # height of the step or radius of the sphere; None for a plane
+    std_m: float | None  # its standard deviation, of points whose errors are independent
+    known_m: float | None  # what it is
+    rms_m: float  # scatter of its points about it
+    predicted_m: float  # root-mean-square of these points' own `std`; NaN where that is not known
+    points: int  # how many of those looked at lie on it
 
     @property
     def error_m(self) -> float | None:
@@ -48,23 +38,14 @@ class Measured:
 @final
 @dataclass(frozen=True)
 class Quality:
-    """What is known of how good a cloud is.
+    """What is known of how good a cloud is."""
 
-    Attributes:
-        vertices: The points looked at, (n,) of VERTEX.
-        scatter_m: Median of their `std`; NaN where it is not known.
-        most_m: What LEVEL of them are below.
-        primitives: What was measured.
-        missing: What was looked for in vain, and why, in the order wanted.
-        plane: The largest plane, where one was looked for.
-    """
-
-    vertices: Vertices
-    scatter_m: float
-    most_m: float
-    primitives: tuple[Measured, ...] = ()
-    missing: tuple[ScanError, ...] = ()
-    plane: FittedPlane | None = None
+    vertices: Vertices  # the points looked at, (n,) of VERTEX
+    scatter_m: float  # median of their `std`; NaN where it is not known
+    most_m: float  # what LEVEL of them are below
+    primitives: tuple[Measured, ...] = ()  # what was measured
+    missing: tuple[ScanError, ...] = ()  # what was looked for in vain, and why, in the order wanted
+    plane: FittedPlane | None = None  # the largest plane, where one was looked for
 
     @property
     def positions(self) -> Array:

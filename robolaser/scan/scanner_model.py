@@ -31,18 +31,12 @@ BEYOND = 0.1  # of the calibrated rise of temperature: so far it may be extrapol
 @final
 @dataclass(frozen=True)
 class ScannerModel:
-    """A recording's poses as a calibrated scanner and its effects have them.
+    """A recording's poses as a calibrated scanner and its effects have them."""
 
-    Attributes:
-        dataset: The recording, with the calibrated scanner and its arm.
-        values: The fourteen parameters, (1,) each.
-        effects: Those that perturb what passes, in their order.
-        course: How far the run had come at each pose, where the recording does not count from its own beginning.
-    """
-
-    dataset: Dataset
-    values: Values
-    effects: tuple[Effect, ...] = ()
+    dataset: Dataset  # the recording, with the calibrated scanner and its arm
+    values: Values  # the fourteen parameters, (1,) each
+    effects: tuple[Effect, ...] = ()  # those that perturb what passes, in their order
+    # how far the run had come at each pose, where the recording does not count from its own beginning
     course: Course | None = None
 
     def perturb(self, points: Points) -> Perturbation:
@@ -67,14 +61,12 @@ class ScannerModel:
         """T_base_flange at each pose, (n, 4, 4)."""
         robot = self.dataset.robot
         T_base_flange = self.dataset.flange()[None] if robot is None else robot.forward(*self.arm)
-        perturbed: Array = self.perturb(self.at_poses)(Stage.FLANGE, T_base_flange)[0]
-        return perturbed
+        return np.asarray(self.perturb(self.at_poses)(Stage.FLANGE, T_base_flange)[0])
 
     @cached_property
     def camera(self) -> Array:
         """T_base_camera at each pose, (n, 4, 4)."""
-        T: Array = self.flange @ mount(self.dataset, self.values, self.perturb(self.at_poses))[0]
-        return T
+        return np.asarray(self.flange @ mount(self.dataset, self.values, self.perturb(self.at_poses))[0])
 
     def in_camera(self, points: Points) -> Array:
         """Where the rays of some pixels meet the laser plane, in the camera frame, (m, 3) [m].
@@ -121,7 +113,8 @@ def carried_over(calibrated: Calibrated, recording: Dataset, probe: Points) -> t
         others = [_instead(reference, one.effect, alternative) for alternative in one.alternatives]
         if one.doubt and (note := _note(effect, one, [_apart(reference, other, probe) for other in others], probe)):
             notes.append(note)
-    if run.course is not None and run.course.by_thermometer and _extrapolates(run.course.rise):
+    rise = run.course.rise if run.course is not None and run.course.by_thermometer else None
+    if rise is not None and ((rise < -BEYOND) | (rise > 1 + BEYOND)).any():
         notes.append(
             "The recording is colder or warmer than the calibrated run ever was: its drift is extrapolated linearly."
         )
@@ -170,10 +163,6 @@ def _note(effect: Effect, carried: CarryOver, moves: list[Array], probe: Points)
     affected, poses = (len(np.unique(pose)) for pose in (probe.pose[move > VISIBLE_M], probe.pose))
     where = f" in {affected} of {poses} poses" if affected < poses else ""
     return f"{name}: {carried.doubt}, points are off by up to {_largest(move)}{where}." if affected else ""
-
-
-def _extrapolates(rise: Array | None) -> bool:
-    return rise is not None and bool(((rise < -BEYOND) | (rise > 1 + BEYOND)).any())
 
 
 def _apart(one: ScannerModel, other: ScannerModel, probe: Points) -> Array:

@@ -21,17 +21,11 @@ SAMPLES = 2000  # line centres for which the sizes of doubts are worked out
 @final
 @dataclass(frozen=True)
 class Source:
-    """The stripes of a recording.
+    """The stripes of a recording."""
 
-    Attributes:
-        what: Where they come from, for people.
-        pieces: Each gives some line centres when called, from any thread, (n,) of STRIPE.
-        points: The rows of points.csv, where these are the only piece; else None.
-    """
-
-    what: str
-    pieces: Sequence[Callable[[], Stripes]]
-    points: Points | None = None
+    what: str  # where they come from, for people
+    pieces: Sequence[Callable[[], Stripes]]  # each gives some line centres when called, from any thread, (n,) of STRIPE
+    points: Points | None = None  # the rows of points.csv, where these are the only piece; else None
 
 
 def source_of(recording: Dataset, pixel_px: float) -> Source:

@@ -56,12 +56,18 @@ def scanner(bracket_quat: Quaternion) -> dict[str, Parameter]:
     }
 
 
-def built(drawn: Mapping[str, Parameter], rng: np.random.Generator) -> dict[str, float]:
-    """What the drawing became: each number uniform around its nominal value, inside the bounds."""
+def built(
+    drawn: Mapping[str, Parameter],
+    rng: np.random.Generator,
+    about: Mapping[str, float] | None = None,
+    most: Mapping[str, float] = BUILT,
+    within: float = WITHIN,
+) -> dict[str, float]:
+    """What the drawing became: each number uniform around its nominal value or `about`, inside the bounds."""
     truth = {}
     for name, item in drawn.items():
-        inset = WITHIN * (item.upper - item.lower) if name != "k" else 0.0
-        value = item.nominal + BUILT[name] * rng.uniform(-1.0, 1.0)
+        inset = within * (item.upper - item.lower) if name != "k" else 0.0
+        value = (item.nominal if about is None else about[name]) + most[name] * rng.uniform(-1.0, 1.0)
         truth[name] = float(np.clip(abs(value) if name == "k" else value, item.lower + inset, item.upper - inset))
     return truth
 

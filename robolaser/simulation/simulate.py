@@ -21,8 +21,8 @@ from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import limits
 from robolaser.simulation.corners import seen_beside
 from robolaser.simulation.effect_specs import numbers_of
-from robolaser.simulation.sensors import SimulatedSensor, simulated_sensor
-from robolaser.simulation.sensors.simulated_sensor import impossible
+from robolaser.simulation.sensors import simulated_sensor
+from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, impossible
 from robolaser.simulation.setup import CellOptions, RandomStreams, SensorSetup
 
 TRAVEL = 0.3  # fastest joint's mean speed between poses [rad/s or m/s]
@@ -153,15 +153,17 @@ class _Cell:
         return Simulated(spoilt, truth, effects, rows)
 
     def _described(self, random: RandomStreams) -> Dataset:
-        """The data set before anything is measured."""
+        """The data set before anything is measured: its poses stand in the middle of the joint limits."""
         robot, options = self.robot, self.setup.options
         speed = EXPOSURE_SPEED if options.speed is None else options.speed
+        way = random.speed.uniform(-1.0, 1.0, (self.poses, len(robot.joints)))
+        q = np.tile(np.mean(limits(robot), axis=0), (self.poses, 1))
         blank = Dataset(
             name=options.name or f"simulated-{robot.name}",
             source="simulated by robolaser",
             robot=robot,
             kind=self.sensor_type.kind,
-            poses=_mid_range(robot, random.speed.uniform(-1.0, 1.0, (self.poses, len(robot.joints))) * speed),
+            poses=Poses(tuple(map(str, range(self.poses))), time_s=_times(q), q=q, qd=speed * way),
             points=Points(np.empty(0, dtype=np.int64), ()),
             noise=options.stated or self.noise,
         )
@@ -207,13 +209,6 @@ def _check_noise(noise: Noise) -> None:
     for what, sigma in vars(noise).items():
         if sigma is not None and not 0 < sigma < np.inf:
             raise impossible(f"noise {what} of", sigma, "a positive number, or nothing for none")
-
-
-def _mid_range(robot: Robot, qd: Array) -> Poses:
-    """Poses (n) in the middle of the joint limits."""
-    lower, upper = limits(robot)
-    q = np.tile((lower + upper) / 2, (len(qd), 1))
-    return Poses(tuple(map(str, range(len(qd)))), time_s=_times(q), q=q, qd=qd)
 
 
 def _measure(

@@ -1,6 +1,5 @@
 """Random synthetic cells: an arm over a stepped target, a scanner off its drawing, and a run of configurations."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -9,11 +8,10 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.stated_noise import Noise
-from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, limits
 from robolaser.robot.visibility import TILT, View, configurations_looking_down
-from robolaser.simulation.nominal import facing_outward, scanner
+from robolaser.simulation.nominal import built, facing_outward, scanner
 from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.cell import ScannerCell, Target
 from robolaser.trials.synthetic.run import SyntheticRun
@@ -58,7 +56,7 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     """
     quat = facing_outward(robot)
     drawing = scanner(quat)
-    truth = built_near({name: item.nominal for name, item in drawing.items()}, WORKSHOP, drawing, rng)
+    truth = built(drawing, rng, most=WORKSHOP, within=0.0)
     eye = ScannerOptics(truth, quat, "xyz", "u")
     n = int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
     view = View(eye.mount, truth, "u", IMAGE_PX)
@@ -105,17 +103,6 @@ def velocities(q: Array, rng: np.random.Generator, *, moving: bool) -> Array:
 def pause_times(n: int, rng: np.random.Generator) -> Array:
     """Of the visits of n poses, (n,) [s]."""
     return np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
-
-
-def built_near(
-    values: Mapping[str, float], most: Mapping[str, float], drawing: Mapping[str, Parameter], rng: np.random.Generator
-) -> dict[str, float]:
-    """The parameters of a scanner that differ at most by so much from others, and are within bounds."""
-    truth = {}
-    for name, item in drawing.items():
-        value = values[name] + most[name] * rng.uniform(-1.0, 1.0)
-        truth[name] = float(np.clip(abs(value) if name == "k" else value, item.lower, item.upper))
-    return truth
 
 
 def _postures(arm: ScrewArm, view: View, n: int, rng: np.random.Generator) -> tuple[Array, float]:

@@ -44,16 +44,6 @@ def scattering(world: World, rng: np.random.Generator) -> World:
     return replace(world, scatter=PoseScatter.sample("arm", size, world.cell.run, rng))
 
 
-def shared_noise(world: World, rng: np.random.Generator) -> World:
-    """Images that are off as a whole."""
-    return replace(world, image_px=float((world.noise.pixel_px or 0.0) * rng.uniform(*SHIFT)))
-
-
-def growing_noise(world: World, rng: np.random.Generator) -> World:
-    """Noise that grows with the range."""
-    return replace(world, growth=float(rng.uniform(*GROWTH)))
-
-
 def small_errors(world: World, rng: np.random.Generator) -> World:
     """What calibration leaves of an arm and a lens: everything is off a little, and the faults stand out of it."""
     run = world.cell.run
@@ -79,8 +69,14 @@ KINDS: dict[str, Kind] = {
     "outliers": Kind((1, 1), (OUTLIERS,), share=0.05),
     "repeatability": Kind((0, 1), imperfection=scattering, share=0.1),
     "misstated_noise": Kind((0, 1), misstated=True, share=0.05),
-    "shared_noise": Kind((0, 1), imperfection=shared_noise, share=0.05),
-    "growing_noise": Kind((0, 1), imperfection=growing_noise, share=0.03),
+    "shared_noise": Kind(
+        (0, 1),
+        imperfection=lambda world, rng: replace(world, image_px=(world.noise.pixel_px or 0.0) * rng.uniform(*SHIFT)),
+        share=0.05,
+    ),
+    "growing_noise": Kind(
+        (0, 1), imperfection=lambda world, rng: replace(world, growth=rng.uniform(*GROWTH)), share=0.03
+    ),
     "small_errors": Kind((1, 1), imperfection=small_errors, share=0.05),
     "tracker": Kind(tracked=True, share=0.05),
     "physics": Kind((0, 1), PHYSICAL),

@@ -19,7 +19,8 @@ from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.point import Point
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
-from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, Ranges, built_near, in_sight
+from robolaser.simulation.nominal import built
+from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, Ranges, in_sight
 from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.cell import ScannerCell, Target
 from robolaser.trials.synthetic.run import SyntheticRun
@@ -101,7 +102,7 @@ def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -
         name: min(OFF * WORKSHOP.get(name, np.inf), 0.02 * (item.upper - item.lower))
         for name, item in model.drawn.items()
     }
-    truth = built_near(model.found, most, model.drawn, rng)
+    truth = built(model.drawn, rng, model.found, most, 0.0)
     eye = ScannerOptics(truth, dataset.bracket_quat, dataset.angles, dataset.stripe_axis)
     rows = np.sort(np.unique(points.place, return_index=True)[1])
     rows = rows[np.argsort(points.pose[rows], kind="stable")]

@@ -39,7 +39,9 @@ def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.
         cell, stated = _found(source, run), source.dataset.noise.point_m
     else:
         reflectors = {name: _reflector(i, rng) for i, name in enumerate(REFLECTORS)}
-        cell, stated = TrackerCell(run, _stand(rng), reflectors), None
+        turn = Rotation.from_euler("ZYX", [rng.uniform(-np.pi, np.pi), *rng.uniform(-0.02, 0.02, 2)])
+        T_world_base = pose(turn.as_matrix(), np.array(BASE_M) + rng.uniform(-0.5, 0.5, 3))
+        cell, stated = TrackerCell(run, T_world_base, reflectors), None
     noise = Noise(point_m=stated or rounded(rng.uniform(*ranges.point_m)))
     blank = Dataset(
         name="blind",
@@ -57,12 +59,6 @@ def _found(source: ReferenceCell, run: SyntheticRun) -> TrackerCell:
     values = as_batch(source.found)
     names = dict.fromkeys(source.dataset.points.names)
     return TrackerCell(run, motion(values, "base")[0], {name: vector(values, f"tool.{name}")[0] for name in names})
-
-
-def _stand(rng: np.random.Generator) -> Array:
-    """T_world_base."""
-    turn = Rotation.from_euler("ZYX", [rng.uniform(-np.pi, np.pi), *rng.uniform(-0.02, 0.02, 2)])
-    return pose(turn.as_matrix(), np.array(BASE_M) + rng.uniform(-0.5, 0.5, 3))
 
 
 def _reflector(number: int, rng: np.random.Generator) -> Array:

@@ -28,8 +28,7 @@ from robolaser.trials.sealed_truth import SEAL, keep_truth
 DIAGNOSIS = "diagnosis/diagnosis.json"
 NEEDED = ("verdict", "gap_mm", "where", "effects")
 
-Claim = Callable[[Iterable[str]], None]
-"""Is told the names of all files that will be written to a folder."""
+Claim = Callable[[Iterable[str]], None]  # is told the names of all files that will be written to a folder
 
 
 @final

@@ -9,8 +9,7 @@ from robolaser.arrays import Array
 from robolaser.vision.board import heading
 from robolaser.vision.lens import Intrinsics, view_board
 
-ROUNDS: Final = 10
-"""In which images are laid anew against all others; two or three settle it."""
+ROUNDS: Final = 10  # in which images are laid anew against all others; two or three settle it
 LARGEST_MISFIT: Final = np.radians(5.0)
 """By which an image may turn otherwise than the flange, on average: poses by hand are off by less. A judgement."""
 LEAST_MARGIN: Final = 2.0

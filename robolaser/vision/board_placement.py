@@ -5,7 +5,7 @@ from scipy.ndimage import median_filter
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.geometry.mad_scale import mad_scale
-from robolaser.vision.runs import LineCentres
+from robolaser.vision.runs import LineCentres, best_of_each
 
 STRATA = 20  # lines tried are drawn through centres in this many parts of the image
 WIDEST_GATE_PX = 3.0
@@ -16,8 +16,7 @@ JUMP_LEAST_PX = 0.1  # distance from the neighbours' median [px] that no centre 
 JUMP_SIGMAS = 4.0
 """Distance from the neighbours' median, in its own standard deviations, beyond which a centre is a stray."""
 NEIGHBOURS = 15  # lines of pixels on either side that are asked whether the stripe is straight here
-LEAST_SUPPORT = 0.5
-"""Share of those that must agree: a stripe on something else crosses the straight line only briefly."""
+LEAST_SUPPORT = 0.5  # share of those that must agree: a stripe on something else crosses the straight line only briefly
 CHANGE_SPAN = 10  # lines of pixels on either side between which the stripe's width is compared
 MOST_CHANGE = 0.12
 """Relative change of width between them beyond which a square's edge or a shadow bites into the stripe."""
@@ -138,11 +137,7 @@ def _likeliest(along: Array, across: Array, weight: Array) -> tuple[float, float
 
 def _nearest(line: Ints, distance: Array, able: Bools) -> Bools:
     """Keep of each line of pixels the candidate nearest to the straight line."""
-    order = np.lexsort((distance, ~able, line))
-    _, first = np.unique(line[order], return_index=True)
-    kept = np.zeros(len(line), dtype=np.bool_)
-    kept[order[first]] = True
-    return kept & able
+    return best_of_each(line, np.where(able, -distance, -np.inf)) & able
 
 
 def _undisturbed(centres: LineCentres, off: Array, kept: Bools) -> Bools:

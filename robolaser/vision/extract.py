@@ -16,7 +16,8 @@ from robolaser.vision.lens import BoardPlane, Intrinsics
 from robolaser.vision.runs import LineCentres
 from robolaser.vision.stripe_detection import find_line_centres
 from robolaser.vision.stripe_trace import StripeSearch
-from robolaser.vision.target_corners import Frame, target_in
+from robolaser.vision.target import target_in
+from robolaser.vision.target_corners import Frame
 
 BRIGHTER = 1.2
 """Grey of a stripe against the board's light squares, at least: it adds light, light squares between dark do not."""

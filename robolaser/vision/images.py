@@ -67,7 +67,10 @@ def read_image(path: Path, size_px: tuple[int, int], colours: int) -> Raw:
     flags = colours | cv2.IMREAD_ANYDEPTH
     image = None if stated is None else cv2.imdecode(np.frombuffer(coded, np.uint8), flags)
     if image is None or image.dtype not in (np.uint8, np.uint16):
-        raise _unreadable(path, "not an image of a known format, damaged, or larger than any camera's")
+        raise ImageError(
+            f"{path}: not an image of a known format, damaged, or larger than any camera's. Name a grey or colour image"
+            " that OpenCV reads, such as PNG."
+        )
     if image.shape[:2] != size_px[::-1]:
         raise _of_another_size(path, (image.shape[1], image.shape[0]), size_px)
     return np.asarray(image)
@@ -112,10 +115,6 @@ def _of_another_size(path: Path, here: tuple[int, int], stated: tuple[int, int])
         f"{path} is {here[0]} x {here[1]} pixels, but width_px x height_px say {stated[0]} x {stated[1]}. All images of"
         " a recording come from one camera at one size: correct the size or leave the image out."
     )
-
-
-def _unreadable(path: Path, reason: str) -> ImageError:
-    return ImageError(f"{path}: {reason}. Name a grey or colour image that OpenCV reads, such as PNG.")
 
 
 def laser_alone(lit: Image, unlit: Image) -> Image:

@@ -4,7 +4,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.geometry.mad_scale import mad_scale
-from robolaser.vision.runs import LineCentres
+from robolaser.vision.runs import LineCentres, best_of_each
 
 STEEPEST = 3.0
 """Most that a stripe moves from one line of pixels to the next [px]; more is a step in depth, or another light."""
@@ -45,11 +45,7 @@ def track_stripe(centres: LineCentres) -> tuple[Bools, float]:
     piece = pieces(line, x)
     count = np.bincount(piece)
     score = (np.bincount(piece, centres.light[at]) / np.sqrt(count))[piece]
-    order = np.lexsort((-score, line))
-    first = np.ones(len(order), dtype=np.bool_)
-    first[1:] = np.diff(line[order]) != 0
-    wins = np.zeros(len(at), dtype=np.bool_)
-    wins[order[first]] = True
+    wins = best_of_each(line, score)
     won = np.bincount(piece, wins)
     kept = wins & ((count >= SHORTEST) & (won >= WINNING * count))[piece]
     at, piece = at[kept], piece[kept]

@@ -18,7 +18,7 @@ from robolaser.vision.board_placement import jumps
 from robolaser.vision.extract import Extraction, Look, frame_of, look, on_board
 from robolaser.vision.lens import find_lens, view_board
 from robolaser.vision.stripe_trace import StripeSearch
-from robolaser.vision.target_corners import Frame, corner_points, points_of_target
+from robolaser.vision.target_corners import Frame, corner_points, no_points, points_of_target
 
 POINTS_PER_IMAGE = 170
 """Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
@@ -46,7 +46,7 @@ def points_from_images(
     """
     (shots, search), board = _images(recording), recording.board
     if board is None:
-        raise _no_points("dataset.toml has no [board] with columns, rows and square_m")
+        raise no_points("dataset.toml has no [board] with columns, rows and square_m")
     known = {} if known is None else known
     for done, one in enumerate(shots, start=1):
         if (one.files, search) not in known:
@@ -137,16 +137,12 @@ def stripes_from_images(recording: Dataset, *, progress: Progress | None = None)
         )
 
 
-def _no_points(reason: str) -> ImageError:
-    return ImageError(f"There are no points to extract: {reason}.")
-
-
 def _images(recording: Dataset) -> tuple[list[PoseImages], StripeSearch]:
     """The images of each pose that has any, and how the stripe is looked for in them."""
     if not sensor_class(recording.kind).has_laser_plane() or recording.folder is None or recording.image_px is None:
-        raise _no_points("only stripe scanners take images")
+        raise no_points("only stripe scanners take images")
     shots = images_of_poses(recording)
     if not shots:
         board = "" if recording.board is not None else ", and dataset.toml no [board]"
-        raise _no_points(f"poses.csv has no column 'image' with images{board}")
+        raise no_points(f"poses.csv has no column 'image' with images{board}")
     return shots, StripeSearch.of(recording, shots)

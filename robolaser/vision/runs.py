@@ -42,9 +42,6 @@ class BrightRuns:
     last: Ints  # its last pixel, (n,)
     noise: float  # standard deviation of a pixel [grey]
 
-    def __len__(self) -> int:
-        return len(self.line)
-
     def room(self) -> tuple[Ints, Ints]:
         """First and last pixel of each line that belong to no other run, as far as the image goes, (n,) each."""
         alone = np.diff(self.line) != 0
@@ -72,19 +69,16 @@ def find_runs(image: Image, axis: ImageAxis) -> BrightRuns:
     last = edges[1::2] % (length + 2) - 1
     fits = (last - first >= 1) & (last - first < WIDEST_SHARE * length)
     line, first, last = line[fits], first[fits], last[fits]
-    kept = _strongest(rise, line, first, last)
+    kept = best_of_each(line, rise[line, (first + last) // 2] * (last - first + 1.0), MOST_PER_LINE)
     return BrightRuns(axis, across, line[kept], first[kept], last[kept], _noise(across))
 
 
-def _strongest(rise: Image, line: Ints, first: Ints, last: Ints) -> Ints:
-    """Choose the strongest runs of each line, (k,)."""
-    if np.bincount(line).max(initial=0) <= MOST_PER_LINE:
-        return np.arange(len(line))
-    strength = rise[line, (first + last) // 2] * (last - first + 1.0)
-    order = np.lexsort((-strength, line))
-    ranked = line[order]
-    rank = np.arange(len(order)) - np.searchsorted(ranked, ranked)
-    return np.sort(order[rank < MOST_PER_LINE])
+def best_of_each(line: Ints, worth: Array, most: int = 1) -> Bools:
+    """Whether each of n things is among those in its line, (n,), that are worth the most, (n,)."""
+    order = np.lexsort((-worth, line))
+    ranked, best = line[order], np.zeros(len(line), dtype=np.bool_)
+    best[order[np.arange(len(line)) - np.searchsorted(ranked, ranked) < most]] = True
+    return best
 
 
 def _noise(across: Image) -> float:

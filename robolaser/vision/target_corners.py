@@ -6,19 +6,16 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Image, Progress
+from robolaser.arrays import Array, Progress
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import images_of_poses, repeat_columns
 from robolaser.errors import ImageError
-from robolaser.vision.board import find_board
 from robolaser.vision.board_orientation import oriented
-from robolaser.vision.charuco import find_charuco
-from robolaser.vision.circle_grid import find_circles
 from robolaser.vision.images import CameraImages
 from robolaser.vision.lens import find_lens, view_board
+from robolaser.vision.target import corners_there, target_in
 
-FEWEST = 4  # corners of which an image must show at least so many: fewer say nothing of where the board stands
 ENOUGH = 8  # corners from which an image helps to find the lens, and is told how well it fits the pattern
 
 
@@ -68,9 +65,9 @@ def points_of_target(
     """
     board, size, shots = recording.board, recording.image_px, images_of_poses(recording)
     if board is None or size is None:
-        raise ImageError("There are no points to extract: dataset.toml has no [board] with columns, rows and square_m.")
+        raise no_points("dataset.toml has no [board] with columns, rows and square_m")
     if not shots:
-        raise ImageError("There are no points to extract: poses.csv has no column 'image' with images.")
+        raise no_points("poses.csv has no column 'image' with images")
     images = [(one.row, number, path) for one in shots for number, path in enumerate(one.lit, start=1)]
     camera = CameraImages.of((path for _, _, path in images), size)
     known = {} if known is None else known
@@ -92,26 +89,9 @@ def points_of_target(
     return _as_points(recording, board, found)
 
 
-def target_in(image: Image, board: Board) -> tuple[Array, ...]:
-    """Every way to lay the frame on the target, (rows, columns, 2) [px] each; () where it is not seen."""
-    if board.kind == "charuco":
-        grid = find_charuco(image, board)
-        ways: tuple[Array, ...] = () if grid is None else (grid,)
-    elif board.kind in ("circles", "modified_circles"):
-        ways = find_circles(image, board)
-    else:
-        seen = find_board(image, columns=board.columns, rows=board.rows)
-        ways = () if seen is None else seen.orientations
-    return tuple(way for way in ways if _is_telling(_there(way)))
-
-
-def _there(grid: Array) -> Bools:
-    return np.asarray(np.isfinite(grid).all(axis=-1))
-
-
-def _is_telling(there: Bools) -> bool:
-    """Whether the corners that are seen, (rows, columns), are enough and not all in one line."""
-    return bool(there.sum() >= FEWEST and there.any(axis=0).sum() > 1 and there.any(axis=1).sum() > 1)
+def no_points(reason: str) -> ImageError:
+    """The error of a recording whose images cannot give points."""
+    return ImageError(f"There are no points to extract: {reason}.")
 
 
 def _never_seen(board: Board, turned: Sequence[_Found], images: int) -> ImageError:
@@ -136,7 +116,7 @@ def _never_seen(board: Board, turned: Sequence[_Found], images: int) -> ImageErr
 def _as_points(recording: Dataset, board: Board, found: Sequence[_Found]) -> tuple[list[Frame], Dataset]:
     seen = [one for one in found if one.ways]
     assert recording.image_px is not None  # was asked for before any image
-    whole = [one.ways[0] for one in seen if _there(one.ways[0]).sum() >= ENOUGH]
+    whole = [one.ways[0] for one in seen if corners_there(one.ways[0]).sum() >= ENOUGH]
     lens = find_lens(whole, board.square_m, *recording.image_px)
     turns = recording.flange()[[one.row for one in seen], :3, :3]
     grids, is_certain = oriented([one.ways for one in seen], turns, lens)
@@ -147,7 +127,7 @@ def _as_points(recording: Dataset, board: Board, found: Sequence[_Found]) -> tup
             " different numbers of columns and rows; or tilt and turn the flange more."
         )
     points = corner_points(board, [one.row for one in seen], grids)
-    counts = [int(_there(grid).sum()) for grid in grids]
+    counts = [int(corners_there(grid).sum()) for grid in grids]
     if repeat_columns(recording.poses):
         points = replace(points, repeat=np.repeat([one.repeat for one in seen], counts))
     judged = [
@@ -168,7 +148,7 @@ def corner_points(board: Board, poses: Sequence[int], grids: Sequence[Array]) ->
         grids: Where they are seen, (rows, columns, 2) [px] each; NaN where one is hidden.
     """
     pixel = np.reshape(grids, (-1, board.rows, board.columns, 2))
-    image, row, column = np.nonzero(_there(pixel))
+    image, row, column = np.nonzero(corners_there(pixel))
     return Points(
         np.asarray(poses, dtype=np.int64)[image],
         tuple(f"{i}_{j}" for i, j in zip(column.tolist(), row.tolist(), strict=True)),

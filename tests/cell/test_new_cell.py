@@ -23,7 +23,7 @@ from robolaser.data.printed_board import board_pdf
 from robolaser.emulator.emulated_cell import CONTROLLERS
 from robolaser.emulator.world.world import load_world
 from robolaser.robot.by_name import known_robots
-from robolaser.vision.target_corners import target_in
+from robolaser.vision.target import target_in
 
 DRIVEN = [robot.name for robot in known_robots() if robot.controller]
 BOARD = Board(10, 7, 0.02, "charuco", 0.015, "DICT_4X4_100")

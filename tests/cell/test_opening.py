@@ -12,7 +12,7 @@ import pytest
 from robolaser.cell.arm import ARMS, Arm, arm_class
 from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import Cell, load_cell
-from robolaser.errors import ArmError, DataError, RobolaserError
+from robolaser.errors import ArmError, DataError, DependencyMissing, RobolaserError
 
 DESK_ARM = """
 import numpy as np
@@ -73,7 +73,7 @@ def test_an_arm_of_an_installed_package_is_opened(cell: Cell, tmp_path: Path, mo
 
 @pytest.mark.parametrize("kind", sorted(ARMS))
 def test_what_is_not_there_is_named(cell: Cell, kind: str) -> None:
-    with pytest.raises((ArmError, DataError), match="nowhere"):
+    with pytest.raises((ArmError, DataError, DependencyMissing), match="nowhere"):
         open_arm(named(cell, kind, "/nowhere"))
 
 

@@ -97,7 +97,7 @@ COMMANDS = (
 
 COMPUTED = (
     "robolaser.calibration.calibrate.calibrate",
-    "robolaser.diagnosis.examine",
+    "robolaser.api.examine",
     "robolaser.diagnosis.corrected_model.corrected",
     "robolaser.simulation.simulate",
     "robolaser.trials.trial.make",

@@ -18,7 +18,7 @@ from robolaser.estimation.optimal_poses import planned
 from robolaser.geometry.rigid_motion import from_angles, pose
 from robolaser.model.sensors.placements import motion
 from robolaser.vision.board import find_board
-from robolaser.vision.target_corners import target_in
+from robolaser.vision.target import target_in
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CELL, THINGS = EXAMPLES / "cell", EXAMPLES / "scan-cell"

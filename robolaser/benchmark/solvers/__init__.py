@@ -28,8 +28,7 @@ SOLVERS: Mapping[str, str] = {
     **{name: one.title for name, one in SEARCHES.items()},
 }
 """Titles of our solvers by name."""
-DEFAULT: tuple[str, ...] = tuple(SOLVERS)
-"""Solvers that take part if none are named."""
+DEFAULT: tuple[str, ...] = tuple(SOLVERS)  # solvers that take part if none are named
 ARGUMENTS = 2
 """Of a function that searches: the evaluator and the seed. A function that makes an algorithm needs none."""
 

@@ -11,14 +11,12 @@ from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.solver import ONE_OBJECTIVE, REAL, Search, Solver, within
 from robolaser.errors import AlgorithmError, UsageError
 
-IDLE_ROUNDS = 1000
-"""Iterations without a candidate after which a search is taken to loop for ever."""
+IDLE_ROUNDS = 1000  # iterations without a candidate after which a search is taken to loop for ever
 COLLAPSED = 1e-9
 """Share of the distance between the bounds within which candidates are the same: J changes with its square."""
 FOR_REALS = ("FloatRandomSampling", "LatinHypercubeSampling", "LHS")
 
-Maker = Callable[[int], Any]
-"""Makes an algorithm, given the number of objectives."""
+Maker = Callable[[int], Any]  # makes an algorithm, given the number of objectives
 
 
 def pymoo_solver(name: str, title: str, make: Maker) -> Solver:

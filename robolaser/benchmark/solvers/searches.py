@@ -15,14 +15,11 @@ from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.solver import Solver, one_objective_of_reals, within
 
-SILENT = -9
-"""pycma's setting for no output, neither on the terminal nor in files."""
+SILENT = -9  # pycma's setting for no output, neither on the terminal nor in files
 SIGMA, RESTARTS = 0.3, 9
 """Its initial step in the unit box, the authors' advice, and restarts after which it begins anew."""
-BATCH = 100
-"""Random candidates that are evaluated together."""
-TOL = 1e-12
-"""Of least squares: SciPy's default, 1e-8, stops in a flat valley before the optimum."""
+BATCH = 100  # random candidates that are evaluated together
+TOL = 1e-12  # of least squares: SciPy's default, 1e-8, stops in a flat valley before the optimum
 
 
 def random_search(evaluator: BudgetedEvaluator, seed: int) -> None:

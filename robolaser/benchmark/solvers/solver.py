@@ -21,8 +21,7 @@ Search = Callable[[BudgetedEvaluator, int], None]
 Costs and residuals come from the evaluator and from nothing else, all randomness from the seed, at least 1: the same
 seed evaluates the same candidates in the same order.
 """
-RefusalReason = Callable[[BenchmarkProblem], str | None]
-"""Why a solver does not apply to a problem; None if it does."""
+RefusalReason = Callable[[BenchmarkProblem], str | None]  # why a solver does not apply to a problem; None if it does
 
 
 def applies_to_all(problem: BenchmarkProblem) -> str | None:
@@ -40,20 +39,13 @@ def one_objective_of_reals(problem: BenchmarkProblem) -> str | None:
 @final
 @dataclass(frozen=True, eq=False)
 class Solver:
-    """A search method with all its settings.
+    """A search method with all its settings."""
 
-    Attributes:
-        name: As the user named it, `de` or `rcga:b=2`; unique in a benchmark.
-        title: A description for a person.
-        search: The method.
-        refuses: Which problems it does not apply to, and why.
-        knows_budget: Does it search differently with another budget, so that no run of it is a part of a longer one?
-    """
-
-    name: str
-    title: str
-    search: Search
-    refuses: RefusalReason = applies_to_all
+    name: str  # as the user named it, `de` or `rcga:b=2`; unique in a benchmark
+    title: str  # a description for a person
+    search: Search  # the method
+    refuses: RefusalReason = applies_to_all  # which problems it does not apply to, and why
+    # does it search differently with another budget, so that no run of it is a part of a longer one?
     knows_budget: bool = False
 
 

@@ -6,8 +6,7 @@ from robolaser.benchmark.standings.table import PairwiseComparison, Standing
 from robolaser.benchmark.statistics.difference import fewest_runs
 from robolaser.benchmark.statistics.intervals import IntervalEstimate
 
-MANY = 3
-"""Names that a sentence lists before it counts the others."""
+MANY = 3  # names that a sentence lists before it counts the others
 
 
 def answer(standings: Sequence[Standing], *, problems: int, runs: int, comparisons: int) -> str:

@@ -35,8 +35,7 @@ SCOPE = (
     "They do not say how algorithms do on other problems: for that, compare them on more problems."
 )
 UNKNOWN = IntervalEstimate(None)
-Reasons = Mapping[tuple[str, str], str]
-"""Why a solver has no runs on a problem, or not all, by (problem, solver)."""
+Reasons = Mapping[tuple[str, str], str]  # why a solver has no runs on a problem, or not all, by (problem, solver)
 
 
 def standings(result: BenchmarkResult, family: str) -> Standings:

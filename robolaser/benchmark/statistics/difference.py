@@ -16,8 +16,7 @@ from robolaser.benchmark.statistics.intervals import CONFIDENCE, Intervals
 LEVEL = 0.05
 """Adjusted p below which two solvers differ significantly. In at most one of twenty benchmarks of equal solvers a pair
 is called different over a whole family in one measure; the same holds for all pairs on its single problems."""
-MOST_SEEDS = 100
-"""More than anybody needs: what is not significant then is not a matter of seeds."""
+MOST_SEEDS = 100  # more than anybody needs: what is not significant then is not a matter of seeds
 
 
 def superiority(outcomes: Array) -> Intervals:
@@ -62,8 +61,7 @@ def stratified(outcomes: Array) -> Array:
     """
     there = ~np.isnan(outcomes).all(axis=(1, 2))
     if there.sum() == 1:
-        single: Array = rank_sum(outcomes[there])[0]
-        return single
+        return np.asarray(rank_sum(outcomes[there])[0])
     algorithms = outcomes.shape[1]
     p = np.full((algorithms, algorithms), np.nan)
     for i, j in combinations(range(algorithms), 2):

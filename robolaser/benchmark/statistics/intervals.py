@@ -8,8 +8,7 @@ from scipy.stats import binomtest
 
 from robolaser.arrays import Array
 
-CONFIDENCE = 0.95
-"""Level of every interval."""
+CONFIDENCE = 0.95  # level of every interval
 
 
 @final

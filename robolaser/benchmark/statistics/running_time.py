@@ -16,8 +16,7 @@ from scipy.stats import norm, t
 from robolaser.arrays import Array, Ints
 from robolaser.benchmark.statistics.intervals import CONFIDENCE, Intervals
 
-SAMPLES = 2000
-"""Bootstrap samples: expanded percentiles of five runs lie a thousandth from the ends."""
+SAMPLES = 2000  # bootstrap samples: expanded percentiles of five runs lie a thousandth from the ends
 BUDGETS = 200  # of a curve
 FEWEST, FEWEST_RUNS = 4, 3
 """Degrees of freedom, five runs on one problem or three on each of two, and runs on a problem, below which there is no

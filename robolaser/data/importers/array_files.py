@@ -10,7 +10,8 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.bounded_reading import TABLE_BYTES, opened
 from robolaser.data.csv_tables import CsvTable
-from robolaser.errors import DataError, RobolaserError, UsageError, unreadable
+from robolaser.errors import DataError, RobolaserError, unreadable
+from robolaser.plugins import extra
 
 
 def read_arrays(path: Path) -> dict[str, Array]:
@@ -18,7 +19,7 @@ def read_arrays(path: Path) -> dict[str, Array]:
 
     Raises:
         DataError: The file cannot be read.
-        UsageError: A library for it is not installed.
+        DependencyMissing: A library for it is not installed.
     """
     try:
         with opened(path, TABLE_BYTES) as file:
@@ -69,11 +70,7 @@ def _mat(file: Any) -> dict[str, Array]:
 
 
 def _parquet(file: IO[bytes]) -> dict[str, Array]:
-    try:
-        from pyarrow.parquet import read_table  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise UsageError("Parquet needs pyarrow: pip install pyarrow") from None
-    table = read_table(file)
+    table = extra("pyarrow.parquet", "Parquet needs pyarrow: pip install pyarrow").read_table(file)
     found = {name: table[name].to_pylist() for name in table.column_names}
     return {
         name: np.array(v, dtype=np.str_ if any(isinstance(x, str) for x in v) else float) for name, v in found.items()

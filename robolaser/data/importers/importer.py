@@ -17,8 +17,7 @@ from robolaser.errors import UsageError, near
 from robolaser.robot.kinematics import Robot
 
 ROWS_SHOWN: Final = 3
-GENERAL: Final = ("name", "path_known", "further")
-"""The options that every importer takes."""
+GENERAL: Final = ("name", "path_known", "further")  # the options that every importer takes
 
 
 @final
@@ -70,20 +69,15 @@ class ImportOptions:
 @final
 @dataclass(frozen=True)
 class Imported:
-    """What was read, before anything is written.
+    """What was read, before anything is written."""
 
-    Attributes:
-        dataset: In SI units.
-        read_from: What each column was read from, with its unit, by table and column; under "" what all further columns
-            of a table were read from. Of dataset.toml, what parameters or tables were read from.
-        left_out: Columns, fields and rows of the files that were not taken, and why where that is not plain.
-        images: What each image holds, by its path in the data set.
-    """
-
-    dataset: Dataset
+    dataset: Dataset  # in SI units
+    # what each column was read from, with its unit, by table and column; under "" what all further columns of a table
+    # were read from. Of dataset.toml, what parameters or tables were read from
     read_from: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    # columns, fields and rows of the files that were not taken, and why where that is not plain
     left_out: tuple[str, ...] = ()
-    images: Mapping[str, Contents] = field(default_factory=dict)
+    images: Mapping[str, Contents] = field(default_factory=dict)  # what each image holds, by its path in the data set
 
     def checked(self) -> Dataset:
         """The data set as `load` reads it back.

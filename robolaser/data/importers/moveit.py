@@ -38,13 +38,12 @@ class MoveIt(Importer):
             raise DataError(f"{file} holds no samples: give the file that «Save samples» wrote.", file=file)
         mount = mount_of(options, file)
         effector, seen = (
-            np.array([_matrix(row, key, file, i) for i, row in enumerate(rows, 1)]).reshape(-1, 4, 4)
+            np.array([_matrix(row, key, file, f"sample {i}") for i, row in enumerate(rows, 1)]).reshape(-1, 4, 4)
             for key in (EFFECTOR, OBJECT)
         )
         return pairs_dataset(Pairs(file, flange_poses(effector), seen, EFFECTOR, OBJECT), mount, options)
 
 
-def _matrix(row: Any, key: str, file: str, number: int) -> Array:
-    where = f"sample {number}, {key}"
-    sixteen = numbers(under(row, key, file, f"sample {number}"), 16, file, where)
-    return motion_of_matrix(sixteen.reshape(4, 4), file, where)
+def _matrix(row: Any, key: str, file: str, sample: str) -> Array:
+    sixteen = numbers(under(row, key, file, sample), 16, file, f"{sample}, {key}")
+    return motion_of_matrix(sixteen.reshape(4, 4), file, f"{sample}, {key}")

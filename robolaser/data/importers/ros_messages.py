@@ -11,8 +11,9 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.importers.time_matching import match
 from robolaser.data.importers.yaml_file import motion_of_seven
-from robolaser.errors import DataError, DependencyMissing, RobolaserError, UsageError, near
+from robolaser.errors import DataError, RobolaserError, UsageError, near
 from robolaser.geometry.rigid_motion import inverse
+from robolaser.plugins import extra
 
 JOINTS, TF = "sensor_msgs/msg/JointState", ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
@@ -123,14 +124,11 @@ class Bag:
         """
         if stamps not in (None, RECEIVED):
             raise UsageError(f"--set {STAMPS}={stamps}: expected {RECEIVED}; otherwise the messages' own times count.")
-        try:
-            from rosbags.highlevel import AnyReader  # noqa: PLC0415 - an extra
-            from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
-        except ImportError:
-            raise DependencyMissing("A ROS bag needs the package rosbags: pip install 'robolaser[ros]'") from None
+        missing = "A ROS bag needs the package rosbags: pip install 'robolaser[ros]'"
+        bags, types = (extra(f"rosbags.{module}", missing) for module in ("highlevel", "typesys"))
         file = ", ".join(path.name for path in paths)
         try:
-            with AnyReader(paths, default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+            with bags.AnyReader(paths, default_typestore=types.get_typestore(types.Stores.ROS2_HUMBLE)) as reader:
                 yield cls(file, reader, stamps == RECEIVED)
         except RobolaserError:
             raise

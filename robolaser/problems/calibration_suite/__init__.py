@@ -13,9 +13,10 @@ from pymoo.core.problem import Problem
 
 from robolaser.arrays import Array
 from robolaser.data.loading import load
-from robolaser.errors import DependencyMissing, UsageError, near
+from robolaser.errors import UsageError, near
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.plugins import extra
 from robolaser.problems.calibration import ReducedCalibration
 
 FOLDER = Path(__file__).parent
@@ -128,10 +129,7 @@ class SuiteProblem(Problem):
         Raises:
             DependencyMissing: `ioh` is not installed.
         """
-        try:
-            import ioh  # noqa: PLC0415 - an extra
-        except ImportError:
-            raise DependencyMissing("`as_ioh` needs `ioh`: pip install 'robolaser[bbob]'.") from None
+        ioh = extra("ioh", "`as_ioh` needs `ioh`: pip install 'robolaser[bbob]'.")
         width = self.upper_bounds - self.lower_bounds
         best: list[float] = ((self.best_x - self.lower_bounds) / width).tolist()
         return ioh.wrap_problem(

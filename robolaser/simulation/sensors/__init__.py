@@ -3,13 +3,8 @@
 To simulate a sensor of one's own, subclass `SimulatedSensor` with the `kind` of its format.
 """
 
-from robolaser.simulation.sensors.camera import SimulatedCamera
-from robolaser.simulation.sensors.point import SimulatedTracker
-from robolaser.simulation.sensors.pose import SimulatedPoseTracker
-from robolaser.simulation.sensors.profile import SimulatedProfile
+from robolaser.simulation.sensors import camera, point, pose, profile, socket, stripe  # noqa: F401 - each enters itself
 from robolaser.simulation.sensors.simulated_sensor import REGISTERED, SimulatedSensor, impossible
-from robolaser.simulation.sensors.socket import SimulatedSockets
-from robolaser.simulation.sensors.stripe import SimulatedStripe
 
 
 def simulated_sensor(kind: str) -> type[SimulatedSensor]:
@@ -21,15 +16,3 @@ def simulated_sensor(kind: str) -> type[SimulatedSensor]:
     if kind not in REGISTERED:
         raise impossible("sensor kind", kind, " or ".join(REGISTERED))
     return REGISTERED[kind]
-
-
-__all__ = [
-    "SimulatedCamera",
-    "SimulatedPoseTracker",
-    "SimulatedProfile",
-    "SimulatedSensor",
-    "SimulatedSockets",
-    "SimulatedStripe",
-    "SimulatedTracker",
-    "simulated_sensor",
-]

@@ -70,8 +70,7 @@ class SimulatedSockets(SimulatedSensor):
             return replace(dataset, poses=replace(dataset.poses, q=q))
 
         def forward(q: Array) -> Array:
-            T: Array = Model(at(q), tuple(candidate_effects)).flange(values)[0]
-            return T
+            return np.asarray(Model(at(q), tuple(candidate_effects)).flange(values)[0])
 
         q, good = touching(robot, vector(values, "tool.ball")[0], self.sockets[of], q, forward=forward)
         return at(q), good

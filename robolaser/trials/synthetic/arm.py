@@ -21,16 +21,12 @@ class ScrewArm:
 
     def __init__(self, robot: Robot) -> None:
         arm = robot.by_pinocchio
-        self.robot = robot
-        """As drawn."""
-        self.joints = tuple(robot.joints[i] for i in robot.chain)
-        """Those that move the flange, base first."""
-        self.columns = tuple(robot.chain)
-        """Where each of them stands in q."""
+        self.robot = robot  # as drawn
+        self.joints = tuple(robot.joints[i] for i in robot.chain)  # those that move the flange, base first
+        self.columns = tuple(robot.chain)  # where each of them stands in q
         self.count = len(robot.joints)
         self._turns, self._axes = ~robot.prismatic, robot.axes
-        self.links = robot.placements
-        """Placement of each joint on the joint before it, (j, 4, 4)."""
+        self.links = robot.placements  # placement of each joint on the joint before it, (j, 4, 4)
         if len(arm.moving) > self.count:
             raise RobotError(f"{robot.name} has joints that follow others (mimic): trials cannot move it yet.")
         read = {number: column for column, number in enumerate(arm.columns)}

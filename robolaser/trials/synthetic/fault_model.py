@@ -34,8 +34,7 @@ Angle = Annotated[float, uniform(-np.pi, np.pi)]  # [rad]
 Coin = Annotated[bool, lambda where, run, rng: bool(rng.random() < 0.5)]
 Way = Annotated[tuple[float, ...], uniform(-1.0, 1.0, 6)]  # a shift and a turn vector, over the size
 OnTarget = Annotated[tuple[float, ...], uniform(-0.5, 0.5, 2)]  # over the target's radius
-Places = Callable[[SyntheticRun], tuple[str, ...]]
-"""Where a fault can be in a run, none of them if it cannot."""
+Places = Callable[[SyntheticRun], tuple[str, ...]]  # where a fault can be in a run, none of them if it cannot
 
 
 @dataclass_transform(frozen_default=True)

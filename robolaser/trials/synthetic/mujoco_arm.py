@@ -8,7 +8,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.errors import DependencyMissing, TrialError
+from robolaser.errors import TrialError
+from robolaser.plugins import extra
 from robolaser.robot.kinematics import Robot
 from robolaser.trials.synthetic.arm import SCANNER_AT
 
@@ -118,13 +119,8 @@ def mujoco() -> Any:
     Raises:
         DependencyMissing: It is not installed.
     """
-    try:
-        import mujoco as engine  # noqa: PLC0415 - an extra, and slow to import
-    except ImportError:
-        raise DependencyMissing(
-            "MuJoCo, which moves the arms of the kind 'physics', is not installed: pip install 'robolaser[trials]'."
-        ) from None
-    return engine
+    why = "MuJoCo, which moves the arms of the kind 'physics', is not installed: pip install 'robolaser[trials]'."
+    return extra("mujoco", why)
 
 
 def _specification(

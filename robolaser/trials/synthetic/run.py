@@ -25,8 +25,7 @@ class SyntheticRun:
     @property
     def share(self) -> Array:
         """How far the run is, 0 to 1, (n,)."""
-        share: Array = (self.time - self.time.min()) / max(1e-9, float(np.ptp(self.time)))
-        return share
+        return np.asarray((self.time - self.time.min()) / max(1e-9, float(np.ptp(self.time))))
 
     @property
     def order(self) -> Ints:
@@ -40,8 +39,7 @@ class SyntheticRun:
     def relative_torque(self, joint: str) -> Array:
         """What a joint bears, the payload counted, over the most that it bears in the run, (n,)."""
         torque = self.arm.torques(self.q, self.payload_kg)[:, self.column(joint)]
-        relative: Array = torque / max(1e-9, float(np.abs(torque).max()))
-        return relative
+        return np.asarray(torque / max(1e-9, float(np.abs(torque).max())))
 
     def warmed(self, tau: float) -> Array:
         """0 at the start, towards 1 with a time constant, a share of the run, (n,)."""

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.errors import DependencyMissing, RobotError
+from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, pose
+from robolaser.plugins import extra
 from robolaser.robot.urdf.elements import add_fixed, add_link, add_moving
 
 TINY_KG = 1e-9  # mass that MuJoCo asks of a body whose shape is a mesh that is not there; it is written as none
@@ -44,10 +45,7 @@ def mjcf_urdf(path: Path) -> str:
 
 
 def _compiled(path: Path) -> tuple[Any, Any]:
-    try:
-        import mujoco  # noqa: PLC0415 - an extra, and slow to import
-    except ImportError:
-        raise DependencyMissing(f"{path.name} is for MuJoCo, which reads it: pip install 'robolaser[mujoco]'") from None
+    mujoco = extra("mujoco", f"{path.name} is for MuJoCo, which reads it: pip install 'robolaser[mujoco]'")
     try:
         return mujoco.MjSpec.from_file(str(path)).compile(), mujoco
     except (ValueError, RuntimeError, mujoco.FatalError):

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from robolaser.errors import DependencyMissing, RobotError, UsageError
+from robolaser.errors import RobotError, UsageError
+from robolaser.plugins import extra
 
 _UNDEFINED = re.compile(r"Undefined substitution argument (?P<name>\S+)")
 MOST_PARENTS = 4  # folders above the file in which a package is sought that the file names by `$(find ...)`
@@ -27,11 +28,8 @@ def expanded(path: Path, arguments: Mapping[str, str]) -> str:
         RobotError: A package is missing, or the file is no xacro.
         UsageError: An argument is missing.
     """
-    try:
-        import xacro  # noqa: PLC0415 - an extra
-        from xacro import substitution_args  # noqa: PLC0415
-    except ImportError:
-        raise DependencyMissing(f"{path.name} is a xacro file, which needs: pip install 'robolaser[ros]'") from None
+    missing = f"{path.name} is a xacro file, which needs: pip install 'robolaser[ros]'"
+    xacro, substitution_args = extra("xacro", missing), extra("xacro.substitution_args", missing)
     messages = io.StringIO()
     try:
         with contextlib.redirect_stderr(messages), _packages_near(path, substitution_args):

@@ -15,15 +15,12 @@ NEAREST_M, FOCUSED_M = 0.01, 0.25
 FAR_PX = (2.0, 40.0)
 
 
-def _third(where: str, run: SyntheticRun, rng: np.random.Generator) -> float:
-    return float(rng.choice([0.0, rng.uniform(-2.0, 2.0)]))
-
-
 @final
 class HigherRadialDistortion(FaultModel, effect="radial_distortion", sizes=(0.05, 0.9), signed=True, location="camera"):
     """OpenCV's second and third radial terms: k2 is `size`, k3 in proportion."""
 
-    third: Annotated[float, _third]  # k3 over k2
+    # k3 over k2
+    third: Annotated[float, lambda where, run, rng: float(rng.choice([0.0, rng.uniform(-2.0, 2.0)]))]
 
     def lens(self, terms: Array) -> Array:
         """With both terms."""
