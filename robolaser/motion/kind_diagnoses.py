@@ -8,6 +8,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints, Progress
 from robolaser.errors import DataError
 from robolaser.motion.checking import comparable
+from robolaser.motion.cut_off import cuts
 from robolaser.motion.effect import At, MotionEffect, RowKind
 from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.evidence import Fitted
@@ -203,14 +204,16 @@ def _linear(
     missing |= absent
     size = np.nan_to_num(root_mean_squares(of.measured))
     enough = np.maximum(FOLLOWS_SHARE * size, OF_LARGEST * size.max()) if kind == "torque" else np.zeros(len(size))
-    rows = LinearRows(of, values, candidates, form=enough / 2.0)
+    limits = cuts(of) if kind == "torque" else []
+    cut = np.any([one.rows for one in limits], axis=0) | np.zeros(values.shape, dtype=bool)
+    rows = LinearRows(of, values, candidates, ~cut, form=enough / 2.0)
     rows.count_memory()
     (selected,) = side_by_side(rows, [searching(candidates, LEAST_SHARE[kind], ())])
     ideal = rows.residuals(selected.ideal)
     after = np.full_like(ideal, np.nan)
     fold = folds(of.run)
     for number in np.unique(fold):
-        part = LinearRows(of, values, selected.model.effects, used=fold != number, like=rows)
+        part = LinearRows(of, values, selected.model.effects, (fold != number)[:, None] & ~cut, rows)
         again = part.fitted(selected.model.effects, selected.model.shapes)
         after[fold == number] = rows.residuals(again, of_part=part)[fold == number]
     before, then = root_mean_squares(ideal), root_mean_squares(after)
@@ -232,7 +235,8 @@ def _linear(
         if np.isfinite(after[:, j]).any()
     }
     gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor, len(of.q))
-    return KindDiagnosis(gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough)
+    told = tuple(map(str, limits))
+    return KindDiagnosis(gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough, cut, told)
 
 
 def _fitted(

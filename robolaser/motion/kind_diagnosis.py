@@ -32,7 +32,8 @@ REST_DISCOUNT = 0.15
 halves of a hobby arm's motions: scales, which that arm has not, explain up to 1.02 of what is left, dead zones, which
 it has, 3 to 58."""
 RARE, LIKELY = 10.0, 0.75
-"""Rarity of an effect, from which on it is likely at most beside a cause that is not in the library. A judgement."""
+"""Rarity of an effect, from which on it is likely at most beside a cause that is not in the library; and the most that
+any effect is where a multiple of the noise is left of torques. A judgement."""
 BINS = 12
 LEAST_SHOWN = 0.05  # of what is left, that a coordinate must show to be named
 ACTS = 0.001
@@ -52,6 +53,8 @@ class KindDiagnosis:
     after: Array  # errors on unseen motions, (n, j)
     places: dict[str, str]  # coordinate of what is left at each joint
     enough: Array  # error up to which each joint follows its model as arms do, (j,)
+    cut: Bools | bool = False  # rows in which no effect is looked for, (n, j)
+    remarks: tuple[str, ...] = ()
 
     @property
     def has_gap(self) -> Bools:
@@ -76,7 +79,8 @@ class KindDiagnosis:
         """Of an effect, by what is left at the joints where it acts.
 
         The less all effects together explain there, and the less it explains beside what is left, the likelier it
-        imitates a cause that is not in the library.
+        imitates a cause that is not in the library. What leaves a multiple of the noise is likely at most; not so of
+        servos, whose memory leaves as much beside true effects, nor clocks, which no cause at single joints imitates.
         """
         before, rest = self._above_noise
         share = np.minimum(rest / np.maximum(before, 1e-24), 1.0)
@@ -84,15 +88,24 @@ class KindDiagnosis:
         if not gained.any() or (one.at.effect.rows == "tracking" and (gained > 0.0).sum() > 1):
             return 1.0  # joints that agree imitate no cause of one of them
         explained = 1.0 - float(share @ gained / gained.sum())
-        if one.at.effect.rarity >= RARE and explained < 1.0 - FORM_SHARE:
+        is_rare = one.at.effect.rarity >= RARE and explained < 1.0 - FORM_SHARE
+        is_told = one.at.effect.rows == "tracking" or one.at.effect.site == TIMING
+        if is_rare or (not is_told and self._far @ gained > EVEN * gained.sum()):
             explained = min(explained, LIKELY)
         return explained / (1.0 + REST_DISCOUNT * float(rest[gained > 0.0].sum() / gained.sum()))
+
+    @cached_property
+    def _far(self) -> Array:
+        """1 for joints of which a multiple of the noise is left, else 0, (j,)."""
+        noise = np.maximum(self.enough, self.gap.noise_floor) ** 2
+        return np.asarray(self._above_noise[1] > (FORM_OVER_NOISE**2 - 1.0) * noise, dtype=np.float64)
 
     @cached_property
     def _above_noise(self) -> tuple[Array, Array]:
         """Squared errors without the effects and with them, less what noise alone gives, (j,) each."""
         noise = np.maximum(self.enough, self.gap.noise_floor) ** 2
-        before, after = (np.nan_to_num(self._usual(errors) - noise) for errors in (self.before, self.after))
+        counted = (np.where(self.cut, np.nan, errors) for errors in (self.before, self.after))
+        before, after = (np.nan_to_num(self._usual(errors) - noise) for errors in counted)
         return before, np.maximum(after, 0.0)
 
     def _usual(self, errors: Array) -> Array:
