@@ -10,11 +10,13 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
 from robolaser.motion.calibration import MotionFit, merged
+from robolaser.motion.checking import comparable
 from robolaser.motion.effect import MOVES_RAD
 from robolaser.motion.effects import library_of
 from robolaser.motion.kind_diagnoses import parts_of
 from robolaser.motion.kind_diagnosis import KindDiagnosis
 from robolaser.motion.log import MotionLog, filled
+from robolaser.motion.misread import misread
 from robolaser.motion.selection import search
 
 
@@ -63,15 +65,21 @@ def diagnose_motion(
     """
     began, tell = time.monotonic(), progress or (lambda what, share: None)
     library = library_of(effects, without)
-    parts, missing, remarks = parts_of(log, library, search, tell)
+    other = misread(log) if not comparable(log)["torque"] else None
+    parts, missing, remarks = parts_of(other.log if other else log, library, search, tell)
     tested = {at.effect.name for part in parts for at in (*part.candidates, *(one.at for one in part.shown))}
     missing = {name: reason for name, reason in missing.items() if name not in tested}
     verdicts = [part.verdict for part in parts]
     verdict = "unexplained" if "unexplained" in verdicts else "explained" if "explained" in verdicts else "no_gap"
     findings = [] if verdict == "no_gap" else merged([finding for part in parts for finding in part.shown])
+    told = [other.told(part, log) if other and part.gap.kind == "torque" else part for part in parts]
+    if other:
+        first = [one for part in told if part.gap.kind == "torque" for one in part.findings]
+        findings = [*first, *(one for one in findings if one.at.pair not in [own.at.pair for own in first])]
+        verdict = "explained" if verdict == "no_gap" else verdict
     findings.sort(key=lambda one: one.without.score, reverse=True)
-    places = [] if verdict == "no_gap" else _places(parts, log.joints, verdict)
-    fit = MotionFit.of(log, parts, findings, seed, time.monotonic() - began)
+    places = [] if verdict == "no_gap" else _places(told if verdict == "explained" else parts, log.joints, verdict)
+    fit = MotionFit.of(log, told, findings, seed, time.monotonic() - began)
     return MotionDiagnosis(fit, verdict, tuple(places), missing, (*remarks, *_remarks(log)))
 
 

@@ -8,13 +8,15 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints, Progress
 from robolaser.errors import DataError
 from robolaser.motion.checking import comparable
+from robolaser.motion.cut_off import cuts
 from robolaser.motion.effect import At, MotionEffect, RowKind
 from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import KindGap, folds, resolution, root_mean_squares, white_noise
-from robolaser.motion.kind_diagnosis import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, KindDiagnosis, coordinate
+from robolaser.motion.kind_diagnosis import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE, OF_LARGEST, KindDiagnosis
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import OTHER_UNIT, MotionLog
+from robolaser.motion.patterns import Patterns
 from robolaser.motion.quantities import Quantities, quantities
 from robolaser.motion.selection import EffectSearch, SelectedEffect, Selection, side_by_side
 from robolaser.motion.series_clocks import SeriesClocks
@@ -125,8 +127,11 @@ def _tracking(
     after[~whole.counted] = np.nan
     calibrated, after = (_less_constants(log, errors) for errors in (ideal, after))
     step = log.encoder_step_rad or resolution(log.q)
-    floor = np.minimum(np.minimum(white_noise(after, log.run, step), MOST_NOISE_RAD), root_mean_squares(after))
+    holding = log.robot.gravity_torques(np.nan_to_num(log.q))
+    patterns = Patterns(log.run, log.time_s, np.nan_to_num(log.command), holding)
     before, then = root_mean_squares(calibrated), root_mean_squares(after)
+    floor = np.minimum(_noise(after, white_noise(after, log.run, step), patterns), MOST_NOISE_RAD)
+    floor = np.minimum(floor, then)
     findings, places = [], {}
     for number, (joint, one) in enumerate(zip(rows.joints.tolist(), selected, strict=True)):
         if one.findings and not then[joint] < before[joint]:
@@ -136,9 +141,7 @@ def _tracking(
         count = max(1.0, rows.count(joint))
         found = [_fitted(each, refined[number], deviations, one.model, count) for each in one.findings]
         findings += [_within_rows(each, candidates[number], log.step_s) for each in found]
-        holding = log.robot.gravity_torques(np.nan_to_num(log.q))[:, joint]
-        told = np.nan_to_num(log.command[:, joint])
-        places[log.joints[joint]] = coordinate(after[:, joint], log.run, log.time_s, told, holding)
+        places[log.joints[joint]] = patterns.coordinate(after[:, joint], joint)
     findings = _distinguished_from_clocks(findings, len(rows.joints))
     if clocks is not None:
         findings.append(clocks.finding(log, rows.joints))
@@ -203,14 +206,16 @@ def _linear(
     missing |= absent
     size = np.nan_to_num(root_mean_squares(of.measured))
     enough = np.maximum(FOLLOWS_SHARE * size, OF_LARGEST * size.max()) if kind == "torque" else np.zeros(len(size))
-    rows = LinearRows(of, values, candidates, form=enough / 2.0)
+    limits = cuts(of) if kind == "torque" else []
+    cut = np.any([one.rows for one in limits], axis=0) | np.zeros(values.shape, dtype=bool)
+    rows = LinearRows(of, values, candidates, ~cut, form=enough / 2.0)
     rows.count_memory()
     (selected,) = side_by_side(rows, [searching(candidates, LEAST_SHARE[kind], ())])
     ideal = rows.residuals(selected.ideal)
     after = np.full_like(ideal, np.nan)
     fold = folds(of.run)
     for number in np.unique(fold):
-        part = LinearRows(of, values, selected.model.effects, used=fold != number, like=rows)
+        part = LinearRows(of, values, selected.model.effects, (fold != number)[:, None] & ~cut, rows)
         again = part.fitted(selected.model.effects, selected.model.shapes)
         after[fold == number] = rows.residuals(again, of_part=part)[fold == number]
     before, then = root_mean_squares(ideal), root_mean_squares(after)
@@ -218,7 +223,9 @@ def _linear(
     after[:, worse] = ideal[:, worse]
     then = np.where(worse, before, then)
     white = white_noise(after, of.run, None)
-    floor = np.minimum(np.hypot(white, of.torque_noise) if kind == "torque" else white, then)
+    patterns = Patterns(of.run, of.time_s, of.q, of.rigid, size_by_speed_only=kind == "torque")
+    white = np.hypot(white, of.torque_noise) if kind == "torque" else white
+    floor = np.minimum(_noise(after, white, patterns), then)
     deviations = rows.deviations(selected.model)
     findings = [
         one
@@ -227,12 +234,20 @@ def _linear(
         if _helps(one, before, worse)
     ]
     places = {
-        name: coordinate(after[:, j], of.run, of.time_s, of.q[:, j], of.rigid[:, j])
+        name: patterns.coordinate(after[:, j], j)
         for j, name in enumerate(of.log.joints)
         if np.isfinite(after[:, j]).any()
     }
     gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor, len(of.q))
-    return KindDiagnosis(gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough)
+    told = tuple(map(str, limits))
+    return KindDiagnosis(gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough, cut, told)
+
+
+def _noise(after: Array, white: Array, patterns: Patterns) -> Array:
+    """Standard deviation of noise, (j,): of what has no memory, or of all that is left where it has no pattern."""
+    size = root_mean_squares(after)
+    is_noise = [bool(size[j] > IS_NOISE * white[j]) and patterns.is_noise(after[:, j], j) for j in range(len(size))]
+    return np.where(is_noise, size, white)
 
 
 def _fitted(

@@ -32,9 +32,8 @@ REST_DISCOUNT = 0.15
 halves of a hobby arm's motions: scales, which that arm has not, explain up to 1.02 of what is left, dead zones, which
 it has, 3 to 58."""
 RARE, LIKELY = 10.0, 0.75
-"""Rarity of an effect, from which on it is likely at most beside a cause that is not in the library. A judgement."""
-BINS = 12
-LEAST_SHOWN = 0.05  # of what is left, that a coordinate must show to be named
+"""Rarity of an effect, from which on it is likely at most beside a cause that is not in the library; and the most that
+any effect is where a multiple of the noise is left of torques. A judgement."""
 ACTS = 0.001
 """Of a joint's squared error, that an effect must explain to be at work there. A judgement."""
 
@@ -52,6 +51,8 @@ class KindDiagnosis:
     after: Array  # errors on unseen motions, (n, j)
     places: dict[str, str]  # coordinate of what is left at each joint
     enough: Array  # error up to which each joint follows its model as arms do, (j,)
+    cut: Bools | bool = False  # rows in which no effect is looked for, (n, j)
+    remarks: tuple[str, ...] = ()
 
     @property
     def has_gap(self) -> Bools:
@@ -76,7 +77,8 @@ class KindDiagnosis:
         """Of an effect, by what is left at the joints where it acts.
 
         The less all effects together explain there, and the less it explains beside what is left, the likelier it
-        imitates a cause that is not in the library.
+        imitates a cause that is not in the library. What leaves a multiple of the noise is likely at most; not so of
+        servos, whose memory leaves as much beside true effects, nor clocks, which no cause at single joints imitates.
         """
         before, rest = self._above_noise
         share = np.minimum(rest / np.maximum(before, 1e-24), 1.0)
@@ -86,13 +88,22 @@ class KindDiagnosis:
         explained = 1.0 - float(share @ gained / gained.sum())
         if one.at.effect.rarity >= RARE and explained < 1.0 - FORM_SHARE:
             explained = min(explained, LIKELY)
-        return explained / (1.0 + REST_DISCOUNT * float(rest[gained > 0.0].sum() / gained.sum()))
+        is_told = one.at.effect.rows == "tracking" or one.at.effect.site == TIMING
+        most = 1.0 if is_told or self._far @ gained <= EVEN * gained.sum() else LIKELY
+        return min(most, explained / (1.0 + REST_DISCOUNT * float(rest[gained > 0.0].sum() / gained.sum())))
+
+    @cached_property
+    def _far(self) -> Array:
+        """1 for joints of which a multiple of the noise is left, else 0, (j,)."""
+        noise = np.maximum(self.enough, self.gap.noise_floor) ** 2
+        return np.asarray(self._above_noise[1] > (FORM_OVER_NOISE**2 - 1.0) * noise, dtype=np.float64)
 
     @cached_property
     def _above_noise(self) -> tuple[Array, Array]:
         """Squared errors without the effects and with them, less what noise alone gives, (j,) each."""
         noise = np.maximum(self.enough, self.gap.noise_floor) ** 2
-        before, after = (np.nan_to_num(self._usual(errors) - noise) for errors in (self.before, self.after))
+        counted = (np.where(self.cut, np.nan, errors) for errors in (self.before, self.after))
+        before, after = (np.nan_to_num(self._usual(errors) - noise) for errors in counted)
         return before, np.maximum(after, 0.0)
 
     def _usual(self, errors: Array) -> Array:
@@ -116,35 +127,3 @@ class KindDiagnosis:
         if not self.shown and not self.has_gap.any():
             return "no_gap"
         return "explained" if self.shown and bool((self._closed | ~self.has_gap).all()) else "unexplained"
-
-
-def coordinate(left: Array, run: Ints, time_s: Array, command: Array, load: Array) -> str:
-    """The coordinate along which residuals of a joint have a pattern; "" where none shows one.
-
-    Args:
-        left: Residuals, (n,); NaN where there are none.
-        run: Of each row, (n,).
-        time_s: Of each row, (n,) [s].
-        command: Where the joint was sent, or is, (n,) [rad].
-        load: Torque that gravity puts on it, (n,) [Nm].
-    """
-    speed = np.gradient(command) / np.maximum(np.gradient(time_s), 1e-6)
-    speed[np.flatnonzero(np.diff(run)) + 1] = 0.0
-    coordinates = {
-        "speed": np.abs(speed), "direction": np.sign(speed), "load": load, "posture": command, "time": time_s,
-    }  # fmt: skip
-    there = np.isfinite(left)
-    shares = {name: _explained(left[there], values[there]) for name, values in coordinates.items()}
-    best = max(shares, key=shares.__getitem__)
-    return best if shares[best] > LEAST_SHOWN else ""
-
-
-def _explained(left: Array, values: Array) -> float:
-    """Share of the variance that means over ranges of a coordinate explain."""
-    ends = np.unique(np.quantile(values, np.linspace(0.0, 1.0, BINS + 1)))
-    if len(ends) < 3:
-        ends = np.array([values.min() - 1e-9, values.mean(), values.max() + 1e-9])
-    bins = np.clip(np.searchsorted(ends, values, side="right") - 1, 0, len(ends) - 2)
-    sums = np.bincount(bins, left, len(ends) - 1)
-    counts = np.maximum(np.bincount(bins, minlength=len(ends) - 1), 1)
-    return float((sums**2 / counts).sum() / max(float(left @ left), 1e-30))

@@ -24,7 +24,7 @@ class LinearRows:
         of: Rows and what columns are made of.
         values: What is to be explained, (n, j); NaN where there is none.
         candidates: Effects that may explain it.
-        used: Rows that count, (n,); all by default.
+        used: Rows that count, (n, j) or (n, 1); all by default.
         like: The same rows, all of them, whose worth and form hold here, too.
         form: What models may err by besides, (j,).
     """
@@ -39,7 +39,7 @@ class LinearRows:
         form: Array | float = 0.0,
     ) -> None:
         self.of, self.values, self.candidates = of, values, tuple(candidates)
-        self._there = np.isfinite(values) & (np.ones(len(values), bool) if used is None else used)[:, None]
+        self._there = np.isfinite(values) & (True if used is None else used)
         self.rows = self._there.sum(axis=0).astype(np.float64)
         """Of each joint, (j,)."""
         self._blocks: dict[tuple[str, int], slice] = {}

@@ -225,9 +225,10 @@ def sentence(found: MotionDiagnosis) -> str:
     if found.verdict == "no_gap":
         return f"There is no gap: the arm follows its model{_up_to(found.fit.gaps)}. On unseen motions: {gaps}."
     clauses = {one.at.effect.name: one.at.effect.clause for one in found.fit.findings}
+    parts = "".join(f" {remark}" for part in found.fit.parts for remark in part.remarks)
     whole = "The gap is explained" if found.verdict == "explained" else "A part of the gap is explained"
     if not found.fit.findings:
-        return f"The gap has a cause that is not in the library. On unseen motions: {gaps}."
+        return f"The gap has a cause that is not in the library. On unseen motions: {gaps}.{parts}"
     groups = _groups(found.fit, "name")
     causes = "; ".join(
         _surely(one["probability"]) + clauses[one["effect"]] + _locations(groups[one["effect"]], found.fit.log.joints)
@@ -239,7 +240,7 @@ def sentence(found: MotionDiagnosis) -> str:
         rest = f" The remaining error is at {place.site}" + (
             f", by the {place.coordinate}." if place.coordinate else "."
         )
-    return f"{whole}: {causes}. On unseen motions: {gaps}.{rest}"
+    return f"{whole}: {causes}. On unseen motions: {gaps}.{rest}{parts}"
 
 
 def _up_to(gaps: Sequence[KindGap]) -> str:

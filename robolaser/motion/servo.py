@@ -82,14 +82,15 @@ class CommandSeries:
         of = {name: np.array([one.get(name, ideal) for one in numbers]) for name, ideal in IDEAL.items()}
         rows, runs = self.step.shape
         wanted = np.empty((rows, runs, len(joint)))
-        usual = float(np.median(self.step))
-        for m, (j, delay) in enumerate(zip(joint, of["delay"] / usual, strict=True)):
+        passed = np.concatenate([self.step[:1], self.step[:-1]])  # from the row before to each
+        time = np.cumsum(passed, axis=0)
+        for m, (j, delay) in enumerate(zip(joint, of["delay"], strict=True)):
             seen = (1.0 + of["scale"][m]) * self.command[j] + of["angle"][m]
             seen -= of["compliance"][m] * self.holding[j] + of["yields"][m] * self.moving[j]
-            wanted[:, :, m] = _later(seen, delay)
+            wanted[:, :, m] = _later(seen, delay, time)
         np.clip(wanted, of["lower"], of["upper"], out=wanted)
         of_case = [np.tile(of[name], runs) for name in ("dead", "lost", "speed")]
-        answer = _Answer.of(self.step, of["time"], of["second"])
+        answer = _Answer.of(passed, of["time"], of["second"])
         limited, plays = bool(np.isfinite(of["speed"]).any()), bool(of["lost"].any())
         flat = wanted.reshape(rows, -1)
         followed = self.start[joint].T.ravel().copy()
@@ -113,7 +114,7 @@ class CommandSeries:
             else:
                 e *= approach
             if limited:
-                np.multiply(np.repeat(self.step[i], len(joint))[:n], fastest, out=p)
+                np.multiply(np.repeat(passed[i], len(joint))[:n], fastest, out=p)
                 np.minimum(e, p, out=e)
                 np.maximum(e, np.negative(p, out=p), out=e)
                 np.minimum(v, fastest, out=v)
@@ -169,15 +170,11 @@ class _Answer:
         return {}
 
 
-def _later(values: Array, rows: float) -> Array:
-    """Values (t, s) as they were some rows before, between two of them by a straight line."""
-    whole = int(np.floor(rows))
-    part = rows - whole
-    near = values[np.clip(np.arange(len(values)) - whole, 0, len(values) - 1)]
-    if part == 0.0:
-        return near
-    far = values[np.clip(np.arange(len(values)) - whole - 1, 0, len(values) - 1)]
-    return np.asarray((1.0 - part) * near + part * far)
+def _later(values: Array, delay: float, time_s: Array) -> Array:
+    """Values (t, s) as they were some time [s] before, between two of them by a straight line."""
+    if not delay:
+        return values
+    return np.stack([np.interp(t - delay, t, v) for t, v in zip(time_s.T, values.T, strict=True)], axis=1)
 
 
 def _torques_along(robot: Robot, told: Array, step_s: float) -> Array:

@@ -40,6 +40,7 @@ class World:
     spring: dict[str, float] = field(default_factory=dict)  # stiffness of the gear [Nm/rad]
     top_speed: dict[str, float] = field(default_factory=dict)  # to which commands are clipped in the drive [rad/s]
     gain: dict[str, float] = field(default_factory=dict)  # of torques as recorded
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     wave: dict[str, float] = field(default_factory=dict)  # a fault that no library knows: cubes of the angle
 
 
@@ -90,8 +91,9 @@ def mjcf(world: World) -> str:
         inner += f'<body pos="0 0 {at}"><inertial mass="{world.payload_kg}" pos="0 0 0" diaginertia="1e-4 1e-4 1e-4"/>'
         inner += "</body>"
     motors = "".join(f'<motor joint="{name}" name="{name}"/>' for name in JOINTS)
+    down = " ".join(map(str, world.gravity))
     return (
-        f'<mujoco><option timestep="{1 / PHYSICS_HZ}" integrator="implicitfast" gravity="0 0 -9.81"/><compiler'
+        f'<mujoco><option timestep="{1 / PHYSICS_HZ}" integrator="implicitfast" gravity="{down}"/><compiler'
         f' autolimits="true"/><worldbody>{inner}{ends}</worldbody><actuator>{motors}</actuator></mujoco>'
     )
 

@@ -98,8 +98,8 @@ def test_no_effect_that_rows_can_show_is_said_to_lack_them() -> None:
     assert missing["gear_ratio"] == "no encoder behind the gear in the data"
 
 
-@pytest.mark.parametrize(("factor", "odd"), [(1.0, False), (7.3, True), (-1.0, True)])
-def test_torques_of_another_unit_or_sign_are_said_to_be_odd(factor: float, odd: bool) -> None:
+@pytest.mark.parametrize(("factor", "odd"), [(1.0, False), (7.3, True)])
+def test_torques_of_another_unit_are_said_to_be_odd(factor: float, odd: bool) -> None:
     log = recorded("dry friction")
     found = diagnose_motion(replace(log, tau=factor * log.tau), ["torque_constant"], seed=0)
     assert any("are they in Nm" in remark for remark in found.remarks) is odd

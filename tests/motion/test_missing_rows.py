@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from moved_arms import JOINTS, urdf
+from moved_arms import JOINTS, World, record, urdf
 
 from robolaser.motion.calibration import calibrate_motion
 from robolaser.motion.diagnosis import diagnose_motion
@@ -60,3 +60,13 @@ def test_delays_of_a_servo_and_of_clocks_add_up(names: tuple[str, str]) -> None:
     log = simulate_motion(ROBOT, series=1, effects=dict.fromkeys(names, 0.03), seed=1)
     speed = np.gradient(log.command[:, 0], log.step_s)
     assert -speed @ (log.q - log.command)[:, 0] / (speed @ speed) == pytest.approx(0.06, rel=0.02)
+
+
+def test_a_dead_time_stays_one_where_rows_are_dropped() -> None:
+    late = record(World(delay_s=0.035), series=4, seconds=5.0, seed=3)
+    late = replace(late, tau=np.full_like(late.q, np.nan))
+    some = late.of_rows(np.random.default_rng(0).random(len(late)) > 0.07)
+    fit = diagnose_motion(some, seed=0).fit
+    assert {one.at.pair[0] for one in fit.findings} == {"dead_time"}
+    assert [one.numbers["delay"][0] for one in fit.findings] == pytest.approx([0.035] * len(JOINTS), abs=1e-3)
+    assert fit.gaps[0].whole("after") < 2.0 * fit.gaps[0].whole("noise_floor")

@@ -41,6 +41,13 @@ def _weighs(quantities: Quantities, joint: int) -> str:
     return "" if spread > 1e-6 else "the URDF's masses put no torque on this joint"
 
 
+TORQUE_CONSTANT = MotionEffect(
+    name="torque_constant", clause="the measured torques have a wrong scale", cause="dynamics", rows="torque",
+    numbers=(Number("factor", "", 0.1, -0.9, 9.0),),
+    remedy="Check the motor's torque constant and the gear's ratio.",
+    reference="Gautier, Briot 2014, J. Dyn. Sys. 136: drive gains",
+    columns=of_joint(lambda of: of.rigid), needs=_weighs, rivals=("payload", "link_inertia"),
+)  # fmt: skip
 DYNAMICS = (
     MotionEffect(
         name="payload", clause="the payload differs from the model's", cause="dynamics", rows="torque", site=TOOL,
@@ -56,13 +63,7 @@ DYNAMICS = (
         remedy="Give the simulated joint this armature.", reference="Siciliano et al. 2009, Robotics, ch. 7.3.4",
         columns=of_joint(lambda of: of.acceleration), needs=hardly_moves, rivals=("link_inertia",),
     ),
-    MotionEffect(
-        name="torque_constant", clause="the measured torques have a wrong scale", cause="dynamics", rows="torque",
-        numbers=(Number("factor", "", 0.1, -0.9, 9.0),),
-        remedy="Check the motor's torque constant and the gear's ratio.",
-        reference="Gautier, Briot 2014, J. Dyn. Sys. 136: drive gains",
-        columns=of_joint(lambda of: of.rigid), needs=_weighs, rivals=("payload", "link_inertia"),
-    ),
+    TORQUE_CONSTANT,
     MotionEffect(
         name="torque_constant", form="one for all", site=JOINTS,
         clause="all measured torques have one wrong scale", cause="dynamics", rows="torque",

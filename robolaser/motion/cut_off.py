@@ -1,0 +1,79 @@
+"""Torques that stay at their largest value where the motion takes more: a motor, or its reading, at its limit."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from scipy.special import chdtrc
+
+from robolaser.arrays import Array, Bools
+from robolaser.motion.evidence import independent_values
+from robolaser.motion.gap import white_noise
+from robolaser.motion.kind_diagnosis import OVER_NOISE
+from robolaser.motion.quantities import Quantities
+from robolaser.motion.series_clocks import BY_CHANCE
+
+FEWEST_ROWS = 30  # on either side of a limit
+ROUNDS = 6  # of the limit by the rows at it, and of these by the limit
+NEAR = 6.0  # times the noise below the largest value, where rows at the limit are looked for first
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class CutOff:
+    """Rows of one joint at a limit of its torques."""
+
+    joint: str
+    rows: Bools  # (n, j)
+    most: float  # the limit, with its sign [Nm]
+    wanted: float  # the largest torque that the motion takes there, with its sign [Nm]
+
+    def __str__(self) -> str:
+        """For a person."""
+        share = self.rows.any(axis=1).mean()
+        return (
+            f"Torques of {self.joint} are cut off at {self.most:.3g} Nm in {share:.1%} of the rows,"
+            f" where the motion takes up to {self.wanted:.3g} Nm: no effect is fitted to these."
+        )
+
+
+def cuts(of: Quantities) -> list[CutOff]:
+    """Of all joints."""
+    return [one for joint in range(of.q.shape[1]) for one in _cuts_of(of, joint)]
+
+
+def _cuts_of(of: Quantities, joint: int) -> list[CutOff]:
+    """Where torques of a joint are cut off, at either end.
+
+    They are held against the rigid arm's with scale and friction, below a limit and at it (a censored regression, Tobin
+    1958, Econometrica 26). At a limit the readings are as flat as noise while the motion's torques vary, and rows are
+    explained better with it than without (by likelihood).
+    """
+    there = np.flatnonzero(np.isfinite(of.measured[:, joint]))
+    read, direction = of.measured[there, joint], of.direction[there, joint]
+    columns = np.stack([of.rigid[there, joint], direction, np.abs(direction), of.speed[there, joint]], axis=1)
+    noise = float(white_noise(of.log.tau[:, joint, None], of.log.run, None)[0])
+    found = []
+    for side in (-1.0, 1.0):
+        y = side * read
+        at = y > y.max(initial=-np.inf) - NEAR * noise
+        wanted, most = y, np.inf
+        for _ in range(ROUNDS):
+            if min(at.sum(), (~at).sum()) >= FEWEST_ROWS:
+                wanted, most = columns @ np.linalg.lstsq(columns[~at], y[~at])[0], float(y[at].mean())
+                at = wanted > most
+        if min(at.sum(), (~at).sum()) < FEWEST_ROWS:
+            continue
+        left = y - np.minimum(wanted, most)
+        straight = y - columns @ np.linalg.lstsq(columns, y)[0]
+        gain = independent_values(left, of.run[there]) * float(np.log((straight @ straight) / (left @ left)))
+        over, flat, below = map(_size, (wanted[at] - most, left[at], left[~at]))
+        if chdtrc(1.0, max(gain, 0.0)) < BY_CHANCE and over > OVER_NOISE * flat and flat < OVER_NOISE * below:
+            rows = np.zeros(of.q.shape, dtype=bool)
+            rows[there[at], joint] = True
+            found.append(CutOff(of.log.joints[joint], rows, side * most, side * float(wanted.max())))
+    return found
+
+
+def _size(errors: Array) -> float:
+    return float(np.sqrt(np.mean(errors**2)))

@@ -1,0 +1,78 @@
+"""Noise that remembers itself is no gap, and what follows the motion is one, however much noise is beside it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from moved_arms import JOINTS, urdf
+
+from robolaser.motion.diagnosis import MotionDiagnosis, diagnose_motion
+from robolaser.motion.log import MotionLog
+from robolaser.motion.patterns import Patterns
+from robolaser.motion.simulation import simulate_motion
+from robolaser.robot.kinematics import Robot
+
+ROBOT = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))
+ELBOW = JOINTS.index("elbow")
+NOISE_RAD = 1e-3
+MEMORY = 15  # rows over which noise is smooth
+
+
+def slow_noise(shape: tuple[int, int], seed: int) -> np.ndarray:
+    """Of a bell of rows, which neighbours hardly differ by."""
+    bell = np.hanning(MEMORY)
+    white = np.random.default_rng(seed).normal(size=(shape[0] + MEMORY - 1, shape[1]))
+    columns = [np.convolve(column, bell, "valid") for column in white.T]
+    return NOISE_RAD / np.linalg.norm(bell) * np.stack(columns, axis=1)
+
+
+@cache
+def log_of(lag_s: float = 0.0) -> MotionLog:
+    log = simulate_motion(ROBOT, series=6, effects={"lag:lift": lag_s}, seed=2)
+    none = np.full_like(log.q, np.nan)
+    return replace(log, q=log.q + slow_noise(log.q.shape, 7), tau=none, load=none)
+
+
+def found_in(log: MotionLog, elbow: np.ndarray | float = 0.0) -> MotionDiagnosis:
+    q = log.q.copy()
+    q[:, ELBOW] += elbow
+    return diagnose_motion(replace(log, q=q), seed=0)
+
+
+def test_a_sound_arm_whose_readings_have_slow_noise_has_no_gap() -> None:
+    found = found_in(log_of())
+    assert found.verdict == "no_gap"
+    assert found.fit.gaps[0].whole("noise_floor") == pytest.approx(NOISE_RAD, rel=0.05)
+
+
+def test_a_gap_is_explained_where_slow_noise_is_left() -> None:
+    found = found_in(log_of(0.03))
+    assert found.verdict == "explained"
+    assert [one.at.pair for one in found.fit.findings] == [["lag", "lift"]]
+
+
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        lambda log: np.sin(20.0 * log.command[:, ELBOW]),
+        lambda log: np.sign(np.gradient(log.command[:, ELBOW + 1])),
+        lambda log: (log.command[:, ELBOW] > 0.2).astype(np.float64),
+        lambda log: 3.0 * np.exp(-log.time_s / 3.0),
+        lambda log: np.random.default_rng(3).normal(size=len(log)) * np.abs(np.gradient(log.command[:, ELBOW])) / 2e-3,
+    ],
+)
+def test_what_follows_the_motion_is_unexplained_beside_slow_noise(pattern: Callable[[MotionLog], np.ndarray]) -> None:
+    log = log_of()
+    found = found_in(log, NOISE_RAD * pattern(log))
+    assert found.verdict == "unexplained"
+    assert found.places[0].site == "elbow"
+
+
+@pytest.mark.parametrize(("rows", "known"), [(12_000, True), (400, False)])
+def test_few_rows_do_not_say_that_what_is_left_is_noise(rows: int, known: bool) -> None:
+    log = log_of()
+    some = log.of_rows(np.arange(len(log)) < rows)
+    patterns = Patterns(some.run, some.time_s, some.command, np.zeros_like(some.q))
+    assert patterns.is_noise((some.q - some.command)[:, ELBOW], ELBOW) is known
