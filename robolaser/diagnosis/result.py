@@ -226,7 +226,7 @@ class Diagnosis:
     """The answer.
 
     Attributes:
-        dataset: What was diagnosed.
+        dataset: What was diagnosed; where a fault of the data set was found, without that fault.
         verdict: `no_gap`, `explained` or `unexplained`.
         sentence: The verdict for a person.
         gap: How far the gap shrinks.
@@ -255,6 +255,7 @@ class Diagnosis:
         wrong_input: A fault of the data set; None without one.
         pose_scatter: By how much whole poses scatter beyond what counts as noise; None where they do not.
         weighed: The models that were weighed, for charts and for further poses; None where the data are too bad.
+        as_given: The data set with its fault; None where `dataset` is as it was given.
         added_poses: How many poses count in the probabilities beside those that are used for all else.
 
     Examples:
@@ -291,6 +292,7 @@ class Diagnosis:
     wrong_input: WrongInput | None = None
     pose_scatter: ExcessScatter | None = None
     weighed: Weighed | None = None
+    as_given: Dataset | None = None
     added_poses: int = 0
 
     @property

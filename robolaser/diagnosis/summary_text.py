@@ -119,13 +119,18 @@ def exchanged(belongs: Mapping[int, int], names: Sequence[str]) -> str:
     return f"The points (or images) of poses {listed(text)}"
 
 
-def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:
-    """Say whether what was found holds for other data of the same arm.
+def transfer_sentences(validation: Sequence[Validation], *, has_effects: bool) -> str:
+    """Say whether what was found holds for other data of the same arm; may be empty.
 
     Args:
-        validation: Errors there.
+        validation: Errors on each of these.
         has_effects: Whether anything was found.
     """
+    return "".join(f" {transfer_sentence(one, has_effects=has_effects)}" for one in validation)
+
+
+def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:
+    """The same of one of them."""
     name, floor = validation.dataset, f"where noise alone gives {millimetres(validation.noise_floor_m)}"
     before, after = millimetres(validation.calibrated_m), millimetres(validation.after_m)
     if not has_effects:
