@@ -70,8 +70,10 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
     interval = f"95 %: {millimetre_interval(*gap.after_ci95_m)}"
     largest = max(gap.calibrated_m, gap.after_m, gap.noise_floor_m) or 1.0
     has_effects = bool(diagnosis.model.effects)
-    fewer_rows = not has_effects and len(diagnosis.outliers) > 0 and gap.after_m != gap.calibrated_m
-    left = "with the effects" if has_effects else "without gross errors" if fewer_rows else "calibrated"
+    without_faults = "data set corrected" if diagnosis.wrong_input else "without gross errors"
+    has_faults = diagnosis.wrong_input is not None or len(diagnosis.outliers) > 0
+    is_other = has_effects or (has_faults and gap.after_m != gap.calibrated_m)
+    left = "with the effects" if has_effects else without_faults if is_other else "calibrated"
     lines = [
         ("", "nominal model", gap.nominal_m, _nominal_remark(gap)),
         ("", "calibrated", gap.calibrated_m, "ordinary parameters fitted, no effect in the model"),
@@ -82,7 +84,7 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
         Figure(kind, label, "none" if size is None else millimetres(size), remark,
                None if size is None or i == 0 else 100 * size / largest)
         for i, (kind, label, size, remark) in enumerate(lines)
-        if has_effects or fewer_rows or i != 1
+        if is_other or i != 1
     ]  # fmt: skip
 
 
