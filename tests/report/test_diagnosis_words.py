@@ -234,6 +234,7 @@ def test_joints_are_listed_shortly():
         members([*listed, candidate_effect("laser_roll:laser")]) == "joint offset of joint_2, 3 and 5, and laser roll"
     )
     assert members(listed[:2]) == "joint offset of joint_2 and joint_3"
+    assert members([candidate_effect("joint_offset:joint_10"), *listed]) == "joint offset of joint_2, 3, 5 and 10"
 
 
 def test_no_images_are_to_be_looked_at_where_there_are_none():
