@@ -266,8 +266,9 @@ class Dataset:
     def summary(self) -> str:
         """Sensor, arm, and number of points and poses."""
         arm = f"robot {self.robot.name}" if self.robot else "measured flange poses"
-        poses = len(set(self.points.pose.tolist()))
-        return f"{self.format.title}, {arm}, {len(self.points)} points in {poses} poses"
+        counts = (("point", len(self.points)), ("pose", len(set(self.points.pose.tolist()))))
+        points, poses = (f"{count} {what}{'s' * (count != 1)}" for what, count in counts)
+        return f"{self.format.title}, {arm}, {points} in {poses}"
 
     def __repr__(self) -> str:
         """Its name and summary."""

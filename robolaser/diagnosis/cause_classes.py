@@ -97,6 +97,8 @@ def cause_kinds(
 ) -> tuple[CauseKind, ...]:
     """Every effect that was found, with all of its places: it can be certain where no place is.
 
+    Those that are too improbable to be reported are left out, as of classes.
+
     Args:
         refits: Fits sets of effects.
         final: The final model.
@@ -115,6 +117,8 @@ def cause_kinds(
                 max((w for c, w in one.weights.items() if c and c.effect is not kind), default=0.0) for one in own
             )
             some = max(some, min(1.0 - others, _probability(refits, final, without, _kind, kind)))
+        if some < LEAST_PROBABILITY:
+            continue
         where = tuple(dict.fromkeys(one.candidate_effect.where for one in own))
         found.append(CauseKind(kind.name, where, some, held_out.gap(refits.of(without))))
     return tuple(sorted(found, key=lambda one: (one.probability < EVEN, -one.gap_without_m)))

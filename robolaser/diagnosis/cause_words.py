@@ -66,9 +66,15 @@ def _of(same: Sequence[CandidateEffect]) -> str:
     effect = same[0].effect
     name = spoken(effect.name)
     if not effect.site:
-        return f"{name} of {joint_names(sorted(one.where for one in same))}"
+        return f"{name} of {joint_names(sorted((one.where for one in same), key=_number))}"
     own = [one.where.removesuffix(f".{effect.site}") for one in same if of_sensor(one.where)]
     return f"{name} of {listed(sorted(own))}" if own else name
+
+
+def _number(joint: str) -> tuple[str, int, str]:
+    """Sorts joint_10 behind joint_9."""
+    stem = joint.rstrip("0123456789")
+    return stem, len(joint), joint
 
 
 def joint_names(names: Sequence[str]) -> str:

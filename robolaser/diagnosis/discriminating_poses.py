@@ -31,7 +31,9 @@ def too_few_poses(dataset: Dataset) -> str:
     different, poses = different_poses(dataset, MIN_POSES), len(np.unique(dataset.points.pose))
     if different >= MIN_POSES:
         return ""
-    which = f"Only {poses} poses have points" if poses < MIN_POSES else f"All {poses} poses are alike"
+    which = f"All {poses} poses are alike"
+    if poses < MIN_POSES:
+        which = "Only one pose has points" if poses == 1 else f"Only {poses} poses have points"
     if 1 < different < poses:
         which = f"Only {different} of {poses} poses differ"
     return (

@@ -82,7 +82,8 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
     has_turns = start.model.dataset.format.angles > 0
     turns = (held_out.turn(start), held_out.turn(final)) if has_turns else None
     nominal, calibrated = _nominal_gap(start, held_out), held_out.calibrated(start)
-    return Gap(nominal, calibrated, rms(after), floor, interval(after, pose, seed), turns)
+    is_held_out = held_out.unseen(final) is not None
+    return Gap(nominal, calibrated, rms(after), floor, interval(after, pose, seed), turns, is_held_out)
 
 
 def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:

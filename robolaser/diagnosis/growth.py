@@ -18,7 +18,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.gross_errors import rows_sentence
 from robolaser.diagnosis.result import Diagnosis, Finding
-from robolaser.diagnosis.summary_text import sentence
+from robolaser.diagnosis.summary_text import imitated_sentence, sentence, transfer_sentences
 
 SHARE: Final = 0.05
 """Of the poses of the last examination of all, that may be added before the next one. A judgement."""
@@ -39,19 +39,22 @@ def with_poses(found: Diagnosis, dataset: Dataset, examine: Callable[[Dataset], 
     Raises:
         DataError: The further poses are of another arm or kind of sensor, or have names of those so far.
     """
-    check_same_arm(found.dataset, dataset, f"appended to {found.dataset.name}")
-    names = found.dataset.poses.names
+    so_far = found.as_given or found.dataset
+    check_same_arm(so_far, dataset, f"appended to {so_far.name}")
+    names = so_far.poses.names
     if dataset.poses.names[: len(names)] == names:
-        whole, further = dataset, poses_beyond(found.dataset, dataset)
+        whole, further = dataset, poses_beyond(so_far, dataset)
         if further is None:  # what was measured at poses so far has changed
             return examine(dataset)
     else:
-        whole, further = with_poses_of(found.dataset, dataset), dataset
-    if not len(further.points):
+        whole, further = with_poses_of(so_far, dataset), dataset
+    if not len(further.poses):
+        return found
+    if not len(further.points) and not found.as_given:
         return replace(found, dataset=whole)
     weighed, examined = found.weighed, len(np.unique(found.observed.points.pose))
     is_as_described = not (found.wrong_input or found.hindrance or found.pose_scatter)
-    is_as_described &= whole.sessions == found.dataset.sessions
+    is_as_described &= whole.sessions == so_far.sessions
     added = len(np.unique(further.points.pose)) + found.added_poses
     if weighed is None or not is_as_described or added > SHARE * examined:
         return examine(whole)
@@ -86,9 +89,9 @@ def _updated(found: Diagnosis, before: Weighed, whole: Dataset, grown: Weighed) 
             found.gap,
             found.repeatability,
             rows_sentence(final.fit, found.verdict, found.dataset, found.outliers),
-            found.pose_scatter,
-            found.hindrance,
-        ),
+        )
+        + imitated_sentence(found.limits, classes)
+        + transfer_sentences(found.validation, has_effects=bool(found.model.effects)),
         findings=findings,
         classes=classes,
         kinds=reweighed_kinds(found.kinds, grown.evidence, evidence),

@@ -241,9 +241,9 @@ def _where(
 
 
 def _next_poses(final: Fit, evidence: Sequence[EffectEvidence], seed: int) -> tuple[Mapping[str, float], ...]:
-    """Poses that decide between the least probable effect and its best alternative."""
+    """Poses that decide between the least probable effect, of those that are listed, and its best alternative."""
     unsure = [one for one in evidence if one.alternatives]
     if not unsure:
         return ()
-    _, rival = min(unsure, key=lambda one: one.probability).alternatives[0]
+    _, rival = min(unsure, key=lambda one: (one.probability < LEAST_PROBABILITY, one.probability)).alternatives[0]
     return next_poses(final, rival, seed=seed)

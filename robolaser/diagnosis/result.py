@@ -155,6 +155,7 @@ class Gap:
         nominal_m: Of the sim as given; None where none was given.
         turns_rad: The same of rotations, after the ordinary parameters were fitted and with all that was found; None
             where none are measured.
+        is_held_out: Whether any pose was held out; else all errors are of the poses that were fitted.
     """
 
     nominal_m: float | None
@@ -163,6 +164,7 @@ class Gap:
     noise_floor_m: float
     after_ci95_m: tuple[float, float]
     turns_rad: tuple[float, float] | None = None
+    is_held_out: bool = True
 
 
 @final
@@ -226,7 +228,7 @@ class Diagnosis:
     """The answer.
 
     Attributes:
-        dataset: What was diagnosed.
+        dataset: What was diagnosed; where a fault of the data set was found, without that fault.
         verdict: `no_gap`, `explained` or `unexplained`.
         sentence: The verdict for a person.
         gap: How far the gap shrinks.
@@ -255,6 +257,7 @@ class Diagnosis:
         wrong_input: A fault of the data set; None without one.
         pose_scatter: By how much whole poses scatter beyond what counts as noise; None where they do not.
         weighed: The models that were weighed, for charts and for further poses; None where the data are too bad.
+        as_given: The data set with its fault; None where `dataset` is as it was given.
         added_poses: How many poses count in the probabilities beside those that are used for all else.
 
     Examples:
@@ -291,6 +294,7 @@ class Diagnosis:
     wrong_input: WrongInput | None = None
     pose_scatter: ExcessScatter | None = None
     weighed: Weighed | None = None
+    as_given: Dataset | None = None
     added_poses: int = 0
 
     @property

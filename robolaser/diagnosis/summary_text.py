@@ -42,6 +42,8 @@ def sentence(
     """
     if hindrance:
         text = f"{hindrance} On new poses {_compared_with_noise(gap)}"
+        if not gap.is_held_out:
+            text = f"{hindrance} On these poses, none held out, {_with_noise(gap)}"
     elif verdict == "no_gap":
         text = f"There is no gap: on new poses {_compared_with_noise(gap)}"
     elif verdict == "explained":
@@ -119,13 +121,18 @@ def exchanged(belongs: Mapping[int, int], names: Sequence[str]) -> str:
     return f"The points (or images) of poses {listed(text)}"
 
 
-def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:
-    """Say whether what was found holds for other data of the same arm.
+def transfer_sentences(validation: Sequence[Validation], *, has_effects: bool) -> str:
+    """Say whether what was found holds for other data of the same arm; may be empty.
 
     Args:
-        validation: Errors there.
+        validation: Errors on each of these.
         has_effects: Whether anything was found.
     """
+    return "".join(f" {transfer_sentence(one, has_effects=has_effects)}" for one in validation)
+
+
+def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:
+    """The same of one of them."""
     name, floor = validation.dataset, f"where noise alone gives {millimetres(validation.noise_floor_m)}"
     before, after = millimetres(validation.calibrated_m), millimetres(validation.after_m)
     if not has_effects:
@@ -142,8 +149,8 @@ def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:
 
 
 def millimetres(length_m: float) -> str:
-    """A length with the digits that an error has."""
-    return f"{1e3 * length_m:.3g} mm"
+    """A length with the digits that an error has; rounding errors are no lengths."""
+    return "less than 1 nm" if length_m < 1e-9 else f"{1e3 * length_m:.3g} mm"
 
 
 def _where_noise(gap: Gap) -> str:
@@ -154,8 +161,12 @@ def _compared_with_noise(gap: Gap) -> str:
     if gap.after_ci95_m[1] < gap.noise_floor_m:
         return (
             f"the model's error is {millimetres(gap.after_m)}, less than the {millimetres(gap.noise_floor_m)} of the"
-            " assumed noise. If the noise in [noise] is too large, it may hide effects."
+            " assumed noise. Noise that is stated too large hides effects."
         )
+    return _with_noise(gap)
+
+
+def _with_noise(gap: Gap) -> str:
     return f"the model's error is {millimetres(gap.after_m)}; noise alone gives {millimetres(gap.noise_floor_m)}."
 
 

@@ -12,7 +12,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut, is_lower
 from robolaser.diagnosis.result import Diagnosis, Validation
-from robolaser.diagnosis.summary_text import transfer_sentence
+from robolaser.diagnosis.summary_text import transfer_sentences
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import NoiseEstimate
 from robolaser.estimation.outliers import outliers_of, robust_fit
@@ -37,8 +37,8 @@ def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Dia
         seed: Assigns poses to folds.
     """
     validation = tuple(_validation(diagnosis, other, seed) for other in others)
-    sentences = (transfer_sentence(one, has_effects=bool(diagnosis.model.effects)) for one in validation)
-    return replace(diagnosis, validation=validation, sentence=" ".join([diagnosis.sentence, *sentences]))
+    carries = transfer_sentences(validation, has_effects=bool(diagnosis.model.effects))
+    return replace(diagnosis, validation=validation, sentence=diagnosis.sentence + carries)
 
 
 def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:

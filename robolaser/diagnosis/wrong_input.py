@@ -72,4 +72,5 @@ def told(found: Diagnosis, mended: Diagnosis, wrong: WrongInput, text: str, coor
         gap=replace(mended.gap, nominal_m=found.gap.nominal_m, calibrated_m=found.gap.calibrated_m),
         where=tuple(sorted((here, *rest), key=lambda one: -one.share)),
         wrong_input=wrong,
+        as_given=found.as_given or found.dataset,
     )

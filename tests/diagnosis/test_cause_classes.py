@@ -8,7 +8,14 @@ import pytest
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import Diagnosis, examine
-from robolaser.diagnosis.cause_classes import class_of, credible_set, departs, imitated_cause, member_probabilities
+from robolaser.diagnosis.cause_classes import (
+    cause_kinds,
+    class_of,
+    credible_set,
+    departs,
+    imitated_cause,
+    member_probabilities,
+)
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.pruning import exchanged
 from robolaser.diagnosis.result import CauseClass
@@ -31,6 +38,12 @@ GEAR = candidate("backlash", "joint_3")
 def weighed(weights: dict[CandidateEffect | None, float], credibility: float = 1.0) -> EffectEvidence:
     first = next(one for one in weights if one is not None)
     return EffectEvidence(first, 100.0, weights[first], credibility, weights, {}, ())
+
+
+def test_a_kind_is_told_where_its_effects_are_and_not_where_these_are_too_improbable() -> None:
+    refits, held_out = SimpleNamespace(without=lambda *_: None, of=lambda _: None), SimpleNamespace(gap=lambda _: 1.0)
+    evidence = [weighed({ELBOW: 0.999, None: 0.001}), weighed({GEAR: 0.001, None: 0.999})]
+    assert [one.effect for one in cause_kinds(refits, None, evidence, held_out)] == ["joint_offset"]
 
 
 def test_every_effect_of_the_package_belongs_to_a_class() -> None:

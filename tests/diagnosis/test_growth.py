@@ -11,11 +11,13 @@ from robolaser.data.joining import poses_beyond, with_poses_of
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.further_poses import Followed, FurtherRows
-from robolaser.diagnosis.growth import SHARE
+from robolaser.diagnosis.growth import SHARE, with_poses
 from robolaser.errors import DataError, UsageError
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import sources_of
 from robolaser.model.batches import of_data
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.tracker_scale import TrackerScale
 from robolaser.results.diagnosis import DiagnosisResult
 from robolaser.simulation import CellOptions, simulate
 
@@ -104,6 +106,18 @@ def test_repeats_of_a_further_pose_weigh_as_those_of_the_others():
     (known,) = [one.effect for one in weighed.start.noise.sources if one.name == "point"]
     (new,) = [one.effect for one in rows._noise.sources if one.name == "point"]
     np.testing.assert_allclose(np.linalg.norm(new[0]), np.linalg.norm(known[0]), rtol=1e-6)
+
+
+def test_a_grown_diagnosis_still_says_whether_it_carries_over_and_what_it_may_stand_for(arm):
+    other = simulate("ur5", kind="point", poses=20, noise=Noise(point_m=1e-4), seed=5).dataset
+    found = robolaser.diagnose(first(arm, FIRST), effects=FEW, seed=1, validate=[other])
+    grown = found.with_poses(first(arm, FIRST + 1))
+    assert grown.diagnosis.weighed.followed
+    assert grown.sentence.partition(f"to {other.name}")[2] == found.sentence.partition(f"to {other.name}")[2] != ""
+    like = replace(found.diagnosis.limits[0], candidate_effect=CandidateEffect(TrackerScale, "measuring_system"))
+    imitated = replace(found.diagnosis, limits=(replace(like, size=None, is_imitated=True),))
+    further = first(arm, FIRST + 1)
+    assert "cannot distinguish tracker scale" in with_poses(imitated, further, robolaser.diagnosis.examine).sentence
 
 
 def test_a_pose_that_the_model_does_not_predict_has_all_poses_examined_anew(arm, found):

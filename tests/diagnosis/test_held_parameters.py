@@ -61,6 +61,16 @@ def test_a_wrong_focal_length_is_named_whether_fixed_or_bounded_narrowly(room: f
     assert why.gap_mm.after < 1.1 * why.gap_mm.noise_floor < why.gap_mm.calibrated
 
 
+def test_further_poses_do_not_make_a_held_parameter_right() -> None:
+    made = held(seen(), dict.fromkeys(FOCAL, 1.02))
+    last = np.arange(len(made.poses)) >= len(made.poses) - 3
+    grown = robolaser.diagnose(made.of_poses(~last), effects=FEW, seed=0).with_poses(made.of_poses(last))
+    fresh = robolaser.diagnose(made, effects=FEW, seed=0)
+    assert (grown.verdict, grown.effects[0].effect) == (fresh.verdict, fresh.effects[0].effect)
+    assert grown.effects[0].parameters["fx"].value == pytest.approx(fresh.effects[0].parameters["fx"].value, rel=1e-6)
+    assert grown.with_poses(made).diagnosis is grown.diagnosis
+
+
 def test_intrinsics_of_half_the_resolution_are_named() -> None:
     made = held(seen(seed=1), dict.fromkeys(("fx", "fy", "cx", "cy"), 0.5), like=known(1))
     why = robolaser.diagnose(made, effects=FEW, seed=0)

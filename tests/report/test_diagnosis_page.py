@@ -22,7 +22,7 @@ from page_claims import (
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.cause_words import named
-from robolaser.diagnosis.result import DetectionLimit
+from robolaser.diagnosis.result import DetectionLimit, WrongInput
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.sensors import scanner_geometry
@@ -30,7 +30,7 @@ from robolaser.report.cell_poses import CellPoses
 from robolaser.report.diagnosis.charts import steps
 from robolaser.report.diagnosis.page import document, figures, suspected
 from robolaser.report.diagnosis.rows import limit_table, untestable_table
-from robolaser.report.digits import percent
+from robolaser.report.digits import millimetres, percent
 from robolaser.report.page import render
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, simulate
@@ -205,6 +205,18 @@ def test_the_page_of_several_sessions_draws_what_each_tracker_saw_in_the_base_fr
     reach = np.linalg.norm(apart.flange()[:, :3, 3], axis=1).max()
     assert np.linalg.norm(drawn.known, axis=1).max() < reach + 0.3
     assert np.linalg.norm(drawn.tip - drawn.flange[:, :3, 3], axis=1).max() < 0.2
+
+
+@pytest.mark.parametrize("is_held", [False, True])
+def test_what_is_called_calibrated_is_what_the_file_calls_so(diagnosis, is_held):
+    if is_held:  # without effects, the error is another one once the data set is corrected
+        wrong = WrongInput("held_parameter", "camera", "camera", 0.99, {}, 7e-4, diagnosis.gap.after_m)
+        gap = replace(diagnosis.gap, calibrated_m=7e-4)
+        diagnosis = replace(diagnosis, wrong_input=wrong, gap=gap, outliers=diagnosis.outliers[:0])
+    shown = {figure.label: figure.value for figure in figures(diagnosis)}
+    assert shown["calibrated"] == millimetres(diagnosis_json(diagnosis)["gap_mm"]["calibrated"] / 1e3)
+    assert millimetres(diagnosis.gap.after_m) in shown.values()
+    assert ("data set corrected" in shown) == (is_held and not diagnosis.model.effects)
 
 
 def test_where_nobody_gave_a_nominal_model_nothing_is_said_to_come_from_one(made):

@@ -41,6 +41,15 @@ def test_a_verdict_says_millimetres_and_what_noise_gives_and_leads_to_something_
         assert any(one.lower().startswith(named(found.candidate_effect).lower()) for one in said)
 
 
+def test_the_next_poses_are_said_to_decide_about_the_least_probable_effect():
+    one = MADE["explained"]()
+    first, second, *rest = one.findings
+    sure = replace(one, findings=(replace(first, probability=0.95), replace(second, probability=0.6), *rest))
+    (said,) = [text for text in to_do(sure) if text.startswith("Measure the")]
+    other = second.alternatives[0].candidate_effect
+    assert said.endswith(f"they distinguish {named(second.candidate_effect)} from {named(other)}.")
+
+
 def test_gross_errors_are_counted_in_the_verdict():
     assert "One row" in MADE["no_gap"]().sentence
     assert "2 rows" in MADE["explained"]().sentence
@@ -186,7 +195,7 @@ def test_uncertain_effects_of_a_class_have_one_advice_together_with_what_is_cert
     for one in (doubted(geometric()), first_certain()):
         said = to_do(one)
         assert [advice for advice in said if "robot_corrected.urdf" in advice] == [said[0]]
-        assert not any("geometry" in advice for advice in to_do(replace(one, classes=())))
+        assert not any("arm's geometry" in advice for advice in to_do(replace(one, classes=())))
     (uncertain, *_) = to_do(doubted(geometric(), of_class=0.5))
     assert uncertain.startswith("The arm's geometry: not certain. Measure more poses")
 
@@ -225,6 +234,7 @@ def test_joints_are_listed_shortly():
         members([*listed, candidate_effect("laser_roll:laser")]) == "joint offset of joint_2, 3 and 5, and laser roll"
     )
     assert members(listed[:2]) == "joint offset of joint_2 and joint_3"
+    assert members([candidate_effect("joint_offset:joint_10"), *listed]) == "joint offset of joint_2, 3, 5 and 10"
 
 
 def test_no_images_are_to_be_looked_at_where_there_are_none():

@@ -213,7 +213,8 @@ def _form(coordinates: Iterable[str]) -> str:
 def _measure(diagnosis: Diagnosis) -> str:
     count = len(diagnosis.next_poses)
     poses = f"the {count} pose{'s' * (count > 1)} in `next_poses` of `diagnosis.json`"
-    ambiguous = next((found for found in diagnosis.findings if found.alternatives), None)
+    open_ones = [found for found in diagnosis.findings if found.alternatives]
+    ambiguous = min(open_ones, key=lambda found: found.probability, default=None)
     if ambiguous is None:
         return f"Measure {poses}: they are the most informative."
     other = ambiguous.alternatives[0].candidate_effect

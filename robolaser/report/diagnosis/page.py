@@ -67,11 +67,13 @@ def _used(diagnosis: Diagnosis) -> str:
 def figures(diagnosis: Diagnosis) -> list[Figure]:
     """The gap step by step: what, how much, and how to read it; bars are shares of what calibration alone leaves."""
     gap = diagnosis.gap
-    interval = f"95 %: {millimetre_interval(*gap.after_ci95_m)}"
+    interval = f"95 %: {millimetre_interval(*gap.after_ci95_m)}" if gap.is_held_out else "no pose is held out"
     largest = max(gap.calibrated_m, gap.after_m, gap.noise_floor_m) or 1.0
     has_effects = bool(diagnosis.model.effects)
-    fewer_rows = not has_effects and len(diagnosis.outliers) > 0 and gap.after_m != gap.calibrated_m
-    left = "with the effects" if has_effects else "without gross errors" if fewer_rows else "calibrated"
+    without_faults = "data set corrected" if diagnosis.wrong_input else "without gross errors"
+    has_faults = diagnosis.wrong_input is not None or len(diagnosis.outliers) > 0
+    is_other = has_effects or (has_faults and gap.after_m != gap.calibrated_m)
+    left = "with the effects" if has_effects else without_faults if is_other else "calibrated"
     lines = [
         ("", "nominal model", gap.nominal_m, _nominal_remark(gap)),
         ("", "calibrated", gap.calibrated_m, "ordinary parameters fitted, no effect in the model"),
@@ -82,7 +84,7 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
         Figure(kind, label, "none" if size is None else millimetres(size), remark,
                None if size is None or i == 0 else 100 * size / largest)
         for i, (kind, label, size, remark) in enumerate(lines)
-        if has_effects or fewer_rows or i != 1
+        if is_other or i != 1
     ]  # fmt: skip
 
 
@@ -113,7 +115,8 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     title = "The cell, and its errors on new poses"
     cell = cell_scene(model, diagnosis.x, errors, title=title, marked=suspected(diagnosis))
     lies = "Where the remaining error is" if diagnosis.verdict == "unexplained" else "Where the gap is"
-    reading, floor_m = "Each pose is predicted by a fit without it.", diagnosis.gap.noise_floor_m
+    floor_m = diagnosis.gap.noise_floor_m
+    reading = "Each pose is predicted by a fit without it." if diagnosis.gap.is_held_out else "No pose is held out."
     each_pose = pose_errors(diagnosis.observed, errors, reading=reading, noise_m=floor_m)
     noise = noise_table((name, one.value, one.unit, one.origin) for name, one in diagnosis.noise.items())
     return [

@@ -97,7 +97,10 @@ def alternative_table(diagnosis: Diagnosis) -> Table:
         for found in diagnosis.findings
         for other in found.alternatives
     ]
-    note = "These poses cannot distinguish the alternatives from what was found. The next poses would."
+    note = "These poses cannot distinguish the alternatives from what was found."
+    note += " The poses to measure next distinguish the least probable effect from its first alternative." * bool(
+        diagnosis.next_poses
+    )
     return Table(columns, rows, "Alternatives", note, fold=6)
 
 
