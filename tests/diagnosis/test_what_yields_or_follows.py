@@ -1,5 +1,7 @@
 """Effects of real cells, made by the library's own formulas and by the trials' other ones: both are named."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -69,3 +71,17 @@ def test_what_yields_beside_a_far_larger_wrong_zero_is_no_form_of_it() -> None:
     assert found.verdict == "explained"
     assert {one.name for one in found.classes if one.probability > 0.9} >= {"elasticity", "arm_geometry"}
     assert found.gap.after_m < 1.1 * found.gap.noise_floor_m
+
+
+def test_a_wrong_zero_beside_little_that_follows_another_joint_is_no_coupling() -> None:
+    """A coupled joint is off by its zero no farther than the other joint turns, times the ratio."""
+    effects = {"joint_offset:panda_joint4": 2e-3}
+    made = simulate(find_robot("panda"), kind="point", poses=60, noise=Noise(point_m=3e-5), effects=effects, seed=1)
+    poses = made.dataset.poses
+    assert poses.q is not None
+    q = poses.q.copy()
+    q[:, 3] -= 6e-5 * np.tanh(3.0 * poses.q[:, 2])
+    found = examine(replace(made.dataset, poses=replace(poses, q=q)), seed=0)
+    sure = {str(one.candidate_effect) for one in found.findings if one.probability > 0.9}
+    assert "joint_offset at panda_joint4" in sure
+    assert not any(name.startswith("joint_coupling") for name in sure)

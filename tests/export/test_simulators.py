@@ -22,11 +22,11 @@ EFFECTS = {
     "encoder scale": {"encoder_scale:elbow_joint.scale": 2e-3},
     "eccentricity": {"encoder_eccentricity:elbow_joint.sine": 2e-3, "encoder_eccentricity:elbow_joint.cosine": -1e-3},
     "transmission": {"transmission_error:elbow_joint.sine": 2e-3, "transmission_error:elbow_joint.cosine_2": 1e-3},
-    "coupling": {"joint_coupling:wrist_2_joint.ratio": 4e-3, "joint_coupling:wrist_2_joint.offset": 1e-3,
+    "coupling": {"joint_coupling:wrist_2_joint.ratio": 4e-3, "joint_coupling:wrist_2_joint.home": -0.25,
                  "joint_coupling:wrist_2_joint.other": 4.0},
     "coupling of a joint whose encoder has another scale": {
         "encoder_scale:wrist_2_joint.scale": 2e-3, "joint_coupling:wrist_2_joint.ratio": 4e-3,
-        "joint_coupling:wrist_2_joint.offset": 1e-3, "joint_coupling:wrist_2_joint.other": 4.0,
+        "joint_coupling:wrist_2_joint.home": -0.25, "joint_coupling:wrist_2_joint.other": 4.0,
     },
     "backlash": {"backlash:shoulder_lift_joint.lost_motion": 3e-3, "backlash:shoulder_lift_joint.start": 0.4},
     "settling": {"settling:elbow_joint.share": 3e-3},

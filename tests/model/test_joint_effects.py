@@ -232,15 +232,15 @@ def test_the_last_move_is_that_in_time_and_not_in_the_file() -> None:
 def test_a_coupled_joint_follows_the_joint_of_that_number(other: int) -> None:
     dataset = arm(anywhere(3))
     q = dataset.poses.q[None]
-    follows = (JointCoupling("joint_4", 1e-3 * ONE, 2e-3 * ONE, other * ONE).apply(q, Run(dataset)) - q)[0]
+    follows = (JointCoupling("joint_4", 1e-3 * ONE, other * ONE, -2.0 * ONE).apply(q, Run(dataset)) - q)[0]
     np.testing.assert_allclose(follows[:, 3], 1e-3 * q[0, :, other - 1] + 2e-3, atol=1e-15)
     np.testing.assert_array_equal(np.delete(follows, 3, axis=1), 0)
 
 
 def test_a_joint_is_coupled_with_its_neighbours_up_to_two_joints_away() -> None:
     dataset = arm(anywhere(3))
-    assert JointCoupling.grid(dataset, "joint_1")[:, 0].tolist() == [2, 3]
-    assert JointCoupling.grid(dataset, "joint_3")[:, 0].tolist() == [1, 2, 4, 5]
+    assert set(JointCoupling.grid(dataset, "joint_1")[:, 0]) == {2, 3}
+    assert set(JointCoupling.grid(dataset, "joint_3")[:, 0]) == {1, 2, 4, 5}
 
 
 def test_no_spring_stands_for_what_rounding_alone_makes_of_a_vertical_joint() -> None:

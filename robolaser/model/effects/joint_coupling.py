@@ -1,6 +1,7 @@
 """Joints that turn a little with another one: wrist gears, belts and cables that pass a joint."""
 
 from dataclasses import dataclass
+from itertools import product
 from typing import final
 
 import numpy as np
@@ -15,17 +16,19 @@ from robolaser.robot.kinematics import Robot
 from robolaser.robot.reading import MOST_JOINTS
 
 FARTHEST = 2  # joints between which gears and cables are led along
+TURN = 2.0 * np.pi  # of the other joint, from where it reads zero
+HOMES = (0.0, -2.0, 2.0, -5.0, 5.0)  # tried; a fit goes on from there
 
 
 @final
 @dataclass(frozen=True)
 class JointCoupling(Effect):
-    """The joint follows another one: q' = q + ratio q_other + offset.
+    """The joint follows another one: q' = q + ratio (q_other - home).
 
     The drive of a wrist passes the joints before it: where a gear, belt or cable is led along another joint, that
     joint's motion turns this one too, unless the controller takes it out with the right ratio. `other` is the number of
-    the other joint, counted from the base and from one, at most two joints away. Both joints were homed somewhere:
-    `offset` is -ratio times the other's reading there.
+    the other joint, counted from the base and from one, at most two joints away. `home` is its reading where the joints
+    were homed: within a turn, so that what is a wrong zero of the joint is none of its.
     """
 
     name = "joint_coupling"
@@ -38,8 +41,8 @@ class JointCoupling(Effect):
     cause = "transmission"
 
     ratio: Array = parameter(unit="", bound=0.05, prior_scale=5e-4)
-    offset: Array = parameter(unit="rad", bound=0.1, prior_scale=5e-4)
     other: Array = nonlinear(unit="", lower=1.0, upper=float(MOST_JOINTS), nominal=1.0)
+    home: Array = nonlinear(unit="rad", lower=-TURN, upper=TURN, nominal=0.0)
 
     @classmethod
     def sites(cls, robot: Robot | None) -> tuple[str, ...]:
@@ -49,10 +52,11 @@ class JointCoupling(Effect):
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
-        """Each neighbour up to two joints away."""
+        """Each neighbour up to two joints away, and homes all over a turn."""
         joints = moving_joints(dataset.robot)
         own = joints.index(where)
-        return np.array([[i + 1.0] for i in range(len(joints)) if 0 < abs(i - own) <= FARTHEST])
+        others = [i + 1.0 for i in range(len(joints)) if 0 < abs(i - own) <= FARTHEST]
+        return np.array(list(product(others, HOMES)))
 
     @classmethod
     def usual_shape(cls, dataset: Dataset, where: str) -> dict[str, float]:
@@ -63,12 +67,13 @@ class JointCoupling(Effect):
         """Turn the joint with the other one."""
         column = self._column(run)
         other = np.broadcast_to(q, (len(column), *q.shape[1:]))[np.arange(len(column)), :, column]
-        return add_to_joint(q, run, self.where, self.ratio[:, None] * other + self.offset[:, None])
+        return add_to_joint(q, run, self.where, self.ratio[:, None] * (other - self.home[:, None]))
 
     def parts(self, run: Run) -> tuple[MechanismPart, ...]:
         """A joint that follows the other one."""
         other = run.robot.joints[self._column(run)[0]]
-        return (MimicJoint(self.where, other, float(self.ratio[0]), float(self.offset[0])),)
+        ratio = float(self.ratio[0])
+        return (MimicJoint(self.where, other, ratio, -ratio * float(self.home[0])),)
 
     def _column(self, run: Run) -> Ints:
         """The column of the other joint, (c,)."""
