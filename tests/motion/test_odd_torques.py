@@ -73,6 +73,13 @@ def test_torques_of_one_joint_that_have_the_wrong_sign_are_read_as_their_opposit
     assert number(found, *FRICTION, "torque") == pytest.approx(4.0 * (abs(factor) if joint == ELBOW else 1.0), abs=0.2)
 
 
+def test_a_wrong_sign_is_found_beside_a_limit() -> None:
+    read = -dry().tau[:, LIFT]
+    found = with_lift(np.minimum(read, 0.5 * read.max()))
+    assert ("torque_constant", "lift") in certain(found) <= {("torque_constant", "lift"), FRICTION}
+    assert "Torques of lift are cut off" in sentence(found)
+
+
 def test_torques_that_all_have_the_wrong_sign_are_of_one_cause() -> None:
     found = diagnose_motion(replace(dry(), tau=-dry().tau), seed=0)
     assert found.verdict == "explained"
