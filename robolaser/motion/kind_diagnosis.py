@@ -126,4 +126,12 @@ class KindDiagnosis:
         """Of these rows."""
         if not self.shown and not self.has_gap.any():
             return "no_gap"
-        return "explained" if self.shown and bool((self._closed | ~self.has_gap).all()) else "unexplained"
+        is_closed = bool((self._closed | ~self.has_gap).all())
+        return "explained" if self.shown and is_closed and not self._is_doubted else "unexplained"
+
+    @property
+    def _is_doubted(self) -> bool:
+        """Whether a cause that is not in the library is as likely as what explains most at a joint that has a gap."""
+        none = np.array([one.none for one in self.shown])
+        gained = np.nan_to_num([one.gained for one in self.shown])
+        return bool((none[gained.argmax(axis=0)] >= EVEN)[self.has_gap & gained.any(axis=0)].any())

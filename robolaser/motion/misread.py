@@ -8,6 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.misread import BEST, FALLS
+from robolaser.motion.cut_off import cuts
 from robolaser.motion.effect import JOINTS, At, MotionEffect, Number
 from robolaser.motion.effects.dynamics import TORQUE_CONSTANT
 from robolaser.motion.evidence import Fitted
@@ -72,6 +73,7 @@ def misread(log: MotionLog) -> Misread | None:
     of = quantities(log, "torque")
     if of.lacking:
         return None
+    of = replace(of, measured=np.where(np.any([one.rows for one in cuts(of)], axis=0), np.nan, of.measured))
     as_read = _left(of)
     ways = [
         way
@@ -146,6 +148,7 @@ def _under_other_gravity(of: Quantities) -> Iterator[Misread]:
     if along @ stated > NEAR_AXIS * size:
         return
     log = replace(of.log, robot=robot.under(size * along))
+    under = replace(quantities(log, "torque"), measured=of.measured)
     numbers = {axis: (float(value) + 0.0, np.nan, "m/s²") for axis, value in zip("xyz", size * along, strict=True)}
     was, now = (f"[{', '.join(f'{value + 0.0:.3g}' for value in one)}]" for one in (stated, size * along))
     effect = MotionEffect(
@@ -155,4 +158,4 @@ def _under_other_gravity(of: Quantities) -> Iterator[Misread]:
         remedy="Correct gravity under [robot] in dataset.toml.",
         reference="Siciliano et al. 2009, Robotics, ch. 7.2: gravity in the equations of motion",
     )  # fmt: skip
-    yield Misread(log, (At(effect, "base", 0),), numbers, _left(quantities(log, "torque")))
+    yield Misread(log, (At(effect, "base", 0),), numbers, _left(under))

@@ -73,6 +73,13 @@ def test_torques_of_one_joint_that_have_the_wrong_sign_are_read_as_their_opposit
     assert number(found, *FRICTION, "torque") == pytest.approx(4.0 * (abs(factor) if joint == ELBOW else 1.0), abs=0.2)
 
 
+def test_a_wrong_sign_is_found_beside_a_limit() -> None:
+    read = -dry().tau[:, LIFT]
+    found = with_lift(np.minimum(read, 0.5 * read.max()))
+    assert ("torque_constant", "lift") in certain(found) <= {("torque_constant", "lift"), FRICTION}
+    assert "Torques of lift are cut off" in sentence(found)
+
+
 def test_torques_that_all_have_the_wrong_sign_are_of_one_cause() -> None:
     found = diagnose_motion(replace(dry(), tau=-dry().tau), seed=0)
     assert found.verdict == "explained"
@@ -87,3 +94,13 @@ def test_gravity_that_is_not_as_stated_is_named_and_nothing_else(gravity: tuple[
     assert found.verdict == "explained"
     assert certain(found) == {("gravity_direction", "base"), FRICTION}
     assert [number(found, "gravity_direction", "base", axis) for axis in "xyz"] == pytest.approx(gravity, abs=0.1)
+
+
+def test_slow_motions_do_not_tell_an_arm_that_hangs_from_torques_of_the_wrong_sign() -> None:
+    slow = replace(dry(), time_s=6.0 * dry().time_s)
+    noise = 0.05 * np.random.default_rng(0).normal(size=slow.q.shape)
+    found = diagnose_motion(replace(slow, tau=noise - slow.robot.gravity_torques(slow.q)), seed=0)
+    (one,) = found.fit.findings
+    pairs = [tuple(at.pair) for at in (one.at, *one.rivals)]
+    assert sorted(pairs) == [("gravity_direction", "base"), ("torque_constant", "joints")]
+    assert one.probability == pytest.approx(0.5)

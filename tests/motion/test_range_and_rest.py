@@ -103,3 +103,14 @@ def test_a_small_share_of_a_gap_is_explained_only_if_it_is_a_few_times_the_noise
     at = At(next(one for one in TRACKING if one.name == "dead_zone"), "elbow", 0)
     finding = SelectedEffect(at, 0.99, 0.0, None, (), {"half_width": (0.02, 1e-4, "rad")}, np.array([99.0]))  # type: ignore[arg-type]
     assert KindDiagnosis(gap, (at,), (finding,), run, before, after, {}, np.zeros(1)).verdict == verdict
+
+
+@pytest.mark.parametrize(("none", "verdict"), [(0.3, "explained"), (0.6, "unexplained")])
+def test_a_gap_is_not_explained_by_what_is_less_likely_than_an_unknown_cause(none: float, verdict: str) -> None:
+    rng = np.random.default_rng(0)
+    run, before, after = np.repeat(np.arange(4), 100), rng.normal(size=(400, 1)), 0.1 * rng.normal(size=(400, 1))
+    gap = KindGap("torque", "Nm", np.array([1.0]), np.array([1.0]), np.array([0.1]), np.array([0.1]), 400)
+    at = At(next(one for one in TRACKING if one.name == "dead_zone"), "elbow", 0)
+    numbers = {"half_width": (0.02, 1e-4, "rad")}
+    finding = SelectedEffect(at, 0.4, none, None, (), numbers, np.array([0.99]))  # type: ignore[arg-type]
+    assert KindDiagnosis(gap, (at,), (finding,), run, before, after, {}, np.zeros(1)).verdict == verdict

@@ -9,8 +9,8 @@ from robolaser.motion.effect import TIMING, MotionEffect, Number
 from robolaser.motion.quantities import Quantities, at_joint, of_joint
 
 TUTTLE = "Tuttle, Seering 1996, IEEE Trans. Robotics and Automation 12: a nonlinear model of a harmonic drive"
-CYCLES = (1, 2, 4, *range(8, 65, 4), *range(70, 331, 10))
-"""Of a ripple, in a turn of the joint."""
+CYCLES = tuple(sorted({1, 2, 4, 50, 101, 202, *range(8, 65, 4), *range(70, 331, 10)}))
+"""Of a ripple, in a turn of the joint: among them the ratios of strain wave gears, 50 to 160, and twice these."""
 SEEN_CYCLES = 2.0  # fewer over the range of motion are no ripple to be told from anything smooth
 
 

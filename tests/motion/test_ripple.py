@@ -1,0 +1,28 @@
+"""Waves of gears, by the ratios of strain wave gears that makers sell, once and twice a turn of the wave generator."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from moved_arms import JOINTS, urdf
+
+from robolaser.motion.diagnosis import diagnose_motion
+from robolaser.motion.simulation import simulate_motion
+from robolaser.robot.kinematics import Robot
+
+ROBOT = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))
+LIFT = JOINTS.index("lift")
+
+
+@pytest.mark.parametrize("cycles", [50, 101, 160, 202])
+def test_the_ripple_of_a_gear_is_named_at_its_joint(cycles: int) -> None:
+    log = simulate_motion(ROBOT, series=4, seed=4)
+    none = np.full_like(log.q, np.nan)
+    load = log.load.copy()
+    wide = 1.6 * (log.q[:, LIFT] - log.q[:, LIFT].mean())  # over more than two radians
+    q = log.q.copy()
+    q[:, LIFT] = wide
+    load[:, LIFT] = wide + (log.load - log.q)[:, LIFT] + 2e-4 * np.sin(cycles * wide + 0.3)
+    found = diagnose_motion(replace(log, command=none, tau=none, q=q, load=load), seed=0)
+    assert found.verdict == "explained"
+    assert [one.at.pair for one in found.fit.findings] == [["gear_ripple", "lift"]]
