@@ -104,11 +104,7 @@ def _dataset(text: str) -> tuple[str, Any]:
 
 
 def _calibration(name: str, dataset: Any, *, reduced: bool) -> BenchmarkProblem:
-    """Minimise J, eq. 18, within bounds: in all parameters, or in those that do not follow from others.
-
-    Raises:
-        BenchmarkError: It is reduced, and every parameter follows from the data in closed form.
-    """
+    """Minimise J, eq. 18, within bounds: in all parameters, or in those that do not follow from others."""
     from robolaser.estimation.multistart import check_bounds  # noqa: PLC0415 - test functions need no models
     from robolaser.model.forward_model import Model  # noqa: PLC0415
     from robolaser.problems import ReducedCalibration, ScannerCalibration  # noqa: PLC0415
@@ -124,11 +120,7 @@ def _calibration(name: str, dataset: Any, *, reduced: bool) -> BenchmarkProblem:
 
 
 def _of_suite(name: str, which: str) -> BenchmarkProblem:
-    """An instance of the suite.
-
-    Raises:
-        UsageError: It has none of that id.
-    """
+    """An instance of the suite."""
     from robolaser.problems import suite  # noqa: PLC0415 - test functions need no models
 
     question = suite()[which]

@@ -2,11 +2,11 @@
 
 import csv
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import chain, islice
 from pathlib import Path
 from types import SimpleNamespace
-from typing import final
+from typing import TYPE_CHECKING, Any, TypeVar, final
 
 import numpy as np
 
@@ -14,8 +14,12 @@ from robolaser.arrays import Array, Ints
 from robolaser.bounded_reading import TABLE_BYTES, opened
 from robolaser.errors import DataError, near, unreadable
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
 BLOCK_ROWS = 2_000  # taken apart at a time: memory holds the columns of a table, and never all of its cells
 
+RowTable = TypeVar("RowTable", bound="DataclassInstance")
 Cells = tuple[str, ...] | Array  # of a column: texts, or numbers, (rows,)
 
 
@@ -26,7 +30,7 @@ class CsvTable:
 
     file: str  # its name, for messages
     columns: Mapping[str, Cells]  # by name, in the file's order
-    lines: Sequence[int]  # line of the file at which each row starts, counted from one
+    lines: tuple[int, ...]  # line of the file at which each row starts, counted from one
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -57,12 +61,7 @@ class CsvTable:
 
     def take(self, rows: Ints) -> "CsvTable":
         """Some of the rows, by their numbers."""
-        kept = rows.tolist()
-        columns = {
-            name: tuple(cells[i] for i in kept) if isinstance(cells, tuple) else cells[rows]
-            for name, cells in self.columns.items()
-        }
-        return replace(self, columns=columns, lines=[self.lines[i] for i in kept])
+        return rows_of(self, rows)
 
     def beside(self, columns: Mapping[str, Cells]) -> "CsvTable":
         """The table with further columns."""
@@ -88,6 +87,20 @@ class CsvTable:
                 f"{self.file} has no column '{column}'.{near(column, self.columns)}", file=self.file, column=column
             )
         return self.columns[column]
+
+
+def rows_of(table: RowTable, rows: Ints) -> RowTable:
+    """A table with some rows of every column, by their numbers."""
+    chosen = rows.tolist()
+
+    def some(column: Any) -> Any:
+        if isinstance(column, Mapping):
+            return {name: some(values) for name, values in column.items()}
+        if isinstance(column, tuple):
+            return tuple(map(column.__getitem__, chosen))
+        return column[rows] if isinstance(column, np.ndarray) else column
+
+    return replace(table, **{one.name: some(getattr(table, one.name)) for one in fields(table)})
 
 
 def finite(cell: str) -> float:

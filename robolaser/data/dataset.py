@@ -1,17 +1,17 @@
 """What was measured in a cell: poses, points and what is known of robot, sensor and target beforehand."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import Any, TypeVar, final
+from typing import Any, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.board import Board
-from robolaser.data.csv_tables import numbers
+from robolaser.data.csv_tables import numbers, rows_of
 from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
 from robolaser.data.sessions import Sessions
 from robolaser.data.stated_noise import Noise
@@ -70,7 +70,7 @@ class Poses:
 
     def take(self, rows: Ints) -> "Poses":
         """Only the poses with these numbers."""
-        return _taken(self, rows)
+        return rows_of(self, rows)
 
 
 @final
@@ -140,24 +140,7 @@ class Points:
 
     def take(self, rows: Ints | Bools | slice) -> "Points":
         """Only the rows with these numbers."""
-        return _taken(self, np.arange(len(self))[rows])
-
-
-RowTable = TypeVar("RowTable", Poses, Points)
-
-
-def _taken(table: RowTable, rows: Ints) -> RowTable:
-    """Only some rows of every column."""
-    chosen = rows.tolist()
-
-    def some(column: Any) -> Any:
-        if isinstance(column, Mapping):
-            return {name: some(values) for name, values in column.items()}
-        if isinstance(column, tuple):
-            return tuple(map(column.__getitem__, chosen))
-        return column[rows] if isinstance(column, np.ndarray) else column
-
-    return replace(table, **{one.name: some(getattr(table, one.name)) for one in fields(table)})
+        return rows_of(self, np.arange(len(self))[rows])
 
 
 @final

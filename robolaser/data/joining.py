@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from robolaser.data.dataset import Dataset, Points, Poses, RowTable
+from robolaser.data.csv_tables import RowTable
+from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.fingerprint import fingerprint
 from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.stated_noise import Noise

@@ -16,7 +16,11 @@ LARGER = 1.15  # times the usual diameter, from which a circle is the one that m
 
 
 def target_in(image: Image, board: Board) -> tuple[Array, ...]:
-    """Every way to lay the frame on the target, (rows, columns, 2) [px] each; () where it is not seen."""
+    """Every way to lay the frame on the target in a grey image, (rows, columns, 2) [px] each; () where it is not seen.
+
+    Raises:
+        DataError: OpenCV has no dictionary of that name.
+    """
     if board.kind == "charuco":
         grid = _charuco(image, board)
         ways: tuple[Array, ...] = () if grid is None else (grid,)
@@ -42,13 +46,6 @@ def _charuco(image: Image, board: Board) -> Array | None:
     """Corners by their names, (rows, columns, 2) [px] as (u, v), NaN where one is not seen; None where none is.
 
     Boards of OpenCV before 4.6, with a light first square where their rows are even, are read too.
-
-    Args:
-        image: Grey image, (height, width).
-        board: Its markers' dictionary among what it says.
-
-    Raises:
-        DataError: OpenCV has no dictionary of that name.
     """
     seen = [_seen(image, board, legacy=legacy) for legacy in (False, True)]
     grid = max(seen, key=lambda one: np.isfinite(one).sum())
@@ -91,12 +88,7 @@ def _seen(image: Image, board: Board, *, legacy: bool) -> Array:
 
 
 def _circles(image: Image, board: Board) -> tuple[Array, ...]:
-    """Middles of the circles, (rows, columns, 2) [px] as (u, v), once for each way to lay the frame; () where not seen.
-
-    Args:
-        image: Grey image, (height, width), dark circles on light ground or the other way round.
-        board: Columns and rows of circles.
-    """
+    """Middles of the circles, dark or light, (rows, columns, 2) [px] as (u, v), once for each way to lay the frame."""
     for ground in (image, cv2.bitwise_not(image)):
         for clustering in (0, cv2.CALIB_CB_CLUSTERING):
             flags = cv2.CALIB_CB_SYMMETRIC_GRID | clustering

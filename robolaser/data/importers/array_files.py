@@ -50,7 +50,7 @@ def array_table(path: Path) -> CsvTable:
         sizes = ", ".join(f"{name} {len(values)}" for name, values in arrays.items())
         raise DataError(f"{path.name}: expected columns of one length, found {sizes or 'none'}.", file=path.name)
     columns = {name: tuple(map(_text, values.tolist())) for name, values in arrays.items()}
-    return CsvTable(path.name, columns, range(1, lengths.pop() + 1))
+    return CsvTable(path.name, columns, tuple(range(1, lengths.pop() + 1)))
 
 
 def _text(value: Any) -> str:

@@ -176,11 +176,7 @@ def _thinned(times: Array, options: ImportOptions) -> Ints:
 
 
 def _image_file(message: Any, file: str, topic: str) -> tuple[str, bytes, tuple[int, int]]:
-    """Suffix, contents and size [px] of the file of a message.
-
-    Raises:
-        DataError: It is of an encoding that is not known, or damaged.
-    """
+    """Suffix, contents and size [px] of the file of a message."""
     import cv2  # noqa: PLC0415 - slow to import
 
     if not hasattr(message, "encoding"):

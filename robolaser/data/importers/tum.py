@@ -56,7 +56,7 @@ def _table(path: Path) -> CsvTable:
     if not rows:
         raise DataError(f"{path.name} has no line of numbers: {' '.join(COLUMNS)}.", file=path.name)
     columns = zip(("time_s", *FLANGE_COLUMNS), zip(*(cells for _, cells in rows), strict=True), strict=True)
-    return CsvTable(path.name, dict(columns), [number for number, _ in rows])
+    return CsvTable(path.name, dict(columns), tuple(number for number, _ in rows))
 
 
 def _cells(line: str) -> list[str]:

@@ -80,7 +80,7 @@ def a_row_for_each(table: CsvTable, points: Mapping[str, tuple[str, str, str]]) 
     for i, column in enumerate(XYZ):
         cells = (table.cells(own[i]) for own in points.values())
         columns[column] = tuple(chain.from_iterable(zip(*cells, strict=True)))
-    return CsvTable(table.file, columns, np.repeat(np.array(table.lines), n).tolist())
+    return CsvTable(table.file, columns, tuple(np.repeat(np.array(table.lines), n).tolist()))
 
 
 def without_lost(table: CsvTable, columns: Sequence[str]) -> tuple[CsvTable, tuple[str, ...]]:
