@@ -39,8 +39,7 @@ def blocks(effect: Array, group: Ints, table: Ints) -> Array:
     same = (group[table][:, :, None] == group[table][:, None, :]) & there[:, :, None] & there[:, None, :]
     n, r, k, q = A.shape
     A = A.reshape(n, k * r, q)
-    C: Array = A @ np.swapaxes(A, -1, -2) * same.repeat(k, axis=1).repeat(k, axis=2)
-    return C
+    return np.asarray(A @ np.swapaxes(A, -1, -2) * same.repeat(k, axis=1).repeat(k, axis=2))
 
 
 def restricted(
