@@ -89,10 +89,7 @@ class AclEncoders:
 
 
 def _belts() -> Array:
-    """From turns of the joints of an ER V plus to those of its motors, all in the base.
-
-    Belts keep a link's direction in the world while the links before it turn.
-    """
+    """From turns of the joints of an ER V plus to those of its motors, all in the base: links keep their directions."""
     belts = np.eye(5)
     belts[1:4, 1:4] = np.tril(np.ones((3, 3)))
     return belts
