@@ -278,22 +278,12 @@ def union(one: Indices, other: Indices) -> tuple[Indices, Any, Any]:
 
 def joined(value: Array, terms: Sequence[tuple[Indices, Array]]) -> Dual:
     """A dual whose slopes are the sum of terms, each by some parameters and broadcast to the value."""
-    of, slopes = terms[0]
-    if len(terms) == 1:
-        if slopes.shape[1:] != value.shape:
-            slopes = np.broadcast_to(slopes, (len(of), *value.shape))
-        return Dual(value, slopes, of)
-    if all(other == of for other, _ in terms[1:]):
-        total = terms[0][1] + terms[1][1]
-        for _, more in terms[2:]:
-            total = total + more
-        return joined(value, [(of, total)])
-    for other, _ in terms[1:]:
-        of = union(of, other)[0] if other else of
+    of: Indices = ()
+    for other, _ in terms:
+        of = union(of, other)[0]
     slopes = np.zeros((len(of), *value.shape))
     for other, part in terms:
-        if other:
-            slopes[union(of, other)[2]] += part
+        slopes[union(of, other)[2]] += part
     return Dual(value, slopes, of)
 
 

@@ -49,14 +49,12 @@ class AclEncoders:
 
     def counts(self, q: Array) -> Ints:
         """What the counters show at joint angles, (j,) -> (j,)."""
-        counts: Ints = np.rint(self._true(q) - self._shift).astype(np.int64)
-        return counts
+        return np.asarray(np.rint(self._true(q) - self._shift).astype(np.int64))
 
     def angles(self, counts: Ints) -> Array:
         """Joint angles at which the counters show this, (j,) -> (j,) [rad]."""
         turned = np.linalg.solve(self._per_radian, counts + self._shift - self._at_reference)
-        q: Array = self._reference + self._direction * turned
-        return q
+        return np.asarray(self._reference + self._direction * turned)
 
     def lose(self, q: Array) -> None:
         """Come on anew: count from zero here."""
@@ -87,15 +85,11 @@ class AclEncoders:
 
     def _true(self, q: Array) -> Array:
         """Counts from home, before they are rounded, (j,)."""
-        true: Array = self._at_reference + self._per_radian @ (self._direction * (q - self._reference))
-        return true
+        return np.asarray(self._at_reference + self._per_radian @ (self._direction * (q - self._reference)))
 
 
 def _belts() -> Array:
-    """From turns of the joints of an ER V plus to those of its motors, all in the base.
-
-    Belts keep a link's direction in the world while the links before it turn.
-    """
+    """From turns of the joints of an ER V plus to those of its motors, all in the base: links keep their directions."""
     belts = np.eye(5)
     belts[1:4, 1:4] = np.tril(np.ones((3, 3)))
     return belts

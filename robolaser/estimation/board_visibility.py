@@ -173,8 +173,7 @@ class ScannerBoard:
 
     def _cameras(self, q: Array) -> Array:
         """T_target_camera, (n, 4, 4)."""
-        T: Array = inverse(self.T_base_target) @ self.robot.forward(q) @ self.view.T_flange_camera
-        return T
+        return np.asarray(inverse(self.T_base_target) @ self.robot.forward(q) @ self.view.T_flange_camera)
 
     def _illuminated(self, T_target_camera: Array) -> Array:
         along = np.linspace(*self.view.stripe_range(), ALONG)[None]

@@ -140,5 +140,4 @@ def median_length(numbers: Array | Ints) -> Array:
 def _roots(problem: Problem) -> Array:
     """Whitens each row by itself, (m, k, k) [1/unit]."""
     assert problem.noise is not None  # rows are judged by their noise
-    root: Array = np.linalg.inv(np.linalg.cholesky(problem.noise.covariances))
-    return root
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(problem.noise.covariances)))

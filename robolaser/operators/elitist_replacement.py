@@ -33,8 +33,7 @@ def _best(costs: Array, n: int) -> Ints:
     if not 0 < n < len(costs):
         return costs.argsort(kind="stable")[:n]
     low = (costs <= np.partition(costs, n - 1)[n - 1]).nonzero()[0]
-    best: Ints = low[costs[low].argsort(kind="stable")[:n]]
-    return best
+    return np.asarray(low[costs[low].argsort(kind="stable")[:n]])
 
 
 @final

@@ -31,8 +31,7 @@ def inverse_cost(J: Array) -> Array:
 def roulette_wheel(weights: Array, at: Array) -> Ints:
     """Slots, as wide as their weights (n,), of the wheel where it stops, at [0, 1) (...) -> (...). Eq. 20."""
     wheel = weights.cumsum()
-    slots: Ints = wheel.searchsorted(at * wheel[-1], side="right")
-    return slots
+    return np.asarray(wheel.searchsorted(at * wheel[-1], side="right"))
 
 
 @final

@@ -86,8 +86,7 @@ class CollisionModel:
 
     def clear(self, q: Array, margin_m: float = 0.0) -> Bools:
         """Whether no two bodies are nearer than a margin at configurations (n, j), (n,)."""
-        free: Bools = np.all(self.gaps(q) >= margin_m, axis=1)
-        return free
+        return np.asarray(np.all(self.gaps(q) >= margin_m, axis=1))
 
     def name(self, pair: tuple[int, int]) -> str:
         """What people call a pair."""

@@ -23,8 +23,7 @@ def random_configurations(robot: Robot, count: int, rng: np.random.Generator) ->
 
 def foot_of(robot: Robot) -> Array:
     """Where the first joint stands, (3,) [m]."""
-    foot: Array = robot.joint_frames(np.clip(0.0, robot.lower, robot.upper))[0, :3, 3]
-    return foot
+    return np.asarray(robot.joint_frames(np.clip(0.0, robot.lower, robot.upper))[0, :3, 3])
 
 
 def most_crowded(places: Array, radius: float, centres: int = 500) -> Bools:

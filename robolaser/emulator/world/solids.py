@@ -89,8 +89,7 @@ class Sphere(Solid):
 
     def normal(self, point: Array) -> Array:
         """Away from the centre."""
-        normal: Array = (point - np.array(self.centre_m)) / self.radius_m
-        return normal
+        return np.asarray((point - np.array(self.centre_m)) / self.radius_m)
 
 
 @final
@@ -117,8 +116,7 @@ class Cuboid(Solid):
         """Of the nearest face."""
         inside = (point - np.array(self.origin_m)) @ self._turn
         depth = np.concatenate([np.abs(inside - bound) for bound in self._bounds], axis=-1)
-        normal: Array = np.concatenate([-self._turn.T, self._turn.T])[depth.argmin(axis=-1)]
-        return normal
+        return np.asarray(np.concatenate([-self._turn.T, self._turn.T])[depth.argmin(axis=-1)])
 
     @property
     def _turn(self) -> Array:
@@ -181,5 +179,4 @@ class PrintedBoard(Solid):
             for up in (0, 1)
             for left in (0, 1)
         )
-        albedo: Array = PAPER + (INK - PAPER) * ink * printed
-        return albedo
+        return np.asarray(PAPER + (INK - PAPER) * ink * printed)

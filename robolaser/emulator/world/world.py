@@ -73,14 +73,12 @@ class EmulatedWorld:
     @property
     def T_base_flange(self) -> Array:  # noqa: N802 - the field's symbol
         """True pose of the flange, (4, 4)."""
-        T: Array = self.arm.forward(self.q[None])[0]
-        return T
+        return np.asarray(self.arm.forward(self.q[None])[0])
 
     @property
     def T_base_camera(self) -> Array:  # noqa: N802 - the field's symbol
         """True pose of the camera, (4, 4)."""
-        T: Array = self.T_base_flange @ self.scene.eye.optics.mount
-        return T
+        return np.asarray(self.T_base_flange @ self.scene.eye.optics.mount)
 
     def photograph(self, rng: np.random.Generator, *, lit: bool) -> Image:
         """A picture, (height, width), from where the arm is: noise is new, speckle the same while nothing moves."""

@@ -64,7 +64,7 @@ def moved_with_pose(blocks: Blocks, values: Values, T_base_flange: Array, pertur
     known, declared = blocks.known(*at) if blocks.one_sensor else None, blocks.sensor.format
     if known is not None and declared.unit == "m" and declared.numbers - declared.angles == 3:
         return _rigid_moves(known[0], blocks.dataset.points.pose, declared.numbers)
-    flange = in_six_ways(T_base_flange, _pivots(blocks, *at))
+    flange = _in_six_ways(T_base_flange, _pivots(blocks, *at))
     moved: Any = blocks.residuals(values, cast("Array", flange), perturb)
     slopes = np.moveaxis(moved.slopes[:, 0], 0, -1)
     return slopes[..., :3], slopes[..., 3:]
@@ -107,14 +107,11 @@ def _pose_centroids(points: Array, of_pose: Ints, poses: int) -> Array:
     return mean
 
 
-def in_six_ways(T_base_flange: Array, pivot: Array, first: int = 0) -> Dual:
-    """Poses (c or 1, n, 4, 4) that may be shifted along the base's axes, and turned about them at pivots (n or 1, 3).
-
-    The six motions have numbers from the first on.
-    """
+def _in_six_ways(T_base_flange: Array, pivot: Array) -> Dual:
+    """Poses (c or 1, n, 4, 4) that may be shifted along the base's axes, or turned about them at pivots (n or 1, 3)."""
     slopes = np.zeros((6, *T_base_flange.shape))
     slopes[:3, ..., :3, 3] = np.eye(3)[:, None, None]
     arms = T_base_flange[..., :3, :].copy()
     arms[..., 3] -= pivot
     slopes[3:, ..., :3, :] = skew(np.eye(3))[:, None, None] @ arms
-    return Dual(T_base_flange, slopes, tuple(range(first, first + 6)))
+    return Dual(T_base_flange, slopes, tuple(range(6)))

@@ -53,22 +53,12 @@ class GroupStage:
         K = (V / (root * (1.0 + root))[:, None]) @ np.swapaxes(V, -1, -2)
         return shared, K @ np.swapaxes(shared, 1, 2)
 
-    @cached_property
-    def _whole(self) -> Array | None:
-        """I - U K Uᵀ of each group, (g, r k, r k), where that is no larger than its factors."""
-        U, KUt = self._factors
-        return None if U.shape[1] > 2 * U.shape[2] else np.eye(U.shape[1]) - U @ KUt
-
     def __call__(self, rows: Array) -> Array:
         """Whiten (m, k, c)."""
         grouped = self._grouped.apart(rows)
         flat = grouped.reshape(len(grouped), grouped.shape[1] * grouped.shape[2], rows.shape[-1])
-        if self._whole is None:
-            U, KUt = self._factors
-            white = flat - U @ (KUt @ flat)
-        else:
-            white = self._whole @ flat
-        return self._grouped.together(white.reshape(grouped.shape))
+        U, KUt = self._factors
+        return self._grouped.together((flat - U @ (KUt @ flat)).reshape(grouped.shape))
 
 
 @final

@@ -7,7 +7,6 @@ from typing import ClassVar, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import XYZ, SensorFormat
 from robolaser.geometry.rigid_motion import carry, pose
 from robolaser.model.error_source import ErrorSource, along_each_axis
@@ -33,38 +32,32 @@ class Point(Sensor):
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.TARGET}
 
-    def __init__(self, dataset: Dataset) -> None:
-        super().__init__(dataset)
-        self._measured = dataset.points["xyz"][None]
-        self._tools = tuple(dict.fromkeys(dataset.points.names))
-        self._tool = dataset.points.number
-
     @cached_property
     def parameters(self) -> SensorParameters:
         """T_world_base and the tool points."""
-        tools = (f"tool.{name}.{part}" for name in self._tools for part in "xyz")
+        tools = (f"tool.{name}.{part}" for name in self.names for part in "xyz")
         return SensorParameters(derived=(*six_names("base"), *tools))
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """The best of all, the middle angle within ±π/2."""
-        rows = enough_of_each(self._tool)
-        measured = perturb(Stage.TARGET, self._measured)[:, rows]
+        rows = enough_of_each(self.dataset.points.number)
+        measured = perturb(Stage.TARGET, self.dataset.points["xyz"][None])[:, rows]
         T = T_base_flange[:, self.dataset.points.pose[rows]]
-        R, shift, tools = base_and_tools(measured, T, self._tool[rows])
-        return six_of(pose(R, shift), "base") | places_by_name(tools, "tool", self._tools)
+        R, shift, tools = base_and_tools(measured, T, self.dataset.points.number[rows])
+        return six_of(pose(R, shift), "base") | places_by_name(tools, "tool", self.names)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Measured point less predicted point, in the world frame, (c, m, 3) [m]."""
-        tools = places(values, "tool", self._tools)
+        tools = places(values, "tool", self.names)
         T_world_flange = motion(values, "base")[:, None] @ T_base_flange
-        seen = carry(T_world_flange, self.dataset.points.pose, tools[:, self._tool])
+        seen = carry(T_world_flange, self.dataset.points.pose, tools[:, self.dataset.points.number])
         return self.known(values, T_base_flange, perturb) - seen
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The measured points, in the tracker's frame, (c or 1, m, 3) [m]."""
-        return perturb(Stage.TARGET, self._measured)
+        return perturb(Stage.TARGET, self.dataset.points["xyz"][None])
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`point` [m], isotropic, each row's own."""
-        m = len(self._tool)
+        m = len(self.dataset.points.number)
         return [ErrorSource("point", along_each_axis(m, 3), np.arange(m), stated=self.dataset.noise.point_m)]

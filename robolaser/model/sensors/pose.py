@@ -46,27 +46,23 @@ class Pose(Sensor):
         super().__init__(dataset)
         self._measured = dataset.points["xyz"][None]
         self._turned = from_quaternion(dataset.points["quaternion"])[None]
-        self._bodies = tuple(dict.fromkeys(dataset.points.names))
-        self._body = dataset.points.number
 
     @cached_property
     def parameters(self) -> SensorParameters:
         """T_world_base and T_flange_body of each body."""
-        things = ("base", *(f"tool.{name}" for name in self._bodies))
+        things = ("base", *(f"tool.{name}" for name in self.names))
         return SensorParameters(derived=tuple(name for thing in things for name in six_names(thing)), two_axes=True)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """In closed form, wherever they lie."""
-        rows = enough_of_each(self._body)
+        rows = enough_of_each(self.dataset.points.number)
         T_world_body = pose(self._turned, perturb(Stage.TARGET, self._measured))[:, rows]
         T = T_base_flange[:, self.dataset.points.pose[rows]]
-        each = range(max(len(T), len(T_world_body)))
-        found = [
-            robot_world_hand_eye(T[i % len(T)], T_world_body[i % len(T_world_body)], self._body[rows]) for i in each
-        ]
+        of, each = self.dataset.points.number[rows], range(max(len(T), len(T_world_body)))
+        found = [robot_world_hand_eye(T[i % len(T)], T_world_body[i % len(T_world_body)], of) for i in each]
         tools, T_base_world = (np.stack(every) for every in zip(*found, strict=True))
         start = six_of(inverse(T_base_world), "base")
-        for number, name in enumerate(self._bodies):
+        for number, name in enumerate(self.names):
             start |= six_of(tools[:, number], f"tool.{name}")
         return start
 
@@ -84,11 +80,11 @@ class Pose(Sensor):
             T_world_flange = T_world_flange @ perturb(Stage.MOUNT, tools[:, :1])
             tools = inverse(tools[:, :1]) @ tools
             tools[:, 0] = np.eye(4)
-        return T_world_flange[:, self.dataset.points.pose] @ tools[:, self._body]
+        return T_world_flange[:, self.dataset.points.pose] @ tools[:, self.dataset.points.number]
 
     def _tools(self, values: Values) -> Array:
         """T_flange_body of each body, (c, b, 4, 4)."""
-        return np.stack([motion(values, f"tool.{name}") for name in self._bodies], axis=1)
+        return np.stack([motion(values, f"tool.{name}") for name in self.names], axis=1)
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Of the place alone, (c, m, 3) [m]."""
@@ -100,7 +96,7 @@ class Pose(Sensor):
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`point` [m] and `angle` [rad], both isotropic, each row's own."""
-        m, noise, axes = len(self._body), self.dataset.noise, np.eye(6)
+        m, noise, axes = len(self.dataset.points.number), self.dataset.noise, np.eye(6)
         place, turn = (np.broadcast_to(axes[:, part], (m, 6, 3)) for part in (slice(3), slice(3, 6)))
         return [
             ErrorSource("point", place, np.arange(m), stated=noise.point_m),
@@ -109,6 +105,6 @@ class Pose(Sensor):
 
     def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """Each body as `tool_NAME`; where the tracker stands, as `tracker`."""
-        bodies = {f"tool_{name}": motion(values, f"tool.{name}")[0] for name in self._bodies}
+        bodies = {f"tool_{name}": motion(values, f"tool.{name}")[0] for name in self.names}
         tracker = {"tracker": inverse(motion(values, "base"))[0]}
         return InCell(bodies, tracker, published=(*tracker, *bodies))

@@ -58,15 +58,14 @@ class Profile(Sensor):
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
         self._measured = np.insert(dataset.points["profile"], 1, 0.0, axis=1)[None]
-        self.balls = tuple(dict.fromkeys(dataset.points.names))  # their names
         self.ball = dataset.points.number  # which of them each row is on, (m,)
         self.stands = stands(dataset)  # in the cell
 
     @cached_property
     def parameters(self) -> SensorParameters:
         """The sensor's place on the flange or in the cell, the balls at the other end, and radii that are not known."""
-        balls = (f"ball.{name}.{part}" for name in self.balls for part in "xyz")
-        radii = () if self.dataset.radius_m else tuple(map(_radius, self.balls))
+        balls = (f"ball.{name}.{part}" for name in self.names for part in "xyz")
+        radii = () if self.dataset.radius_m else tuple(map(_radius, self.names))
         return SensorParameters(
             derived=(*six_names("hand_eye"), *balls, *radii),
             spans=lambda values: {name: 0.5 * values[name] for name in radii},
@@ -77,28 +76,28 @@ class Profile(Sensor):
         """Of each ball, (1 or c, balls) [m]: stated, or among the values."""
         stated = self.dataset.radius_m
         if stated:
-            return np.array([[stated[name] for name in self.balls]])
-        return np.stack([values[_radius(name)] for name in self.balls], axis=-1)
+            return np.array([[stated[name] for name in self.names]])
+        return np.stack([values[_radius(name)] for name in self.names], axis=-1)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """From the circles in which the sensor's plane cuts the balls; the largest tell radii that are not stated."""
         seen = perturb(Stage.TARGET, self._measured)
         of_pose = self.dataset.points.pose
-        _, first, profile = np.unique(of_pose * len(self.balls) + self.ball, return_index=True, return_inverse=True)
+        _, first, profile = np.unique(of_pose * len(self.names) + self.ball, return_index=True, return_inverse=True)
         found = []
         for candidate in range(max(len(seen), len(T_base_flange))):
             centre, radius, enough = circles(seen[candidate % len(seen)][:, ::2], profile.reshape(-1))
             some = np.flatnonzero(enough)
             some = some[evenly(len(some), ENOUGH_PROFILES)]
             ball, cut = self.ball[first[some]], radius[some]
-            radii = self._radii({_radius(name): _of_largest(cut[ball == i]) for i, name in enumerate(self.balls)})[0]
+            radii = self._radii({_radius(name): _of_largest(cut[ball == i]) for i, name in enumerate(self.names)})[0]
             beside = np.sqrt(np.maximum(radii[ball] ** 2 - cut**2, 0.0))
             T = T_base_flange[candidate % len(T_base_flange)][of_pose[first[some]]]
             T = T if self.stands else inverse(T)
             found.append((*sensor_and_balls(centre[some], beside, T, ball), radii))
         R, shift, balls, radii = (np.stack(parts) for parts in zip(*found, strict=True))
-        sizes = dict(zip(map(_radius, self.balls), radii.T, strict=True))
-        return six_of(inverse(pose(R, shift)), "hand_eye") | places_by_name(balls, "ball", self.balls) | sizes
+        sizes = dict(zip(map(_radius, self.names), radii.T, strict=True))
+        return six_of(inverse(pose(R, shift)), "hand_eye") | places_by_name(balls, "ball", self.names) | sizes
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Distance of each point from its ball's surface, positive outside, (c, m, 1) [m]."""
@@ -117,7 +116,7 @@ class Profile(Sensor):
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The middles of the balls, in the base frame, (c, m, 3) [m]."""
-        balls = places(values, "ball", self.balls)[:, self.ball]
+        balls = places(values, "ball", self.names)[:, self.ball]
         return carry(T_base_flange, self.dataset.points.pose, balls) if self.stands else balls
 
     def _mount(self, values: Values, perturb: Perturbation) -> Array:
@@ -147,14 +146,14 @@ class Profile(Sensor):
             sensor = {"profile_sensor": mount[0, 0]}
             return InCell(sensor, published=sensor, mount=mount)
         sensor = {"profile_sensor": motion(values, "hand_eye")[0]}
-        middles = zip(self.balls, places(values, "ball", self.balls)[0], strict=True)
+        middles = zip(self.names, places(values, "ball", self.names)[0], strict=True)
         balls = {f"ball_{name}": pose(np.eye(3), middle) for name, middle in middles}
         return InCell(balls, sensor, published=sensor)
 
     def _aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array]:
         """Balls go where balls were seen: a ball in the flange frame and in the base frame, once for each profile."""
         of_pose = self.dataset.points.pose
-        _, first = np.unique(of_pose * len(self.balls) + self.ball, return_index=True)
+        _, first = np.unique(of_pose * len(self.names) + self.ball, return_index=True)
         there = self.known(values, T_base_flange[None], Perturbation())[0, first]
         return apply(inverse(T_base_flange[of_pose[first]]), there), there
 
@@ -165,7 +164,7 @@ class Profile(Sensor):
 
     def _seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
         """A profile of the ball nearest to the sensor's plane; good where that cuts it near its middle, in range."""
-        balls = places(values, "ball", self.balls)[0]
+        balls = places(values, "ball", self.names)[0]
         radii = self._radii(values)[0]
         hand_eye = motion(values, "hand_eye")
         there = apply(T_base_flange[:, None], balls) if self.stands else balls
@@ -180,7 +179,7 @@ class Profile(Sensor):
         x, y, z = there[poses, nearest].T[..., None]
         radius, angle = np.sqrt(np.maximum(radii[nearest, None] ** 2 - y**2, 0.0)), np.linspace(-ARC, ARC, ROWS)
         profile = np.stack([x + radius * np.sin(angle), z - radius * np.cos(angle)], axis=-1)
-        names = tuple(self.balls[ball] for ball in nearest.repeat(ROWS).tolist())
+        names = tuple(self.names[ball] for ball in nearest.repeat(ROWS).tolist())
         points = Points(poses.repeat(ROWS), names, columns={"profile": profile.reshape(-1, 2)})
         return points, np.asarray(beside[poses, nearest] < MOST_CUT)
 

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from typing import Any, ClassVar, final
 
 import numpy as np
@@ -90,6 +91,12 @@ class Sensor(ABC):
     def stages_in(cls, dataset: Dataset) -> frozenset[Stage]:
         """Those of `stages` that values pass in a data set: balls on the flange have no mount in common."""
         return cls.stages - {Stage.MOUNT} if cls.format.balls and stands(dataset) else cls.stages
+
+    @final
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Of the points that it sees, in the order of `Points.number`."""
+        return tuple(dict.fromkeys(self.dataset.points.names))
 
     @property
     @abstractmethod

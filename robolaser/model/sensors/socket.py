@@ -36,20 +36,19 @@ class Socket(Sensor):
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
-        self._sockets = tuple(dict.fromkeys(dataset.points.names))
         self._socket = dataset.points.number
 
     @cached_property
     def parameters(self) -> SensorParameters:
         """The ball in the flange frame and the sockets in the base frame."""
-        things = ("tool.ball", *(f"socket.{name}" for name in self._sockets))
+        things = ("tool.ball", *(f"socket.{name}" for name in self.names))
         return SensorParameters(derived=tuple(f"{thing}.{part}" for thing in things for part in "xyz"))
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """Linear least squares: R ball + t = socket for every row; each socket is the mean of its ball's places."""
         T = T_base_flange[:, self.dataset.points.pose]
         R, t = T[..., :3, :3], T[..., :3, 3]
-        c, s = len(T), len(self._sockets)
+        c, s = len(T), len(self.names)
         member = (self._socket == np.arange(s)[:, None]) / np.bincount(self._socket, minlength=s)[:, None]
         R_mean, t_mean = (member @ R.reshape(c, -1, 9)).reshape(c, s, 3, 3), member @ t
         A = (R - R_mean[:, self._socket]).reshape(c, -1, 3)
@@ -66,7 +65,7 @@ class Socket(Sensor):
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The sockets, in the base frame, (c, m, 3) [m]."""
-        return places(values, "socket", self._sockets)[:, self._socket]
+        return places(values, "socket", self.names)[:, self._socket]
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`seat` [m], isotropic, each row's own."""
@@ -92,7 +91,7 @@ class Socket(Sensor):
 
     def _connected(self) -> dict[str, str]:
         """A socket for each, the same for all that known distances connect."""
-        whole = {name: name for name in self._sockets}
+        whole = {name: name for name in self.names}
         for one, other, _ in self.dataset.distances_m:
             old, new = whole.get(other, other), whole.get(one, one)
             whole = {name: new if group == old else group for name, group in whole.items()}
@@ -102,9 +101,9 @@ class Socket(Sensor):
         """A socket for each, the same for two that are nearest to each other; only itself where there are few."""
         whole: dict[str, str] = {}
         for one, other, _ in sorted(self.dataset.distances_m, key=lambda pair: pair[2]):
-            if len(self._sockets) > MOST_APART and {one, other} <= set(self._sockets) - set(whole):
+            if len(self.names) > MOST_APART and {one, other} <= set(self.names) - set(whole):
                 whole |= {one: one, other: one}
-        return {name: whole.get(name, name) for name in self._sockets}
+        return {name: whole.get(name, name) for name in self.names}
 
     def _located_apart(self, errors: Array) -> Array:
         """From the mean of each socket's rows: one that was held out is located from its own poses."""

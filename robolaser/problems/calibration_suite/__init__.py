@@ -49,11 +49,6 @@ def instances() -> dict[str, Instance]:
 
 
 def _instance_named(name: str) -> Instance:
-    """The instance of this id.
-
-    Raises:
-        UsageError: There is none.
-    """
     if name not in instances():
         raise UsageError(f"The suite has no instance '{name}'.{near(name, list(instances()))}")
     return instances()[name]
