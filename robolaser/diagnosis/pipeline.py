@@ -142,7 +142,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     errors = standard_errors(final, refits.score_tests(final), evidence, whole)
     findings = findings_of(refits, nested, evidence, held_out, whole, errors)
     repeatability = repeatability_of(final, noise)
-    odd = rows_sentence(final, verdict, dataset, outliers)
+    odd = rows_sentence(final, noise, verdict, dataset, outliers)
     moved = misread.shift if misread else len(preparation.belongs)
     return Diagnosis(
         dataset=dataset,
@@ -168,7 +168,8 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         after_m=held_out.errors(final),
         noise=noise_sources(noise),
         repeatability=repeatability,
-        noise_remarks=noise_remarks(final, dataset, fits=verdict != "unexplained"),
+        odd_rows=odd,
+        noise_remarks=noise_remarks(final, noise, dataset, fits=verdict != "unexplained"),
         seconds=time.perf_counter() - began,
         hindrance=hindrance,
         wrong_input=mispaired(moved, gap.calibrated_m) if moved else None,
