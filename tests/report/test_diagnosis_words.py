@@ -8,6 +8,7 @@ from calibrated import arm, stripe
 from diagnosed import GEOMETRIC, MADE, candidate_effect, of, unexplained
 
 from robolaser.diagnosis.cause_words import members, named
+from robolaser.diagnosis.corrected_model import corrected
 from robolaser.diagnosis.pose_scatter import ExcessScatter, Spread
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Estimate
@@ -214,6 +215,14 @@ def test_a_sensor_parameter_on_its_bound_is_to_be_seen_to():
     x = np.where(np.arange(len(diagnosis.x)) == k, upper, diagnosis.x)
     assert any(one.startswith("t_x ended on its upper bound") for one in to_do(replace(diagnosis, x=x)))
     assert not any("bound" in one for one in to_do(diagnosis))
+
+
+def test_no_bounds_of_effects_are_to_be_widened():
+    """No file has them."""
+    diagnosis = geometric()
+    effects = np.isin(diagnosis.model.parameters.names, diagnosis.model.effect_parameters.names)
+    ended = replace(diagnosis, x=np.where(effects, diagnosis.model.parameters.upper, diagnosis.x))
+    assert not any("widen" in said for said in (*to_do(ended), *corrected(ended, 0).warnings))
 
 
 def test_joints_are_listed_shortly():
