@@ -117,7 +117,7 @@ def test_a_remaining_gap_begins_with_the_unknown_where_no_class_of_what_was_foun
     assert "They only imitate the cause" in "".join(to_do(told))
     assert told.sentence.startswith(
         "The gap is real, but its cause is almost certainly not an effect of the library. The error is at"
-        " measuring system (distance). The effects found only imitate it; the most probable of them is the arm's"
+        " the measuring system (distance). The effects found only imitate it; the most probable of them is the arm's"
         " geometry (7 %). With them in the model the error on new poses falls from"
     )
 
@@ -126,7 +126,7 @@ def test_a_remaining_gap_is_not_said_to_close_where_its_place_is_not_found():
     one = doubted(geometric(), of_class=0.07)
     unknown = CauseClass("unknown", 0.8, None, one.gap.after_m, site="base")
     told = resaid(replace(one, verdict="unexplained", classes=(unknown, *one.classes), where=())).sentence
-    assert told.startswith("The gap is real, but its cause, at base, is probably not an effect of the library. The eff")
+    assert told.startswith("The gap is real, but its cause, at the base, is probably not an effect of the library. The eff")
 
 
 @pytest.mark.parametrize(
