@@ -14,7 +14,7 @@ from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import has_form
-from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.pose_scatter import CLASS as SCATTER
 from robolaser.diagnosis.pose_scatter import ExcessScatter
 from robolaser.diagnosis.posture_rivals import PostureRivals
@@ -84,7 +84,7 @@ def cause_classes(
         some = float(odds[0]) * departs(strange.site, evidence)
         found.append(CauseClass(UNKNOWN, some, None, gap, site=strange.site))
     elif verdict == "explained":
-        found += imitated_cause(found, evidence, gap)
+        found += imitated_cause(found, evidence, lambda: localize(refits.start), gap)
     return tuple(sorted(found, key=_importance))
 
 
@@ -176,12 +176,21 @@ def departs(site: str, evidence: Sequence[EffectEvidence]) -> float:
     return 1.0 - max((one.credibility for one in evidence if one.candidate_effect.where == site), default=0.0)
 
 
-def imitated_cause(classes: Sequence[CauseClass], evidence: Sequence[EffectEvidence], gap_m: float) -> list[CauseClass]:
-    """The unknown, where effects close the gap and yet no class of theirs is likely: they only imitate it."""
+def imitated_cause(
+    classes: Sequence[CauseClass],
+    evidence: Sequence[EffectEvidence],
+    locate: Callable[[], Sequence[Localization]],
+    gap_m: float,
+) -> list[CauseClass]:
+    """The unknown, where effects close the gap and yet no class of theirs is likely: they only imitate it.
+
+    It is where the gap lies without them; where they explain most, if that is not known.
+    """
     likeliest = max((one.probability for one in classes), default=0.0)
     if likeliest >= EVEN or not evidence:
         return []
-    site = max(evidence, key=lambda one: one.explained).candidate_effect.where
+    largest = max(evidence, key=lambda one: one.explained).candidate_effect.where
+    site = next((place.site for place in locate()), largest)
     return [CauseClass(UNKNOWN, 1.0 - likeliest, None, gap_m, site=site)]
 
 

@@ -22,6 +22,10 @@ NOUNS: Final[Mapping[str, str]] = {
     "repeatability": "scatter of whole poses",
     "unknown": "a cause that no effect of the library describes",
 }
+PARTS: Final = frozenset(
+    ("base", "camera", "flange", "hand_eye", "image", "laser", "measuring_system", "target", "timing", "tool")
+)
+"""Sites that are no joints."""
 FEW: Final = 3
 """Names from which on those of joints are shortened."""
 
@@ -41,6 +45,11 @@ def place(site: str) -> str:
     kind = kind_of_site(site)
     said = spoken(kind) if kind in ("hand_eye", "measuring_system") else kind
     return said if kind == site else f"{said} of {site.removesuffix(f'.{kind}')}"
+
+
+def the_place(site: str) -> str:
+    """The same in a sentence: "the hand-eye", but "joint_3"."""
+    return f"the {place(site)}" if kind_of_site(site) in PARTS else place(site)
 
 
 def named(one: CandidateEffect) -> str:

@@ -61,7 +61,8 @@ def given_on_bound(diagnosis: Diagnosis) -> Bools:
     """Parameters that ended on one of the bounds that the data set gives them, (d,)."""
     x, parameters = diagnosis.x, diagnosis.model.parameters
     fixed = np.isin(parameters.names, diagnosis.model.blocks.held)
-    given = np.array([item.given for item in parameters.items])
+    of_effects = np.isin(parameters.names, diagnosis.model.effect_parameters.names)
+    given = ~of_effects & [item.given for item in parameters.items]
     return np.asarray(given & ~fixed & ((x <= parameters.lower) | (x >= parameters.upper)))
 
 

@@ -155,7 +155,7 @@ def _explained_beside(
         return 0.0
     bare = refits.without(final, [one, *larger])
     zero = CandidateEffect(JointOffset, one.where)
-    constant = [test for test in refits.score_tests(bare) if test.candidate_effect == zero]
+    constant = refits.among([one for one in refits.effects if one == zero]).score_tests(bare)
     return (refits.of(bare, constant) if constant else bare).chi2 - final.chi2
 
 

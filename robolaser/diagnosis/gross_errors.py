@@ -12,6 +12,7 @@ from robolaser.diagnosis.noise_remarks import over_stated
 from robolaser.diagnosis.summary_text import millimetres
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LIKELY, MOST_OVER_STATED, MOST_SPREAD
 from robolaser.estimation.outliers import OUTLIER_SIGMA
+from robolaser.model.noise.covariance import NoiseModel
 
 NAMED = 5
 """Poses that a sentence names; the rest are counted."""
@@ -32,11 +33,19 @@ def probability(dataset: Dataset, rows: Ints, verdict: str) -> float:
     return LIKELY if verdict == "unexplained" or _are_whole(dataset, rows) else 1.0
 
 
-def rows_sentence(final: Fit, verdict: str, dataset: Dataset, outliers: Ints) -> str:
-    """What is said of rows, and known distances, that do not agree with a model's others; may be empty."""
+def rows_sentence(final: Fit, noise: NoiseModel, verdict: str, dataset: Dataset, outliers: Ints) -> str:
+    """What is said of rows, and known distances, that do not agree with a model's others; may be empty.
+
+    Args:
+        final: The model.
+        noise: By which what it leaves was judged.
+        verdict: Of that.
+        dataset: What was measured.
+        outliers: Its gross errors.
+    """
     scatter = ""
     if verdict == "unexplained":
-        scatter = _uneven(final) or _beyond_stated(final)
+        scatter = _uneven(final) or _beyond_stated(noise)
     return scatter + _distance(final) + gross_sentence(dataset, outliers)
 
 
@@ -69,9 +78,9 @@ def _uneven(final: Fit) -> str:
     return f" Nearly all of the error is in the rows of point {names[shares.argmax()]}: has it moved?"
 
 
-def _beyond_stated(final: Fit) -> str:
+def _beyond_stated(noise: NoiseModel) -> str:
     """What is said of rows that scatter far more than is stated; may be empty."""
-    if (times := over_stated(final.noise)) < MOST_OVER_STATED:
+    if (times := over_stated(noise)) < MOST_OVER_STATED:
         return ""
     return f" Rows scatter {times:.0f} times as much as [noise] states: correct it, or look for what else moves them."
 

@@ -16,7 +16,6 @@ from robolaser.data.joining import check_same_arm, poses_beyond, with_poses_of
 from robolaser.diagnosis.cause_classes import reweighed_classes, reweighed_kinds
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.further_poses import Weighed
-from robolaser.diagnosis.gross_errors import rows_sentence
 from robolaser.diagnosis.result import Diagnosis, Finding
 from robolaser.diagnosis.summary_text import imitated_sentence, sentence, transfer_sentences
 
@@ -88,7 +87,7 @@ def _updated(found: Diagnosis, before: Weighed, whole: Dataset, grown: Weighed) 
             found.where,
             found.gap,
             found.repeatability,
-            rows_sentence(final.fit, found.verdict, found.dataset, found.outliers),
+            found.odd_rows,
         )
         + imitated_sentence(found.limits, classes)
         + transfer_sentences(found.validation, has_effects=bool(found.model.effects)),

@@ -1,6 +1,6 @@
 """Parameters that the data set holds, or bounds narrowly, at wrong values."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Set
 from dataclasses import replace
 from typing import Final
 
@@ -141,18 +141,19 @@ def _told(
         *gaps,
         () if probability >= CERTAIN else tuple(one.candidate_effect for one in found.findings),
     )
-    text = _sentence(wrong, {name: held[name] for name in shown})
+    text = _sentence(wrong, {name: held[name] for name in shown}, _radii(found).keys())
     return told(found, free, wrong, text, "parameters that the data set holds")
 
 
-def _sentence(wrong: WrongInput, held: Mapping[str, float]) -> str:
-    """What is held, what it would be, and what that does to the error."""
+def _sentence(wrong: WrongInput, held: Mapping[str, float], radii: Set[str]) -> str:
+    """What is held, what it would be, and what that does to the error; radii stand elsewhere than other parameters."""
     numbers = list(wrong.parameters.items())[:NAMED]
     are = listed([f"{name} at {held[name]:.4g} {number.unit}".rstrip() for name, number in numbers])
     would_be = listed([f"{number.value:.4g} {number.unit}".rstrip() for _, number in numbers])
     they, them = ("they", "them") if len(numbers) > 1 else ("it", "it")
     rivals = members(wrong.alternatives)
-    where = "[target], radius_m" if numbers[0][0].startswith("ball.") else "[parameters]"
+    files = {"[target], radius_m": radii & held.keys(), "[parameters]": held.keys() - radii}
+    where = " and ".join(part for part, names in files.items() if names)
     return (
         f"dataset.toml holds {are}; free, {they} would be {would_be}, and the error on new poses"
         f" {millimetres(wrong.gap_after_m)} instead of {millimetres(wrong.gap_before_m)}. Correct {them} under"

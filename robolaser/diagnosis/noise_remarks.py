@@ -10,6 +10,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.thresholds import (
     LEAST_RANGE_EXPONENT,
     LEAST_RANGE_SPREAD,
+    MOST_OVER_STATED,
     ONE_MEASUREMENT,
 )
 from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA, Excess, row_excess
@@ -28,11 +29,12 @@ SHOWN: Final = {"repeats": "repeated shots", "estimated": "residuals"}
 """What shows the noise, by its origin."""
 
 
-def noise_remarks(final: Fit, shots: Dataset, *, fits: bool) -> tuple[str, ...]:
+def noise_remarks(final: Fit, noise: NoiseModel, shots: Dataset, *, fits: bool) -> tuple[str, ...]:
     """Sentences on the noise of a diagnosis.
 
     Args:
         final: Its model.
+        noise: By which what it leaves was judged.
         shots: The data set with its repeats.
         fits: Whether what the model leaves is noise: what is unexplained grows with anything.
     """
@@ -41,7 +43,7 @@ def noise_remarks(final: Fit, shots: Dataset, *, fits: bool) -> tuple[str, ...]:
         part = sensor.data
         repeats = pixel_repeats(part)
         remarks += [
-            *_contradicted(final, part, sensor.prefix),
+            *_contradicted(noise, part, sensor.prefix, fits=fits),
             *_smaller(final, part, repeats),
             *_shared(part, repeats),
         ]
@@ -63,16 +65,16 @@ def as_stated(noise: NoiseModel) -> NoiseModel:
     return noise.at({one.name: one.stated for one in noise.sources if one.stated and one.level != "pose"})
 
 
-def _contradicted(final: Fit, shots: Dataset, prefix: str) -> Iterator[str]:
+def _contradicted(noise: NoiseModel, shots: Dataset, prefix: str, *, fits: bool) -> Iterator[str]:
+    """What residuals leave without being noise leaves the stated value in force, see `over_stated`."""
     for key_name, key in KEYS.items():
         name = f"{prefix}{key_name}"
-        stated, used = getattr(shots.noise, key), final.noise.sigmas.get(name)
-        origin = final.noise.origin.get(name, "stated")
+        stated, used = getattr(shots.noise, key), noise.sigmas.get(name)
+        origin = noise.origin.get(name, "stated")
         if stated is not None and used is not None and origin != "stated" and used > stated:
-            yield (
-                f"[noise] states {key} = {stated:.2g}, but {SHOWN[origin]} scatter by {used:.2g}: the larger one"
-                " is used."
-            )
+            is_no_noise = not fits and origin == "estimated" and used >= MOST_OVER_STATED * stated
+            which = "the stated value counts as noise" if is_no_noise else "the larger one is used"
+            yield f"[noise] states {key} = {stated:.2g}, but {SHOWN[origin]} scatter by {used:.2g}: {which}."
 
 
 def _smaller(final: Fit, shots: Dataset, repeats: PixelRepeats | None) -> Iterator[str]:

@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 from robolaser.arrays import Ints, Progress
 from robolaser.data.dataset import Dataset
 from robolaser.data.joining import check_same_arm
-from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds, class_of
+from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds, class_of, unknown_instead
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, too_few_poses
 from robolaser.diagnosis.evidence import EffectEvidence
@@ -132,6 +132,8 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         left = [] if share >= CREDIBLE_MASS else left
         classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
     where = _where(verdict, refits, final, evidence, classes, left)
+    if verdict == "explained" and unknown_instead(classes):
+        verdict, where = "unexplained", localize(start) or where
     if scatter:
         where = beside(where, scatter.located(gap.after_m, gap.noise_floor_m))
     progress("predicting held-out poses", 0.85)
@@ -140,7 +142,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     errors = standard_errors(final, refits.score_tests(final), evidence, whole)
     findings = findings_of(refits, nested, evidence, held_out, whole, errors)
     repeatability = repeatability_of(final, noise)
-    odd = rows_sentence(final, verdict, dataset, outliers)
+    odd = rows_sentence(final, noise, verdict, dataset, outliers)
     moved = misread.shift if misread else len(preparation.belongs)
     return Diagnosis(
         dataset=dataset,
@@ -166,7 +168,8 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         after_m=held_out.errors(final),
         noise=noise_sources(noise),
         repeatability=repeatability,
-        noise_remarks=noise_remarks(final, dataset, fits=verdict != "unexplained"),
+        odd_rows=odd,
+        noise_remarks=noise_remarks(final, noise, dataset, fits=verdict != "unexplained"),
         seconds=time.perf_counter() - began,
         hindrance=hindrance,
         wrong_input=mispaired(moved, gap.calibrated_m) if moved else None,

@@ -250,6 +250,7 @@ class Diagnosis:
         after_m: The same with all effects, (m, 3).
         noise: Sources of noise, by name.
         repeatability: How much whole poses scatter.
+        odd_rows: What the sentence says of rows that do not agree with the others; may be empty.
         noise_remarks: Remarks on contradictions of the stated noise.
         seconds: Time taken.
         validation: Other data of the same arm, predicted with what was found.
@@ -289,6 +290,7 @@ class Diagnosis:
     repeatability: Repeatability
     noise_remarks: tuple[str, ...]
     seconds: float
+    odd_rows: str = ""
     validation: tuple[Validation, ...] = ()
     hindrance: str = ""
     wrong_input: WrongInput | None = None

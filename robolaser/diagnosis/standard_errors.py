@@ -46,9 +46,21 @@ def standard_errors(
         other = (left**2).sum(axis=0) > NEGLIGIBLE * (white**2).sum(axis=0)
         pull = _influence(fit)[:, : len(white)] @ white[:, other]
         variances = variances + considered_variances(pull, left[:, other], fit.at.r)
-    variances = variances + between_models(fit, evidence)
+    variances = variances + between_models(fit, evidence) + _of_moments(whole)
     widened = stdtrit(max(1, len(whole.poses) - 1), 0.975) / SIGMA_OF_95_PERCENT
     return np.asarray(widened * np.sqrt(variances))
+
+
+def _of_moments(fit: Fit) -> Array:
+    """Of moments at which an effect begins, anywhere in the pause between two poses: nothing moves with them, (d,)."""
+    variances, progress = np.zeros(len(fit.x)), np.unique(fit.model.run.progress_of_all[fit.poses])
+    for one in fit.effects:
+        if one.effect.begins:
+            (moment,) = (one.key(each.name) for each in one.effect.nonlinear_parameters())
+            i = fit.problem.parameters.names.index(moment)
+            after = int(np.clip(np.searchsorted(progress, fit.x[i]), 1, len(progress) - 1))
+            variances[i] = (progress[after] - progress[after - 1]) ** 2 / 12.0
+    return variances
 
 
 def _by_noise_and_poses(fit: Fit) -> Array:

@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from robolaser.diagnosis.cause_classes import UNKNOWN, class_of, of_model, unknown_instead
-from robolaser.diagnosis.cause_words import listed, members, named, noun, place
+from robolaser.diagnosis.cause_classes import class_of, of_model, unknown_instead
+from robolaser.diagnosis.cause_words import listed, members, named, noun, the_place
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, ExcessScatter
 from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Validation
-from robolaser.diagnosis.thresholds import CERTAIN, EVEN
+from robolaser.diagnosis.thresholds import CERTAIN, EVEN, GAP_OVER_FLOOR
 
 NAMED = 3
 """Effects, classes or sets that a sentence names; the rest are counted."""
@@ -47,8 +47,7 @@ def sentence(
     elif verdict == "no_gap":
         text = f"There is no gap: on new poses {_compared_with_noise(gap)}"
     elif verdict == "explained":
-        imitated = _imitated("The gap closes, but its cause", findings, classes, gap)
-        text = imitated or _causes("The gap is explained", findings, classes, gap) + _remainder(classes)
+        text = _causes("The gap is explained", findings, classes, gap)
     else:
         text = _unexplained(findings, classes, where, gap)
     if gap.turns_rad is not None:
@@ -174,9 +173,10 @@ def _unexplained(
     findings: Sequence[Finding], classes: Sequence[CauseClass], where: Sequence[Localization], gap: Gap
 ) -> str:
     first = next((lies for lies in where if lies.coordinate != BY_CHANCE), None)
-    lies = f" The remaining error is at {place(first.site)} ({first.coordinate})." if first else ""
+    lies = f" The remaining error is at {the_place(first.site)} ({first.coordinate})." if first else ""
     if findings:
-        imitated = _imitated("The gap is real, but its cause", findings, classes, gap, lies)
+        is_closed = gap.after_m <= GAP_OVER_FLOOR * gap.noise_floor_m
+        imitated = _imitated(findings, classes, gap, lies.replace("remaining ", "") if is_closed else lies)
         return imitated or _causes("A part of the gap is explained", findings, classes, gap) + lies
     floor = millimetres(gap.noise_floor_m)
     beside = f"within the noise ({floor}), yet not random" if gap.after_m < gap.noise_floor_m else _where_noise(gap)
@@ -186,11 +186,10 @@ def _unexplained(
     )
 
 
-def _imitated(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap, lies: str = "") -> str:
+def _imitated(findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap, lies: str) -> str:
     """The unknown first, where effects found only imitate it; else empty.
 
     Args:
-        lead: How the sentence begins, up to the cause.
         findings: Effects of the final model.
         classes: Classes of causes.
         gap: How far the gap shrinks.
@@ -199,12 +198,12 @@ def _imitated(lead: str, findings: Sequence[Finding], classes: Sequence[CauseCla
     unknown = unknown_instead(classes)
     if not unknown or not findings:
         return ""
-    at = "" if lies else f", at {place(unknown.site)},"
+    at = "" if lies else f", at {the_place(unknown.site)},"
     how = "almost certainly" if unknown.probability >= CERTAIN else "probably"
     likeliest = _likeliest(of_model(classes))
     most = f"; the most probable of them is {likeliest}" if likeliest else ""
     return (
-        f"{lead}{at} is {how} not an effect of the library.{lies}"
+        f"The gap is real, but its cause{at} is {how} not an effect of the library.{lies}"
         f" The effects found only imitate it{most}. {_shrinks(gap, 'them')}."
     )
 
@@ -213,14 +212,6 @@ def _likeliest(classes: Sequence[CauseClass]) -> str:
     """The most probable of some classes, with its probability; empty where there is none."""
     likely = max(classes, key=lambda one: one.probability, default=None)
     return f"{noun(likely.name)} ({100 * likely.probability:.0f} %)" if likely else ""
-
-
-def _remainder(classes: Sequence[CauseClass]) -> str:
-    """What is unknown although the gap is explained; may be empty."""
-    unknown = next((one for one in classes if one.name == UNKNOWN), None)
-    if unknown and unknown.probability >= CERTAIN:
-        return f" The small remaining error is at {place(unknown.site)}, in a form that no effect of the library has."
-    return ""
 
 
 def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap) -> str:

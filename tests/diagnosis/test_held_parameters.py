@@ -113,6 +113,15 @@ def test_the_ball_whose_radius_is_stated_wrongly_is_named_with_its_radius() -> N
     assert why.gap_mm.after < 1.1 * why.gap_mm.noise_floor < why.gap_mm.calibrated
 
 
+def test_a_ball_that_is_held_at_a_wrong_place_is_to_be_corrected_where_it_is_held() -> None:
+    made = profiles()
+    x = robolaser.calibrate(made, seed=0).value("ball.1.x") + 2e-3
+    wrong = replace(made, parameters={**made.parameters, "ball.1.x": Parameter("ball.1.x", "m", x, x, x)})
+    why = robolaser.diagnose(wrong, effects=["target_scale"], seed=0)
+    assert set(why.effects[0].parameters) == {"ball.1.x"}
+    assert "Correct it under [parameters]." in why.sentence
+
+
 def test_radii_that_are_stated_rightly_are_never_named() -> None:
     why = robolaser.diagnose(profiles({"joint_offset:elbow_joint": 2e-3}), seed=0)
     assert [(one.effect, one.where) for one in why.effects] == [("joint_offset", "elbow_joint")]

@@ -10,6 +10,8 @@ from robolaser.arrays import Array
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import Diagnosis, examine
 from robolaser.diagnosis.fit import Fit, problem_of
+from robolaser.diagnosis.gross_errors import rows_sentence
+from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pose_noise import explained
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.profile_likelihood import profile
@@ -107,6 +109,18 @@ def test_stated_noise_that_the_rows_of_a_pose_contradict_gives_way_to_the_larger
     assert diagnosis.verdict == "no_gap"
     assert diagnosis.noise["pixel"].value == pytest.approx(0.1, rel=0.1)
     assert diagnosis.noise["target"].value == pytest.approx(6e-5, rel=0.15)
+
+
+@pytest.mark.parametrize(("times", "fits"), [(1.0, True), (2.0, True), (2.0, False), (5.0, False)])
+def test_noise_is_said_to_be_larger_than_stated_only_where_the_verdict_took_it_so(times: float, fits: bool) -> None:
+    made = simulate(find_robot("ur5e"), kind="point", poses=12, noise=Noise(point_m=1e-4), seed=3).dataset
+    final = examine(made, effects=[], seed=0).weighed.final
+    larger = replace(final.noise.at({"point": times * 1e-4}), origin={"point": "estimated"})
+    fitted = Fit(final.problem.with_noise(replace(final.noise.at({"point": 9e-4}), origin=larger.origin)), final.x)
+    remarks = [text for text in noise_remarks(fitted, larger, made, fits=fits) if "larger one is used" in text]
+    assert len(remarks) == (times == 2.0)
+    odd = rows_sentence(fitted, larger, "explained" if fits else "unexplained", made, np.array([], np.int64))
+    assert ("Rows scatter 5 times" in odd) == (times == 5.0)
 
 
 @pytest.mark.parametrize(("times", "verdict"), [(2.5, "no_gap"), (10, "unexplained")])

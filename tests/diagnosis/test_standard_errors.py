@@ -9,6 +9,8 @@ from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.standard_errors import between_models, clustered_variances, considered_variances
 from robolaser.model.effects import EFFECTS
+from robolaser.model.effects.base_shift import BaseShift
+from robolaser.model.effects.run import Run
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -121,3 +123,15 @@ def test_a_small_error_everywhere_widens_the_interval_of_what_was_found():
     beside = std({f"link_geometry:joint_{k}.{axis}": 8e-5 for k in (2, 3, 4) for axis in ("x", "turn_x", "turn_y")})
     assert alone is not None
     assert beside > 1.1 * alone
+
+
+@pytest.mark.parametrize("poses", [20, 40])
+def test_when_something_moved_is_known_up_to_the_pause_between_two_poses(poses: int) -> None:
+    effects = {"base_shift:base": 3e-3, "base_shift:base.moment": 0.4}
+    made = simulate(find_robot("ur5e"), kind="point", poses=poses, noise=Noise(point_m=5e-5), effects=effects, seed=2)
+    (found,) = examine(made.dataset, [BaseShift], seed=0).findings
+    moment, run = found.parameters["moment"], Run(made.dataset)
+    pause = np.diff(np.unique(run.progress_of_all)).max()
+    assert moment.std is not None
+    assert 0.0 < moment.std < pause
+    assert abs(moment.value - 0.4) < 2.0 * moment.std

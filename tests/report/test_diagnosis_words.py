@@ -8,6 +8,7 @@ from calibrated import arm, stripe
 from diagnosed import GEOMETRIC, MADE, candidate_effect, of, unexplained
 
 from robolaser.diagnosis.cause_words import members, named
+from robolaser.diagnosis.corrected_model import corrected
 from robolaser.diagnosis.pose_scatter import ExcessScatter, Spread
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Estimate
@@ -85,12 +86,6 @@ def with_credible_set():
     return doubted(geometric(), sets=((first, candidate_effect("encoder_scale:perturb")),))
 
 
-def with_unknown(probability, site, *, alone):
-    one = doubted(geometric())
-    unknown = CauseClass("unknown", probability, None, one.gap.after_m, site=site)
-    return resaid(replace(one, classes=(unknown,) if alone else (*one.classes, unknown)))
-
-
 @pytest.mark.parametrize(
     ("make", "said"),
     [
@@ -107,11 +102,6 @@ def with_unknown(probability, site, *, alone):
             lambda: doubted(of(stripe(robot=arm(), effects=GEOMETRIC[:1]))),
             "These poses do not show whether joint offset of perturb or another",
         ),
-        (lambda: with_unknown(0.99, "base", alone=False), "The small remaining error is at base"),
-        (
-            lambda: with_unknown(0.8, "joint_4", alone=True),
-            "its cause, at joint_4, is probably not an effect",
-        ),
     ],
 )
 def test_a_verdict_says_first_what_is_certain_and_then_what_is_not(make, said):
@@ -126,8 +116,8 @@ def test_a_remaining_gap_begins_with_the_unknown_where_no_class_of_what_was_foun
     assert to_do(told)[0].startswith("Check the measuring system")
     assert "They only imitate the cause" in "".join(to_do(told))
     assert told.sentence.startswith(
-        "The gap is real, but its cause is almost certainly not an effect of the library. The remaining error is"
-        " at measuring system (distance). The effects found only imitate it; the most probable of them is the arm's"
+        "The gap is real, but its cause is almost certainly not an effect of the library. The error is at"
+        " the measuring system (distance). The effects found only imitate it; the most probable of them is the arm's"
         " geometry (7 %). With them in the model the error on new poses falls from"
     )
 
@@ -135,8 +125,10 @@ def test_a_remaining_gap_begins_with_the_unknown_where_no_class_of_what_was_foun
 def test_a_remaining_gap_is_not_said_to_close_where_its_place_is_not_found():
     one = doubted(geometric(), of_class=0.07)
     unknown = CauseClass("unknown", 0.8, None, one.gap.after_m, site="base")
-    said = resaid(replace(one, verdict="unexplained", classes=(unknown, *one.classes), where=())).sentence
-    assert said.startswith("The gap is real, but its cause, at base, is probably not an effect of the library. The eff")
+    told = resaid(replace(one, verdict="unexplained", classes=(unknown, *one.classes), where=())).sentence
+    assert told.startswith(
+        "The gap is real, but its cause, at the base, is probably not an effect of the library. The eff"
+    )
 
 
 @pytest.mark.parametrize(
@@ -225,6 +217,14 @@ def test_a_sensor_parameter_on_its_bound_is_to_be_seen_to():
     x = np.where(np.arange(len(diagnosis.x)) == k, upper, diagnosis.x)
     assert any(one.startswith("t_x ended on its upper bound") for one in to_do(replace(diagnosis, x=x)))
     assert not any("bound" in one for one in to_do(diagnosis))
+
+
+def test_no_bounds_of_effects_are_to_be_widened():
+    """No file has them."""
+    diagnosis = geometric()
+    effects = np.isin(diagnosis.model.parameters.names, diagnosis.model.effect_parameters.names)
+    ended = replace(diagnosis, x=np.where(effects, diagnosis.model.parameters.upper, diagnosis.x))
+    assert not any("widen" in said for said in (*to_do(ended), *corrected(ended, 0).warnings))
 
 
 def test_joints_are_listed_shortly():

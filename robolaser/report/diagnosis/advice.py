@@ -125,16 +125,14 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
 
 def _bounds(diagnosis: Diagnosis) -> list[str]:
     """Parameters of the sensor that ended on a bound of the data set."""
-    names = [item.name for one in diagnosis.model.effects for item in one.parameters.items]
     said = []
     for i in np.flatnonzero(given_on_bound(diagnosis)):
         item, value = diagnosis.model.parameters.items[i], diagnosis.x[i]
-        if item.name not in names:
-            bound = "lower" if value <= item.lower else "upper"
-            said.append(
-                f"{item.name} ended on its {bound} bound, {plain(value, item.unit)}: widen its bounds in dataset.toml,"
-                " or check the model."
-            )
+        bound = "lower" if value <= item.lower else "upper"
+        said.append(
+            f"{item.name} ended on its {bound} bound, {plain(value, item.unit)}: widen its bounds in dataset.toml, or"
+            " check the model."
+        )
     return said
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robolaser.diagnosis.cause_words import place, spoken
+from robolaser.diagnosis.cause_words import spoken, the_place
 from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
@@ -70,10 +70,10 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
     interval = f"95 %: {millimetre_interval(*gap.after_ci95_m)}" if gap.is_held_out else "no pose is held out"
     largest = max(gap.calibrated_m, gap.after_m, gap.noise_floor_m) or 1.0
     has_effects = bool(diagnosis.model.effects)
-    without_faults = "data set corrected" if diagnosis.wrong_input else "without gross errors"
-    has_faults = diagnosis.wrong_input is not None or len(diagnosis.outliers) > 0
-    is_other = has_effects or (has_faults and gap.after_m != gap.calibrated_m)
-    left = "with the effects" if has_effects else without_faults if is_other else "calibrated"
+    is_other = has_effects or gap.after_m != gap.calibrated_m
+    other_rows = "without gross errors" if len(diagnosis.outliers) else "with all rows"
+    corrected = "data set corrected" if diagnosis.wrong_input else other_rows
+    left = "with the effects" if has_effects else corrected if is_other else "calibrated"
     lines = [
         ("", "nominal model", gap.nominal_m, _nominal_remark(gap)),
         ("", "calibrated", gap.calibrated_m, "ordinary parameters fitted, no effect in the model"),
@@ -136,7 +136,7 @@ def _printed_sites(diagnosis: Diagnosis) -> list[Content]:
     """The sites with the largest shares, for the terminal."""
     what = "of the remaining error" if diagnosis.verdict == "unexplained" else "of the gap"
     return [
-        Text(f"{100 * lies.share:.0f} % {what} at {place(lies.site)} ({lies.coordinate})", "quiet", printed=True)
+        Text(f"{100 * lies.share:.0f} % {what} at {the_place(lies.site)} ({lies.coordinate})", "quiet", printed=True)
         for lies in diagnosis.where[:MOST_SITES]
         if lies.share >= PRINTED_SHARE
     ]
