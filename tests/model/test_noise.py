@@ -11,7 +11,7 @@ from robolaser.estimation.noise_estimate import known_sizes, noise_of
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
-from robolaser.model.noise.likelihood import NoiseLikelihood
+from robolaser.model.noise.likelihood import NoiseLikelihood, PoseErrors, condensed
 from robolaser.model.noise.reml import estimate, restricted
 from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
@@ -262,6 +262,21 @@ def test_one_sources_optimum_is_that_of_the_likelihood_of_whole_poses():
     there, expected, moved, _ = restricted(np.log([found]), known, [unit], e, Q)
     assert value == pytest.approx(there, rel=1e-9)
     assert expected == pytest.approx(moved, rel=1e-3)
+
+
+@pytest.mark.parametrize("shortest", [12, 1])
+def test_condensed_poses_have_the_likelihood_of_whole_ones(shortest):
+    rng = np.random.default_rng(22)
+    is_row = np.arange(12) < np.array([12, shortest, 9, 12, 12, 12, 10, 12])[:, None]
+    A, Q, e = (np.where(is_row[..., None], rng.normal(size=(8, 12, k)), 0.0) for k in (2, 5, 1))
+    alike, floor = is_row[..., None] * np.eye(12), np.where(is_row, 0.1, 1.0)[..., None] * np.eye(12)
+    whole = PoseErrors({"own": alike, "pose": A @ A.swapaxes(1, 2)}, floor, e[..., 0], Q, np.ones(8))
+    few = condensed(whole, is_row)
+    assert few.e.shape[1] == 2
+    at = np.array([0.3, -0.4])
+    answers = (restricted(at, one.floor, list(one.unit.values()), one.e, one.Q, one.times) for one in (whole, few))
+    for of_whole, of_few in zip(*answers, strict=True):
+        np.testing.assert_allclose(of_few, of_whole, rtol=1e-10)
 
 
 @pytest.mark.parametrize("grown", [1.0, 1.5, 6.0])

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.subsampling import some_of_each
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.noise import reml
@@ -18,6 +18,8 @@ MOST_ROWS = 2000  # altogether, as long as each pose keeps a few
 LEAST_ROWS_A_POSE = 3
 Known = Mapping[str, tuple[float, Origin]]
 """Sizes of sources, and where they come from, by name."""
+UNMOVED = 1e-12  # variance by a source, over the largest, up to which it does not move a number
+FEW = 0.5  # share of a pose's numbers up to which it is worthwhile to part the directions that its errors move
 
 
 @final
@@ -29,6 +31,7 @@ class PoseErrors:
     floor: Array  # covariance that is there without any, regular, (n, s, s)
     e: Array  # residuals, (n, s)
     Q: Array  # a basis of what the fitted numbers can do to them, (n, s, d)
+    times: Array  # how often each pose is there, (n,)
 
 
 @final
@@ -58,7 +61,7 @@ class NoiseLikelihood:
             errors = self._errors
             known_covariance = sum((size**2 * errors.unit[name] for name, size in sigmas.items()), errors.floor)
             unit = [errors.unit[source.name] for source in unknown]
-            found, cost = reml.estimate(known_covariance, unit, errors.e, errors.Q, low, high)
+            found, cost = reml.estimate(known_covariance, unit, errors.e, errors.Q, low, high, errors.times)
             sigmas |= dict(zip([source.name for source in unknown], found.tolist(), strict=True))
         names = [source.name for source in self.sources]
         origin: dict[str, Origin] = {name: known[name][1] if name in known else "estimated" for name in names}
@@ -86,17 +89,72 @@ class NoiseLikelihood:
         shaking = {name: size for name, size in noise.sigmas.items() if size > 0.0}
         errors, log_sigma = self._errors, np.log(list(shaking.values()))
         unit = [errors.unit[name] for name in shaking]
-        return list(shaking), reml.restricted(log_sigma, errors.floor, unit, errors.e, errors.Q)
+        return list(shaking), reml.restricted(log_sigma, errors.floor, unit, errors.e, errors.Q, errors.times)
+
+    @cached_property
+    def _table(self) -> Ints:
+        """Rows of each pose that count, (n, r); -1 where a pose has fewer."""
+        most = MOST_ROWS // len(np.unique(self.of_pose))
+        return some_of_each(self.of_pose, int(np.clip(most, LEAST_ROWS_A_POSE, MOST_ROWS_A_POSE)))
+
+    @cached_property
+    def _is_row(self) -> Bools:
+        """Whether a pose has this number, (n, s)."""
+        return np.repeat(self._table >= 0, self.residuals.shape[-1], axis=1)
 
     @cached_property
     def _errors(self) -> PoseErrors:
-        """The residuals of each pose, as far as its rows count, and what may have caused them."""
-        most, k = MOST_ROWS // len(np.unique(self.of_pose)), self.residuals.shape[-1]
-        table = some_of_each(self.of_pose, int(np.clip(most, LEAST_ROWS_A_POSE, MOST_ROWS_A_POSE)))
-        is_row = np.repeat(table >= 0, k, axis=1)  # some poses have fewer
-        columns = (k * table[:, :, None] + np.arange(k)).reshape(is_row.shape)
-        e = np.where(is_row, self.residuals.reshape(-1)[columns], 0.0)
-        Q = reml.basis(np.where(is_row[..., None], self.J[columns], 0.0))
-        unit = {source.name: reml.blocks(source.effect, source.group, table) for source in self.sources}
-        floor = np.eye(is_row.shape[1]) * np.where(is_row, FLOOR**2, 1.0)[:, None]
-        return PoseErrors(unit, floor, e, Q)
+        """The residuals of each pose, and what may have caused them."""
+        k = self.residuals.shape[-1]
+        columns = (k * self._table[:, :, None] + np.arange(k)).reshape(self._is_row.shape)
+        e = np.where(self._is_row, self.residuals.reshape(-1)[columns], 0.0)
+        Q = reml.basis(np.where(self._is_row[..., None], self.J[columns], 0.0))
+        unit = {source.name: reml.blocks(source.effect, source.group, self._table) for source in self.sources}
+        floor = np.eye(self._is_row.shape[1]) * np.where(self._is_row, FLOOR**2, 1.0)[:, None]
+        return condensed(PoseErrors(unit, floor, e, Q, np.ones(len(e))), self._is_row)
+
+
+def condensed(errors: PoseErrors, is_row: Bools) -> PoseErrors:
+    """The same likelihood, up to a constant, of fewer numbers; all of them where there is little to part.
+
+    Errors of whole poses move all rows of a pose together, in a few directions. In all others there are nothing but
+    errors of each row's own, as those of pixels are, alike and independent: these directions may be turned among each
+    other, over all poses, until only as many as there are fitted numbers hold anything. The rest is zero, and counted.
+
+    `is_row` says whether a pose has this number, (n, s): others have no residual, and a floor of one.
+    """
+    n, s = is_row.shape
+    own = {name: size for name, C in errors.unit.items() if (size := _alike(C, is_row)) is not None}
+    moved = sum((C / C.max() for name, C in errors.unit.items() if name not in own and C.any()), np.zeros((n, s, s)))
+    shaken, U = np.linalg.eigh(moved - np.eye(s) * ~is_row[:, None])  # ascending: numbers that no pose has come first
+    q = int((shaken > UNMOVED * shaken.max()).sum(axis=1).max())
+    if not 0 < q <= FEW * s:
+        return errors
+    apart, alike = U[..., s - q :], U[..., : s - q]
+    rows = np.concatenate([errors.Q, errors.e[..., None]], axis=2)
+    _, R = np.linalg.qr((np.swapaxes(alike, 1, 2) @ rows).reshape(n * (s - q), -1))
+    few = np.concatenate([R, np.zeros((-len(R) % q + q, R.shape[1]))]).reshape(-1, q, R.shape[1])
+    others = (is_row.sum() - np.minimum(is_row.sum(axis=1), q).sum()) / q  # poses of q numbers
+    if others < len(few):
+        return errors
+    rows = np.concatenate([np.swapaxes(apart, 1, 2) @ rows, few])
+
+    def turned(C: Array, of_own: float) -> Array:
+        rest = np.broadcast_to(of_own * np.eye(q), (len(few), q, q))
+        return np.concatenate([np.swapaxes(apart, 1, 2) @ C @ apart, rest])
+
+    times = np.ones(len(rows))
+    times[-1] = 1.0 + others - len(few)
+    unit = {name: turned(C, own.get(name, 0.0)) for name, C in errors.unit.items()}
+    floor = turned(errors.floor, errors.floor[_diagonal(is_row)].min())
+    return PoseErrors(unit, floor, rows[..., -1], rows[..., :-1], times)
+
+
+def _diagonal(is_row: Bools) -> Bools:
+    return is_row[:, :, None] & np.eye(is_row.shape[1], dtype=bool)
+
+
+def _alike(C: Array, is_row: Bools) -> float | None:
+    """Variance by a source that moves each number by itself, and all alike; None for any other source."""
+    size = float(C.max())
+    return size if np.allclose(C, size * _diagonal(is_row), rtol=0.0, atol=UNMOVED * size) else None

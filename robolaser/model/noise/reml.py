@@ -43,7 +43,7 @@ def blocks(effect: Array, group: Ints, table: Ints) -> Array:
 
 
 def restricted(
-    log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, Q: Array
+    log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, Q: Array, times: Array | float = 1.0
 ) -> tuple[float, Array, Array, Array]:
     """Negative log of the restricted likelihood, up to a constant, the two halves of its gradient, and its curvature.
 
@@ -53,6 +53,7 @@ def restricted(
         unit: Covariance of each pose from a unit of each open source, k of (n, s, s).
         e: Residuals, (n, s) [m].
         Q: A basis of what the fitted numbers can do to the residuals, (n, s, d).
+        times: How often each pose is there, (n,): more than once only where e and Q are zero.
 
     Returns:
         The value; then for each open source what it would add to the squares (k,) and what is there of it (k,): the
@@ -66,9 +67,9 @@ def restricted(
     H = columns.T @ B.reshape(e.size, d)
     z = np.einsum("nij,nj->ni", S_inv, e)
     z = z - B @ np.linalg.solve(H, columns.T @ z.reshape(-1))
-    value = 0.5 * (np.linalg.slogdet(S)[1].sum() + np.linalg.slogdet(H)[1] + (z * e).sum())
+    value = 0.5 * ((times * np.linalg.slogdet(S)[1]).sum() + np.linalg.slogdet(H)[1] + (z * e).sum())
     P = S_inv - (B.reshape(e.size, d) @ np.linalg.inv(H)).reshape(B.shape) @ np.swapaxes(B, -1, -2)
-    expected = [v * (C * P).sum() for v, C in zip(variance, unit, strict=True)]
+    expected = [v * (times * (C * P).sum(axis=(1, 2))).sum() for v, C in zip(variance, unit, strict=True)]
     moved = np.stack([v * (C @ z[..., None])[..., 0] for v, C in zip(variance, unit, strict=True)], axis=-1)
     there = np.einsum("ni,nik->k", z, moved)
     flat, weighed = moved.reshape(e.size, -1), (S_inv @ moved).reshape(e.size, -1)
@@ -94,6 +95,7 @@ def estimate(
     Q: Array,
     least: Array,
     most: Array | float = np.inf,
+    times: Array | float = 1.0,
 ) -> tuple[Array, float]:
     """The standard deviations that make the residuals likeliest, each within its least and most, (k,).
 
@@ -104,13 +106,13 @@ def estimate(
         negative log of the restricted likelihood, up to a constant.
     """
     total, tiny = float((e**2).sum()), np.finfo(float).tiny
-    alone = np.array([np.sqrt(total / max(np.einsum("nii->", C), tiny)) for C in unit])
-    count = float(e.size)
+    alone = np.array([np.sqrt(total / max((times * np.einsum("nii->n", C)).sum(), tiny)) for C in unit])
+    count = float((times * np.full(len(e), e.shape[1])).sum())
     if total == 0.0:
         return least, 0.0
 
     def objective(log_sigma: Array) -> tuple[float, Array, Array]:
-        value, expected, there, information = restricted(log_sigma, known, unit, e, Q)
+        value, expected, there, information = restricted(log_sigma, known, unit, e, Q, times)
         return value / count, (expected - there) / count, information / count
 
     lowest = np.log(np.minimum(np.maximum(SPAN[0] * alone, least), most))
@@ -119,7 +121,7 @@ def estimate(
     for share in STARTS:
         log_sigma = np.clip(np.log(share * alone / np.sqrt(len(unit))), lowest, highest)
         for _ in range(CALM_STEPS):
-            _, expected, there, _ = restricted(log_sigma, known, unit, e, Q)
+            _, expected, there, _ = restricted(log_sigma, known, unit, e, Q, times)
             log_sigma = log_sigma + 0.25 * (np.log(np.maximum(there, tiny)) - np.log(np.maximum(expected, tiny)))
             log_sigma = np.clip(log_sigma, lowest, highest)
         if not any(np.abs(log_sigma - other).max() < TOGETHER for other in begun):
