@@ -53,9 +53,10 @@ def standard_errors(
 
 def _of_moments(fit: Fit) -> Array:
     """Of moments at which an effect begins, anywhere in the pause between two poses: nothing moves with them, (d,)."""
-    variances, progress = np.zeros(len(fit.x)), np.unique(fit.model.run.progress_of_all[fit.poses])
+    variances = np.zeros(len(fit.x))
     for one in fit.effects:
         if one.effect.begins:
+            progress = np.unique(fit.model.run.progress_of_all[fit.poses])
             (moment,) = (one.key(each.name) for each in one.effect.nonlinear_parameters())
             i = fit.problem.parameters.names.index(moment)
             after = int(np.clip(np.searchsorted(progress, fit.x[i]), 1, len(progress) - 1))
