@@ -20,7 +20,7 @@ class MotorCalibration:
     homing_offset: int
     range_min: int
     range_max: int
-    drive_mode: int = 0  # 1: LeRobot's angles have the other sign
+    drive_mode: int = 0  # 1: LeRobot's per cent, but not its degrees, have the other sign
 
     @property
     def middle(self) -> float:

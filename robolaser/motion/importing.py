@@ -66,12 +66,12 @@ class _Angles:
         """Numbers of a joint in a unit of the file's own, or else of those stated, as radians or radians a second."""
         if unit or not self.servos:
             return FACTORS[ANGLE][unit or self.unit] * values
-        servo, side = self.servos[joint], -1.0 if self.servos[joint].drive_mode else 1.0
+        servo = self.servos[joint]
         if self.unit == "ticks":
-            return side * 2.0 * np.pi / TURN * (values - (0.0 if speed else servo.middle))
+            return 2.0 * np.pi / TURN * (values - (0.0 if speed else servo.middle))
         half = (servo.range_max - servo.range_min) / 2.0 * 2.0 * np.pi / TURN
         counted = (2.0 * values - (0.0 if speed else 100.0)) if joint == GRIPPER else values
-        return side * half * counted / 100.0
+        return (-half if servo.drive_mode else half) * counted / 100.0
 
 
 def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions) -> tuple[MotionLog, dict[str, str]]:

@@ -145,7 +145,7 @@ def test_lerobots_calibration_makes_angles_of_what_servos_count(folder: Path, un
     }
     (folder / "my_arm.json").write_text(json.dumps(servos), encoding="utf-8")
     middle, half = (np.array([(high + side * low) / 2 for low, high in ends]) for side in (1, -1))
-    side = np.array([1.0, 1.0, -1.0, 1.0])
+    side = np.array([1.0, 1.0, -1.0 if unit == "percent" else 1.0, 1.0])  # as LeRobot's `_normalize`
     turned = [side * values * 4096 / (2 * np.pi) for values in (READ, TOLD)]
     counted = [values + middle if unit == "ticks" else 100.0 * values / half for values in turned]
     np.savez(folder / "log.npz", t=TIME, position=counted[0], target=counted[1])
