@@ -91,6 +91,11 @@ def laser_plane(dataset: Dataset) -> str:
     return passes(Stage.LASER_PLANE, dataset)
 
 
+def no_laser_plane(dataset: Dataset) -> str:
+    """The camera is alone: where a laser plane is beside it, what it sees moves as if that did."""
+    return SensorLacks("its laser plane drifts likewise") if not laser_plane(dataset) else ""
+
+
 def centred_lens(dataset: Dataset) -> str:
     """The sensor's own parameters do not have a decentred lens."""
     own = {"p1", "p2"} & fitted_lens(dataset)

@@ -85,8 +85,6 @@ class ScannerCell:
         tilt = np.arctan2(normal[:, 0], -normal[:, 2])
         across = 1 if self.eye.stripe_axis == "u" else 0
         pixel[:, across] += sum(fault.stripe(tilt) for fault in faults)
-        off = pixel - self.eye.pinhole[:2, 2]
-        pixel += sum(fault.image(off, run.share[self.pose]) for fault in faults)
         along = inside(point)[:, :2]
         for fault in faults:
             along = fault.printed(along, run)

@@ -133,10 +133,6 @@ class FaultModel(ABC):
         """By what share the image of points at these depths, (m,) [m], is larger than it should be, (m,)."""
         return np.zeros_like(depth)
 
-    def image(self, off: Array, share: Array) -> Array:
-        """Error of pixels, (m, 2) [px] from the image's centre, once a share of the run has passed, (m,); (m, 2)."""
-        return np.zeros_like(off)
-
     def light(self, light: Light, run: SyntheticRun) -> Light:
         """The light as it truly spreads at each pose."""
         return light

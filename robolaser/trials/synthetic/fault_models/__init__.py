@@ -33,7 +33,7 @@ UNMODELLED: tuple[str, ...] = ("cross_talk", "dead_zone", "dented_target", "hose
 MODELLED: tuple[str, ...] = tuple(name for name in FAULT_MODELS if name not in (*PHYSICAL, *UNMODELLED, OUTLIERS))
 """What a diagnosis should name."""
 
-BY_NAME: tuple[str, ...] = ("arm_scale", "camera_drift", "focus_breathing", "target_stretch")
+BY_NAME: tuple[str, ...] = ("arm_scale", "focus_breathing", "target_stretch")
 """Those that are made when they are asked for alone: a seed gives the world that it always gave."""
 
 DRAWN: tuple[str, ...] = tuple(name for name in MODELLED if name not in BY_NAME)

@@ -49,20 +49,6 @@ class FocusDrive(FaultModel, effect="focus_breathing", sizes=(3e-3, 5e-2), signe
 
 
 @final
-class ChipWarmUp(FaultModel, effect="camera_drift", sizes=(0.3, 5.0), location="camera"):
-    """The camera's chip moves behind the lens as its board warms up: by `size` [px] across the view, and along it."""
-
-    towards: Angle
-    along: Annotated[float, uniform(-5e-4, 5e-4)]  # by what share the image grows, over the pixels that it moves
-    tau: Annotated[float, log_uniform(0.08, 1.0)]  # time constant, as a share of the run
-
-    def image(self, off: Array, share: Array) -> Array:
-        """By the temperature so far: a body that is heated and loses heat in proportion to its own."""
-        warm = self.size * (1.0 - np.exp(-share / self.tau))[:, None]
-        return np.asarray(warm * (np.array([np.cos(self.towards), np.sin(self.towards)]) + self.along * off))
-
-
-@final
 class GrossErrors(FaultModel, effect="outliers", sizes=(0.01, 0.06), location="image"):
     """Glints and lost stripes: the share `size` of the points, or of their shots, is far off."""
 
