@@ -6,9 +6,9 @@ from typing import final
 import numpy as np
 from scipy.special import chdtrc
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Bools
 from robolaser.motion.evidence import independent_values
-from robolaser.motion.gap import white_noise
+from robolaser.motion.gap import root_mean_squares, white_noise
 from robolaser.motion.kind_diagnosis import OVER_NOISE
 from robolaser.motion.quantities import Quantities
 from robolaser.motion.series_clocks import BY_CHANCE
@@ -67,13 +67,9 @@ def _cuts_of(of: Quantities, joint: int) -> list[CutOff]:
         left = y - np.minimum(wanted, most)
         straight = y - columns @ np.linalg.lstsq(columns, y)[0]
         gain = independent_values(left, of.run[there]) * float(np.log((straight @ straight) / (left @ left)))
-        over, flat, below = map(_size, (wanted[at] - most, left[at], left[~at]))
+        over, flat, below = map(root_mean_squares, (wanted[at] - most, left[at], left[~at]))
         if chdtrc(1.0, max(gain, 0.0)) < BY_CHANCE and over > OVER_NOISE * flat and flat < OVER_NOISE * below:
             rows = np.zeros(of.q.shape, dtype=bool)
             rows[there[at], joint] = True
             found.append(CutOff(of.log.joints[joint], rows, side * most, side * float(wanted.max())))
     return found
-
-
-def _size(errors: Array) -> float:
-    return float(np.sqrt(np.mean(errors**2)))

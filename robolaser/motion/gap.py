@@ -30,7 +30,7 @@ class KindGap:
 
     def whole(self, name: str) -> float:
         """Of all joints together."""
-        return float(np.sqrt(np.nanmean(getattr(self, name) ** 2)))
+        return float(root_mean_squares(getattr(self, name)))
 
 
 def folds(run: Ints) -> Ints:
@@ -44,7 +44,7 @@ def folds(run: Ints) -> Ints:
 
 
 def root_mean_squares(errors: Array) -> Array:
-    """Of each column, gaps left out, (n, j) -> (j,)."""
+    """Of each column, gaps left out, (n, j) -> (j,), or of values (n,); NaN where there are none."""
     there = np.isfinite(errors)
     count = there.sum(axis=0)
     squares = np.where(there, errors, 0.0) ** 2

@@ -98,7 +98,7 @@ def _left(of: Quantities) -> Array:
         if len(torques):
             read, rigid = torques.T
             scale = max(0.0, float(rigid @ read) / max(float(rigid @ rigid), np.finfo(float).tiny))
-            left[joint] = root_mean_squares((read - scale * rigid)[:, None])[0]
+            left[joint] = root_mean_squares(read - scale * rigid)
     return np.maximum(left, np.finfo(float).eps)
 
 
@@ -135,7 +135,7 @@ def _under_other_gravity(of: Quantities) -> Iterator[Misread]:
     rows = [each for each in rows if each.any()]
     change, left = np.zeros(3), [each[:, -1] for each in rows]
     for _ in range(ROUNDS if rows else 0):
-        scale = [max(float(root_mean_squares(each[:, None])[0]), np.finfo(float).eps) for each in left]
+        scale = [max(float(root_mean_squares(each)), np.finfo(float).eps) for each in left]
         whole = np.concatenate([each / s for each, s in zip(rows, scale, strict=True)])
         change = np.linalg.lstsq(whole[:, :3], whole[:, 3])[0]
         left = [each[:, 3] - each[:, :3] @ change for each in rows]

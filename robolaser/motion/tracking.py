@@ -252,7 +252,7 @@ class TrackingRows:
             at = iter(near[0].x)
             known = {str(one): [next(at) for _ in one.effect.numbers] for one in near[0].effects}
         of_servo = near[0].servo(near[0].x) if near else {}
-        spread = float(np.sqrt(near[0].cost / max(len(near[0].residual), 1))) if near else 0.0
+        spread = float(np.nan_to_num(root_mean_squares(near[0].residual))) if near else 0.0
         starts, trace = [], self._trace(joint)
         for size in (1.0, 4.0):
             x: list[float] = []
