@@ -51,6 +51,15 @@ def root_mean_squares(errors: Array) -> Array:
     return np.asarray(np.where(count > 0, np.sqrt(squares.sum(axis=0) / np.maximum(count, 1)), np.nan))
 
 
+def less_means(values: Array, run: Ints) -> Array:
+    """Values less those constant in each run, gaps left out, (n,) or (n, k)."""
+    out = values.copy()
+    for number in np.unique(run):
+        there = np.isfinite(part := out[run == number])
+        out[run == number] -= np.where(there, part, 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
+    return out
+
+
 def white_noise(errors: Array, run: Ints, step: float | None) -> Array:
     """Standard deviation of what has no memory, (n, j) -> (j,): from differences of neighbours, and of rounding.
 

@@ -12,7 +12,7 @@ from robolaser.motion.cut_off import cuts
 from robolaser.motion.effect import At, MotionEffect, RowKind
 from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.evidence import Fitted
-from robolaser.motion.gap import KindGap, folds, resolution, root_mean_squares, white_noise
+from robolaser.motion.gap import KindGap, folds, less_means, resolution, root_mean_squares, white_noise
 from robolaser.motion.kind_diagnosis import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE, OF_LARGEST, KindDiagnosis
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import OTHER_UNIT, MotionLog
@@ -125,7 +125,7 @@ def _tracking(
         part = whole.without(held)
         after[held] = (log.q - part.predicted(part.refined(refined, whole)))[held]
     after[~whole.counted] = np.nan
-    calibrated, after = (_less_constants(log, errors) for errors in (ideal, after))
+    calibrated, after = (less_means(each, log.run) if log.offset_per_series else each for each in (ideal, after))
     step = log.encoder_step_rad or resolution(log.q)
     holding = log.robot.gravity_torques(np.nan_to_num(log.q))
     patterns = Patterns(log.run, log.time_s, np.nan_to_num(log.command), holding)
@@ -293,15 +293,6 @@ def _distinguished_from_clocks(findings: Sequence[SelectedEffect], joints: int) 
         clock = [one for one in least.rivals if one.effect.name == "clock_shift"]
         return [one.beside(least, clock) if one in late else one for one in findings]
     return [one.less("clock_shift") if one in late else one for one in findings]
-
-
-def _less_constants(log: MotionLog, errors: Array) -> Array:
-    """Errors less those of the encoders' zeros, where these differ from run to run."""
-    out = errors.copy()
-    for rows in log.rows_of_runs if log.offset_per_series else ():
-        there = np.isfinite(out[rows])
-        out[rows] -= np.where(there, out[rows], 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
-    return out
 
 
 def _some_runs(log: MotionLog) -> Ints:

@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect
 from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
-from robolaser.motion.gap import root_mean_squares
+from robolaser.motion.gap import less_means, root_mean_squares
 from robolaser.motion.quantities import Quantities
 
 ROUNDS = 3  # of weights and numbers
@@ -76,17 +76,14 @@ class LinearRows:
     def _gram(self, joint: int) -> tuple[Array, Array, float]:
         there = self._there[:, joint]
         A, y = self._columns[there, joint], self.values[there, joint]
-        if self.of.log.offset_per_series or self.of.kind != "torque":
-            A, y = self._without_means(A, there), self._without_means(y, there)
+        A, y = self._less_constants(A, there), self._less_constants(y, there)
         return A.T @ A, A.T @ y, float(y @ y)
 
-    def _without_means(self, values: Array, there: Bools) -> Array:
-        """Less the constant of each run, or of all where encoders keep their zeros."""
-        run = self.of.run[there] if self.of.log.offset_per_series else np.zeros(int(there.sum()), dtype=np.int64)
-        out = values.copy()
-        for number in np.unique(run):
-            out[run == number] -= out[run == number].mean(axis=0)
-        return out
+    def _less_constants(self, values: Array, there: Bools | slice = slice(None)) -> Array:
+        """Less those of each run, or of all where encoders keep their zeros; torques have none then."""
+        if self.of.log.offset_per_series:
+            return less_means(values, self.of.run[there])
+        return values if self.of.kind == "torque" else less_means(values, np.zeros(len(values), dtype=np.int64))
 
     def count_memory(self) -> None:
         """Find how much the rows are worth: from what a model with every effect leaves."""
@@ -165,12 +162,8 @@ class LinearRows:
 
     def residuals(self, fitted: Fitted, of_part: "LinearRows | None" = None) -> Array:
         """What a model, of a part of the rows perhaps, leaves of all, (n, j), constants of runs taken off."""
-        out = np.where(np.isfinite(self.values), self.values - (of_part or self).predicted(fitted), np.nan)
-        if self.of.log.offset_per_series or self.of.kind != "torque":
-            for joint in np.flatnonzero(self.rows > 0):
-                there = np.isfinite(out[:, joint])
-                out[there, joint] = self._without_means(out[there, joint], there)
-        return out
+        left = np.where(np.isfinite(self.values), self.values - (of_part or self).predicted(fitted), np.nan)
+        return self._less_constants(left)
 
     def deviations(self, fitted: Fitted) -> tuple[Array, ...]:
         """Standard deviations of the numbers, by as many values as the rows are worth."""

@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect, Number, Trace
 from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
-from robolaser.motion.gap import root_mean_squares
+from robolaser.motion.gap import less_means, root_mean_squares
 from robolaser.motion.log import MotionLog, filled
 from robolaser.motion.series_clocks import Lateness
 from robolaser.motion.servo import IDEAL, CommandSeries
@@ -88,9 +88,13 @@ class TrackingRows:
         self._pieces, self._run = [rows for rows, _ in pieces], np.array([run for _, run in pieces])
         lengths = np.array([rows.stop - rows.start for rows in self._pieces], dtype=np.int64)
         longest, count, joints = int(lengths.max()), len(pieces), log.q.shape[1]
+        q = log.q
+        if log.offset_per_series:  # a joint begins where it is, not where its encoder's zero of that run has it
+            told = filled(log.command)
+            q = told + less_means(q - told, log.run)
         self._q, step = np.full((joints, longest, count), np.nan), np.full((longest, count), log.step_s)
         for s, part in enumerate(self._pieces):
-            self._q[:, : lengths[s], s] = log.q[part].T
+            self._q[:, : lengths[s], s] = q[part].T
             step[: lengths[s] - 1, s] = np.diff(log.time_s[part])
         sent = CommandSeries.of(log.robot, [filled(log.command[part]) for part in self._pieces], step, log.step_s)
         read = np.isfinite(self._q)
@@ -305,10 +309,7 @@ class TrackingRows:
         for fit, tried in cases:
             at, s, run = self._kept[fit.joint]
             left = out[at, s, m : m + len(tried)] - self._q[fit.joint, at, s][:, None]
-            if self.log.offset_per_series:
-                for number in np.unique(run):
-                    left[run == number] -= left[run == number].mean(axis=0)
-            found.append(left)
+            found.append(less_means(left, run) if self.log.offset_per_series else left)
             m += len(tried)
         return found
 
