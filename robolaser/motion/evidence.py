@@ -1,5 +1,6 @@
 """How much rows with memory say: independent values among correlated ones, and the score of a model."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -28,6 +29,12 @@ class Fitted:
     def names(self) -> frozenset[str]:
         """Of its effects at their places."""
         return frozenset(map(str, self.effects))
+
+
+def of_each(effects: Sequence[At], values: Array) -> tuple[Array, ...]:
+    """Numbers of effects, one behind the other, parted by effect."""
+    ends = np.cumsum([len(one.effect.numbers) for one in effects])[:-1].astype(int)
+    return tuple(np.split(values, ends)) if effects else ()
 
 
 def independent_values(residual: Array, run: Ints) -> float:

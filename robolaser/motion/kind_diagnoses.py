@@ -10,7 +10,7 @@ from robolaser.errors import DataError
 from robolaser.motion.checking import comparable
 from robolaser.motion.cut_off import cuts
 from robolaser.motion.effect import At, MotionEffect, RowKind
-from robolaser.motion.effects.servo import CLOCK
+from robolaser.motion.effects.servo import CLOCK, ONE_CLOCK_S, is_one_clock
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import KindGap, folds, less_means, resolution, root_mean_squares, white_noise
 from robolaser.motion.kind_diagnosis import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE, OF_LARGEST, KindDiagnosis
@@ -20,7 +20,7 @@ from robolaser.motion.patterns import Patterns
 from robolaser.motion.quantities import Quantities, quantities
 from robolaser.motion.selection import EffectSearch, SelectedEffect, Selection, side_by_side
 from robolaser.motion.series_clocks import SeriesClocks
-from robolaser.motion.tracking import ONE_CLOCK_S, ONE_CLOCK_SHARE, TrackingRows
+from robolaser.motion.tracking import TrackingRows
 
 SEARCHED_ROWS = 24_000
 LEAST_SHARE: dict[RowKind, float] = {"tracking": 0.002, "torque": 0.005, "load": 0.02}
@@ -180,10 +180,7 @@ def _agree(models: Sequence[Fitted]) -> bool:
         for at, values in zip(model.effects, model.numbers, strict=True)
         if at.effect is CLOCK
     ]
-    if not delays:
-        return True
-    together = np.ptp(delays) <= max(ONE_CLOCK_S, ONE_CLOCK_SHARE * np.abs(delays).max())
-    return len(delays) == len(models) and bool(together)
+    return not delays or (len(delays) == len(models) and is_one_clock(np.array(delays)))
 
 
 def _begun(
@@ -257,7 +254,7 @@ def _fitted(
     at = fitted.effects.index(one.at)
     numbers = {
         number.name: (float(value), float(deviation), number.unit)
-        for number, value, deviation in zip(one.at.effect.numbers, fitted.numbers[at], deviations[at], strict=False)
+        for number, value, deviation in zip(one.at.effect.numbers, fitted.numbers[at], deviations[at], strict=True)
     }
     gained = np.maximum(one.without.squares - model.squares, 0.0) / count
     return replace(one, numbers=numbers, gained=gained)
@@ -274,8 +271,7 @@ def _within_rows(one: SelectedEffect, candidates: Sequence[At], step_s: float) -
     late = [at for at in candidates if at.effect.name == "dead_time"]
     if one.at.effect.name != "lag" or one.numbers["time"][0] >= 2.0 * step_s or not late:
         return one
-    rivals = dict.fromkeys((*one.rivals, *late))
-    return replace(one, probability=min(one.probability, EVEN), rivals=tuple(rivals))
+    return one.beside(late, EVEN)
 
 
 def _distinguished_from_clocks(findings: Sequence[SelectedEffect], joints: int) -> list[SelectedEffect]:
@@ -291,7 +287,7 @@ def _distinguished_from_clocks(findings: Sequence[SelectedEffect], joints: int) 
     if len(late) == joints and np.ptp(delays[:, 0]) <= max(ONE_CLOCK_S, 3.0 * delays[:, 1].max()):
         least = min(late, key=lambda one: one.probability)
         clock = [one for one in least.rivals if one.effect.name == "clock_shift"]
-        return [one.beside(least, clock) if one in late else one for one in findings]
+        return [one.beside(clock, least.probability) if one in late else one for one in findings]
     return [one.less("clock_shift") if one in late else one for one in findings]
 
 

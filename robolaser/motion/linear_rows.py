@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect
-from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
+from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, of_each, score_of
 from robolaser.motion.gap import less_means, root_mean_squares
 from robolaser.motion.quantities import Quantities
 
@@ -110,7 +110,7 @@ class LinearRows:
 
     def fitted(self, effects: tuple[At, ...], shapes: tuple[int, ...]) -> Fitted:
         """The model with some effects, each in one of its shapes."""
-        chosen, ends = self._chosen(effects, shapes)
+        chosen = self._chosen(effects, shapes)
         squares = np.array([yy for *_, yy in self._grams])
         x, std, P, worth = np.empty(0), np.empty(0), np.diag(self._prior[chosen]), 0.0
         for _ in range(ROUNDS if len(chosen) else 0):
@@ -124,16 +124,15 @@ class LinearRows:
             )
         tried = sum(2.0 * np.log(self._tried[str(one)]) + one.effect.rarity for one in effects)
         score = score_of(squares, self.rows, self.independent, self._form, worth) + float(x @ P @ x) + tried
-        numbers, most = (tuple(np.split(values, ends)) if effects else () for values in (x, x + SIGMAS * std))
+        numbers, most = (of_each(effects, values) for values in (x, x + SIGMAS * std))
         if not all(map(self._is_possible, effects, numbers, most)):
             score = float("inf")
         return Fitted(effects, numbers, shapes, score, squares)
 
-    def _chosen(self, effects: Sequence[At], shapes: Sequence[int]) -> tuple[Ints, Ints]:
-        """Columns of effects in some of their shapes, and where among them those of the next effect begin."""
+    def _chosen(self, effects: Sequence[At], shapes: Sequence[int]) -> Ints:
+        """Columns of effects in some of their shapes."""
         blocks = [self._blocks[str(one), shape] for one, shape in zip(effects, shapes, strict=True)]
-        columns = [np.arange(block.start, block.stop) for block in blocks]
-        return np.concatenate([np.empty(0, dtype=np.int64), *columns]), np.cumsum([len(one) for one in columns])[:-1]
+        return np.concatenate([np.empty(0, dtype=np.int64), *(np.arange(one.start, one.stop) for one in blocks)])
 
     def _solved(self, chosen: Ints, squares: Array) -> tuple[Array, Array, Array, Array]:
         """Information of columns, the scaled inverse of it and the prior, its scale, and the weight of each joint."""
@@ -146,7 +145,7 @@ class LinearRows:
 
     def _is_possible(self, one: At, values: Array, most: Array) -> bool:
         """Whether an effect has numbers within their bounds, and physical ones within their errors."""
-        within = all(n.lower <= value <= n.upper for n, value in zip(one.effect.numbers, values, strict=False))
+        within = all(n.lower <= value <= n.upper for n, value in zip(one.effect.numbers, values, strict=True))
         return within and (one.effect.least is None or bool((most >= one.effect.least(self.of, one.joint)).all()))
 
     def columns(self, at: At, shape: int) -> Array:
@@ -169,9 +168,8 @@ class LinearRows:
         """Standard deviations of the numbers, by as many values as the rows are worth."""
         if not fitted.effects:
             return ()
-        chosen, ends = self._chosen(fitted.effects, fitted.shapes)
-        _, inverse, scale, _ = self._solved(chosen, fitted.squares)
-        return tuple(np.split(scale * np.sqrt(np.diag(inverse)), ends))
+        _, inverse, scale, _ = self._solved(self._chosen(fitted.effects, fitted.shapes), fitted.squares)
+        return of_each(fitted.effects, scale * np.sqrt(np.diag(inverse)))
 
 
 def candidates_of(of: Quantities, effects: Sequence[MotionEffect], kind: str) -> tuple[list[At], dict[str, str]]:

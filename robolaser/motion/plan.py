@@ -128,9 +128,9 @@ def plan_motion(log: MotionLog) -> MotionPlan:
         model = np.maximum(np.maximum(FOLLOWS_SHARE * size, OF_LARGEST * size.max()), LEAST_NM)
         noise, follows = (model, model) if kind == "torque" else (max(ENCODER_RAD, step) * same, 0.0 * same)
         limits += _limits(found, noise, follows, values)
-    best: dict[tuple[str, str, str], MotionLimit] = {}  # a clock shows at every joint
+    best: dict[tuple[str, ...], MotionLimit] = {}  # a clock shows at every joint
     for one in sorted(limits, key=lambda one: np.inf if one.size is None else one.size):
-        best.setdefault((one.at.effect.name, one.at.where, one.at.effect.rows), one)
+        best.setdefault((one.at.effect.rows, *one.at.pair), one)
     named = {one.at.effect.name for one in limits}
     kept = tuple(one for one in limits if one in best.values())
     return MotionPlan(log, kept, {name: why for name, why in untestable.items() if name not in named})

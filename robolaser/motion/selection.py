@@ -44,10 +44,10 @@ class SelectedEffect:
         named = [one for one in self.at.effect.numbers if one.name in self.numbers]
         return not named or any(abs(self.numbers[one.name][0]) >= one.least for one in named)
 
-    def beside(self, other: "SelectedEffect", rivals: Sequence[At]) -> "SelectedEffect":
-        """The same with rivals that stand against this and another one together."""
+    def beside(self, rivals: Sequence[At], most: float) -> "SelectedEffect":
+        """The same with more rivals, beside which it has no more than some probability."""
         more = tuple(one for one in rivals if one.effect.name not in {rival.effect.name for rival in self.rivals})
-        return replace(self, probability=min(self.probability, other.probability), rivals=(*self.rivals, *more))
+        return replace(self, probability=min(self.probability, most), rivals=(*self.rivals, *more))
 
     def doubted(self, most: float) -> "SelectedEffect":
         """The same with no more than some probability."""
@@ -149,13 +149,11 @@ def chosen(effects: Sequence[At]) -> EffectSearch:
 
 def _with(effects: tuple[At, ...], one: At) -> tuple[At, ...]:
     """Effects and one more, in place of its other form where there is one."""
-    return (*(other for other in effects if (other.effect.name, other.where) != (one.effect.name, one.where)), one)
+    return (*(other for other in effects if other.pair != one.pair), one)
 
 
 def _finding(one: At, model: Fitted, without: Fitted, instead: Sequence[tuple[At, Fitted]]) -> SelectedEffect:
-    instead = [
-        (rival, fit) for rival, fit in instead if (rival.effect.name, rival.where) != (one.effect.name, one.where)
-    ]
+    instead = [(rival, fit) for rival, fit in instead if rival.pair != one.pair]
 
     def score(rival: At, fit: Fitted) -> float:
         alike = rival.effect.name == one.effect.name and bool((fit.squares <= (1.0 + ALIKE) * model.squares).all())

@@ -9,8 +9,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect, Number, Trace
-from robolaser.motion.effects.servo import CLOCK
-from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
+from robolaser.motion.effects.servo import CLOCK, is_one_clock
+from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, of_each, score_of
 from robolaser.motion.gap import less_means, root_mean_squares
 from robolaser.motion.log import MotionLog, filled
 from robolaser.motion.series_clocks import Lateness
@@ -28,7 +28,6 @@ FORM_RAD = 3e-5  # by which models of servos may err besides: a judgement
 DELAY_STEP_S = 1e-3  # of the derivative by a delay
 ON_TIME = 0.1  # rows by which readings are late or lead, up to which no row is lost at an end
 FEWEST_SHARE = 4  # a run loses up to one row in so many at each of its ends
-ONE_CLOCK_S, ONE_CLOCK_SHARE = 1e-3, 0.2  # by which delays of one clock may seem to differ, at most: a judgement
 
 
 @final
@@ -201,7 +200,7 @@ class TrackingRows:
         if not all(early):
             return [list(each) for each in candidates]
         delays = np.array([fit.numbers[0][0] for fit in self.fit(list(enumerate(early)), MORE_ROUNDS)])
-        one = (delays >= 0.0).all() or np.ptp(delays) <= max(ONE_CLOCK_S, ONE_CLOCK_SHARE * np.abs(delays).max())
+        one = (delays >= 0.0).all() or is_one_clock(delays)
         return [[at for at in each if one or at.effect.name != "clock_shift"] for each in candidates]
 
     def count_memory(self) -> None:
@@ -339,9 +338,7 @@ class TrackingRows:
         squares[fit.joint], rows[fit.joint] = fit.cost, len(fit.residual)
         score = score_of(squares, rows, np.where(rows > 0, self.independent, 0.0), self._form, len(fit.x))
         score += sum(one.effect.rarity for one in fit.effects)
-        values = fit.x * fit.usual
-        ends = np.cumsum([len(one.effect.numbers) for one in fit.effects])[:-1]
-        numbers = tuple(np.split(values, ends)) if fit.effects else ()
+        numbers = of_each(fit.effects, fit.x * fit.usual)
         return Fitted(fit.effects, numbers, (0,) * len(fit.effects), score, squares)
 
     def deviations(self, fitted: Fitted, joint: int) -> tuple[Array, ...]:
@@ -354,7 +351,7 @@ class TrackingRows:
         H = weight * slopes.T @ slopes + 1e-8 * np.eye(len(fit.x))
         with np.errstate(invalid="ignore"):  # NaN: the rows do not show the number
             std = np.sqrt(np.diag(np.linalg.pinv(H))) * fit.usual
-        return tuple(np.split(std, np.cumsum([len(one.effect.numbers) for one in fit.effects])[:-1]))
+        return of_each(fit.effects, std)
 
     def predicted(self, models: Sequence[Fitted]) -> Array:
         """Where joints go by their models, (n, j) in the rows of the log; the command for joints that have none."""
