@@ -10,8 +10,10 @@ from robolaser.arrays import Array, Ints
 from robolaser.motion.effect import At
 
 FEWEST_VALUES = 2.0
-FORM_SHARE = 0.01
+IDEAL_SHARE = 0.01
 """Of the error of an ideal arm, that the form of its model leaves. A judgement."""
+BY_CHANCE = 1e-3
+"""Probability that noise alone does as much, below which it was not noise. A judgement."""
 
 
 @final

@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect
-from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, of_each, score_of
+from robolaser.motion.evidence import IDEAL_SHARE, Fitted, independent_values, of_each, score_of
 from robolaser.motion.gap import less_means, root_mean_squares
 from robolaser.motion.quantities import Quantities
 
@@ -63,7 +63,7 @@ class LinearRows:
         )
         """Values that each joint's rows are worth, (j,)."""
         self._shapes: dict[str, int] = {}
-        self._form: Array = np.hypot(FORM_SHARE * root_mean_squares(values), form) if like is None else like._form
+        self._form: Array = np.hypot(IDEAL_SHARE * root_mean_squares(values), form) if like is None else like._form
 
     def _prior_of(self, block: Array) -> Array:
         """Precision of numbers, by what they contribute where there are values, (n, j, k) -> (k,)."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.misread import BEST, FALLS
-from robolaser.motion.cut_off import cuts
+from robolaser.motion.cut_off import cut_rows, cuts
 from robolaser.motion.effect import JOINTS, At, MotionEffect, Number
 from robolaser.motion.effects.dynamics import TORQUE_CONSTANT
 from robolaser.motion.evidence import Fitted
@@ -73,7 +73,7 @@ def misread(log: MotionLog) -> Misread | None:
     of = quantities(log, "torque")
     if of.lacking:
         return None
-    of = replace(of, measured=np.where(np.any([one.rows for one in cuts(of)], axis=0), np.nan, of.measured))
+    of = replace(of, measured=np.where(cut_rows(of, cuts(of)), np.nan, of.measured))
     as_read = _left(of)
     ways = [
         way

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect, Number, Trace
 from robolaser.motion.effects.servo import CLOCK, is_one_clock
-from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, of_each, score_of
+from robolaser.motion.evidence import IDEAL_SHARE, Fitted, independent_values, of_each, score_of
 from robolaser.motion.gap import less_means, root_mean_squares
 from robolaser.motion.log import MotionLog, filled
 from robolaser.motion.series_clocks import Lateness
@@ -106,7 +106,7 @@ class TrackingRows:
             before, after = map(_unexplained, (told, told[::-1]), ends)
             self._used[:before, s] = False
             self._used[lengths[s] - after : lengths[s], s] = False
-        self._form = np.hypot(FORM_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
+        self._form = np.hypot(IDEAL_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
         self.independent = np.ones(joints)
         """Values that each joint's rows are worth, (j,)."""
         self._found: dict[tuple[int, frozenset[str]], _ServoFit] = {}
