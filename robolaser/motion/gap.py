@@ -51,6 +51,17 @@ def root_mean_squares(errors: Array) -> Array:
     return np.asarray(np.where(count > 0, np.sqrt(squares.sum(axis=0) / np.maximum(count, 1)), np.nan))
 
 
+def root_mean_squares_of_runs(errors: Array, run: Ints) -> Array:
+    """The same of each run, (n, j) -> (runs, j) or (n,) -> (runs,)."""
+    return np.array([root_mean_squares(errors[run == number]) for number in np.unique(run)])
+
+
+def medians(values: Array) -> Array:
+    """Of each column, gaps left out, (n, j) -> (j,); NaN where there are none."""
+    known = [column[np.isfinite(column)] for column in values.T]
+    return np.array([np.median(column) if len(column) else np.nan for column in known])
+
+
 def less_means(values: Array, run: Ints) -> Array:
     """Values less those constant in each run, gaps left out, (n,) or (n, k)."""
     out = values.copy()

@@ -8,12 +8,12 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints, Progress
 from robolaser.errors import DataError
 from robolaser.motion.checking import comparable
-from robolaser.motion.cut_off import cuts
+from robolaser.motion.cut_off import cut_rows, cuts
 from robolaser.motion.effect import At, MotionEffect, RowKind
 from robolaser.motion.effects.servo import CLOCK, ONE_CLOCK_S, is_one_clock
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import KindGap, folds, less_means, resolution, root_mean_squares, white_noise
-from robolaser.motion.kind_diagnosis import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE, OF_LARGEST, KindDiagnosis
+from robolaser.motion.kind_diagnosis import EVEN, FOLLOWS_RAD, IS_NOISE, KindDiagnosis, follows_nm
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import OTHER_UNIT, MotionLog
 from robolaser.motion.patterns import Patterns
@@ -201,10 +201,9 @@ def _linear(
     values = of.measured - of.rigid if kind == "torque" else of.measured
     candidates, absent = candidates_of(of, library, kind)
     missing |= absent
-    size = np.nan_to_num(root_mean_squares(of.measured))
-    enough = np.maximum(FOLLOWS_SHARE * size, OF_LARGEST * size.max()) if kind == "torque" else np.zeros(len(size))
+    enough = follows_nm(of.measured) if kind == "torque" else np.zeros(values.shape[1])
     limits = cuts(of) if kind == "torque" else []
-    cut = np.any([one.rows for one in limits], axis=0) | np.zeros(values.shape, dtype=bool)
+    cut = cut_rows(of, limits)
     rows = LinearRows(of, values, candidates, ~cut, form=enough / 2.0)
     rows.count_memory()
     (selected,) = side_by_side(rows, [searching(candidates, LEAST_SHARE[kind], ())])

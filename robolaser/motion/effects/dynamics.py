@@ -1,12 +1,13 @@
 """Masses, inertias and torque constants that are not as the URDF and the data sheet say."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.motion.effect import JOINTS, TOOL, MotionEffect, Number
-from robolaser.motion.quantities import Quantities, hardly_moves, of_joint
+from robolaser.motion.quantities import LEAST_NM, Quantities, hardly_moves, of_joint
 
 GAUTIER = "Gautier, Khalil 1990, IEEE Trans. Robotics and Automation 6: base inertial parameters"
 MASS = ("mass", "kg"), ("mass_x", "kg m"), ("mass_y", "kg m"), ("mass_z", "kg m")
@@ -37,8 +38,7 @@ MOST_STARTS = 40  # runs at whose beginning a payload may have been taken up
 
 
 def _weighs(quantities: Quantities, joint: int) -> str:
-    spread = float(np.nanstd(quantities.rigid[:, joint]))
-    return "" if spread > 1e-6 else "the URDF's masses put no torque on this joint"
+    return "" if np.nanstd(quantities.rigid[:, joint]) > LEAST_NM else "the URDF's masses put no torque on this joint"
 
 
 TORQUE_CONSTANT = MotionEffect(
@@ -64,13 +64,10 @@ DYNAMICS = (
         columns=of_joint(lambda of: of.acceleration), needs=hardly_moves, rivals=("link_inertia",),
     ),
     TORQUE_CONSTANT,
-    MotionEffect(
-        name="torque_constant", form="one for all", site=JOINTS,
-        clause="all measured torques have one wrong scale", cause="dynamics", rows="torque",
-        numbers=(Number("factor", "", 0.1, -0.9, 9.0),),
+    replace(
+        TORQUE_CONSTANT, form="one for all", site=JOINTS, clause="all measured torques have one wrong scale",
         remedy="Check the unit of the torques; links that are all heavier or lighter by this share look the same.",
-        reference="Gautier, Briot 2014, J. Dyn. Sys. 136: drive gains",
-        columns=lambda quantities, _: [quantities.rigid[:, :, None]], rivals=("payload", "link_inertia"),
+        columns=lambda quantities, _: [quantities.rigid[:, :, None]], needs=None,
     ),
     MotionEffect(
         name="link_inertia",

@@ -6,7 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.motion.effect import MotionEffect, Number
-from robolaser.motion.quantities import Quantities, at_joint, hardly_moves, of_joint
+from robolaser.motion.quantities import LEAST_NM, Quantities, at_joint, hardly_moves, of_joint
 
 ARMSTRONG = "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Automatica 30"
 STRIBECK_SPEEDS = (0.03, 0.1, 0.3)
@@ -27,9 +27,8 @@ def _shared(quantities: Quantities, joint: int) -> Sequence[Array]:
 
 
 def _loaded(quantities: Quantities, joint: int) -> str:
-    load = np.abs(quantities.rigid[:, joint])
-    spread = float(np.nanstd(load))
-    return hardly_moves(quantities, joint) or ("" if spread > 1e-6 else "the load on the joint hardly changes")
+    changes = np.nanstd(np.abs(quantities.rigid[:, joint])) > LEAST_NM
+    return hardly_moves(quantities, joint) or ("" if changes else "the load on the joint hardly changes")
 
 
 FRICTION = (
