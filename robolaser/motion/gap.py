@@ -40,7 +40,14 @@ def folds(run: Ints) -> Ints:
         order = names[np.argsort(-counts, kind="stable")]
         of_run = {int(name): place % FOLDS for place, name in enumerate(order)}
         return np.array([of_run[int(one)] for one in run], dtype=np.int64)
-    return (np.arange(len(run)) * BLOCKS // max(len(run), 1)) % FOLDS
+    return runs_or_blocks(run) % FOLDS
+
+
+def runs_or_blocks(run: Ints) -> Ints:
+    """What is independent of each other, (n,): whole runs, or blocks of rows where there are too few runs."""
+    if len(np.unique(run)) >= FEWEST_RUNS:
+        return run
+    return np.arange(len(run)) * BLOCKS // max(len(run), 1)
 
 
 def root_mean_squares(errors: Array) -> Array:
@@ -116,9 +123,7 @@ def at_flange(
     for name, errors in {"nominal": log.q - log.command, "calibrated": before, "after": after}.items():
         moved = 1e3 * np.einsum("rkj,rj->rk", jacobian, np.nan_to_num(errors[rows]))
         squares[name] = (moved**2).sum(axis=1)
-    of_row = log.run[rows]
-    if len(np.unique(of_row)) < FEWEST_RUNS:
-        of_row = np.arange(len(of_row)) * BLOCKS // len(of_row)
+    of_row = runs_or_blocks(log.run[rows])
     groups = [squares["after"][of_row == name] for name in np.unique(of_row)]
     sums, counts = np.array([g.sum() for g in groups]), np.array([len(g) for g in groups])
     drawn = np.random.default_rng(seed).integers(0, len(groups), (RESAMPLED, len(groups)))

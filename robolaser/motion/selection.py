@@ -7,7 +7,7 @@ from typing import Protocol, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.motion.effect import At
+from robolaser.motion.effect import At, Number
 from robolaser.motion.evidence import Fitted
 
 WORTH_ADDING = 4.0  # in twice the logarithm of the evidence: seven to one
@@ -35,14 +35,17 @@ class SelectedEffect:
     @property
     def is_on_bound(self) -> bool:
         """Whether one of several numbers is the least that it can be: a lag that nothing damps is another cause."""
-        named = [one for one in self.at.effect.numbers if one.name in self.numbers]
-        return len(named) > 1 and any(-np.inf < self.numbers[one.name][0] <= one.lower for one in named)
+        return len(self._values) > 1 and any(-np.inf < value <= one.lower for one, value in self._values)
 
     @property
     def is_large(self) -> bool:
         """Whether one of its numbers is so large that nothing else takes that form."""
-        named = [one for one in self.at.effect.numbers if one.name in self.numbers]
-        return not named or any(abs(self.numbers[one.name][0]) >= one.least for one in named)
+        return not self._values or any(abs(value) >= one.least for one, value in self._values)
+
+    @property
+    def _values(self) -> list[tuple[Number, float]]:
+        """Its numbers that were fitted."""
+        return [(one, self.numbers[one.name][0]) for one in self.at.effect.numbers if one.name in self.numbers]
 
     def beside(self, rivals: Sequence[At], most: float) -> "SelectedEffect":
         """The same with more rivals, beside which it has no more than some probability."""
