@@ -1,6 +1,6 @@
 """How much rows with memory say: independent values among correlated ones, and the score of a model."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -30,7 +30,12 @@ class Fitted:
     @property
     def names(self) -> frozenset[str]:
         """Of its effects at their places."""
-        return frozenset(map(str, self.effects))
+        return names_of(self.effects)
+
+
+def names_of(effects: Iterable[At]) -> frozenset[str]:
+    """Which effects these are, whatever their order."""
+    return frozenset(map(str, effects))
 
 
 def of_each(effects: Sequence[At], values: Array) -> tuple[Array, ...]:

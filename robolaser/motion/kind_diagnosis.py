@@ -101,20 +101,21 @@ class KindDiagnosis:
     @cached_property
     def _far(self) -> Array:
         """1 for joints of which a multiple of the noise is left, else 0, (j,)."""
-        noise = np.maximum(self.enough, self.gap.noise_floor) ** 2
-        return np.asarray(self._above_noise[1] > (LEFT_OVER_NOISE**2 - 1.0) * noise, dtype=np.float64)
+        return np.asarray(self._above_noise[1] > (LEFT_OVER_NOISE**2 - 1.0) * self._usual_error**2, dtype=np.float64)
+
+    @property
+    def _usual_error(self) -> Array:
+        """Noise, or the error of arms that follow, (j,)."""
+        return np.asarray(np.maximum(self.enough, self.gap.noise_floor))
 
     @cached_property
     def _above_noise(self) -> tuple[Array, Array]:
         """Squared errors without the effects and with them, less what noise alone gives, (j,) each."""
-        noise = np.maximum(self.enough, self.gap.noise_floor) ** 2
         counted = (np.where(self.cut, np.nan, errors) for errors in (self.before, self.after))
-        before, after = (np.nan_to_num(self._usual(errors) - noise) for errors in counted)
+        # as most runs have them: what one run alone does is no ground for doubt
+        usual = (medians(root_mean_squares_of_runs(errors, self.run) ** 2) for errors in counted)
+        before, after = (np.nan_to_num(squares - self._usual_error**2) for squares in usual)
         return before, np.maximum(after, 0.0)
-
-    def _usual(self, errors: Array) -> Array:
-        """Squared errors as most runs have them, (j,): what one run alone does is no ground for doubt."""
-        return medians(root_mean_squares_of_runs(errors, self.run) ** 2)
 
     @cached_property
     def _closed(self) -> Bools:
@@ -122,7 +123,7 @@ class KindDiagnosis:
         gap = self.gap
         with np.errstate(invalid="ignore"):
             small = gap.after**2 - gap.noise_floor**2 <= LEFT_SHARE * (gap.calibrated**2 - gap.noise_floor**2)
-            small &= gap.after <= LEFT_OVER_NOISE * np.maximum(self.enough, gap.noise_floor)
+            small &= gap.after <= LEFT_OVER_NOISE * self._usual_error
             return np.asarray(small | (gap.after <= np.maximum(self.enough, OVER_NOISE * gap.noise_floor)))
 
     @property

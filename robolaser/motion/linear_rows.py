@@ -166,8 +166,6 @@ class LinearRows:
 
     def deviations(self, fitted: Fitted) -> tuple[Array, ...]:
         """Standard deviations of the numbers, by as many values as the rows are worth."""
-        if not fitted.effects:
-            return ()
         _, inverse, scale, _ = self._solved(self._chosen(fitted.effects, fitted.shapes), fitted.squares)
         return of_each(fitted.effects, scale * np.sqrt(np.diag(inverse)))
 

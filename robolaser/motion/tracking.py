@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect, Number, Trace
 from robolaser.motion.effects.servo import CLOCK, is_one_clock
-from robolaser.motion.evidence import IDEAL_SHARE, Fitted, independent_values, of_each, score_of
+from robolaser.motion.evidence import IDEAL_SHARE, Fitted, independent_values, names_of, of_each, score_of
 from robolaser.motion.gap import less_means, root_mean_squares
 from robolaser.motion.log import MotionLog, filled
 from robolaser.motion.series_clocks import Lateness
@@ -212,7 +212,7 @@ class TrackingRows:
 
     def fit(self, asked: Sequence[tuple[int, tuple[At, ...]]], rounds: int = ROUNDS) -> list[Fitted]:
         """A model of the joint of each search, with each set of effects."""
-        keys = [(int(self.joints[number]), frozenset(map(str, effects))) for number, effects in asked]
+        keys = [(int(self.joints[number]), names_of(effects)) for number, effects in asked]
         fits = {
             key: self._begun(key[0], effects)
             for key, (_, effects) in zip(keys, asked, strict=True)
@@ -227,7 +227,7 @@ class TrackingRows:
         fits = [_ServoFit(found.joint, found.effects, found.x) for found in like._fits(models)]
         self._forget_unseen(fits)
         self._improve(fits, MORE_ROUNDS)
-        self._found.update({(fit.joint, frozenset(map(str, fit.effects))): fit for fit in fits})
+        self._found.update({(fit.joint, names_of(fit.effects)): fit for fit in fits})
         return [self._as_fitted(fit) for fit in fits]
 
     def _fits(self, models: Sequence[Fitted]) -> list[_ServoFit]:
@@ -237,25 +237,20 @@ class TrackingRows:
     def _forget_unseen(self, fits: Sequence[_ServoFit]) -> None:
         """Numbers that change nothing in these rows become those of an ideal servo: only other rows tell them."""
         moving = [fit for fit in fits if fit.effects]
-        cases = [(fit, [fit.x, *(fit.x + STEP * side for side in np.eye(len(fit.x)))]) for fit in moving]
-        for fit, residual in zip(moving, self._computed(cases), strict=True):
-            unseen = (residual[:, 1:] == residual[:, :1]).all(axis=0)
+        self._evaluate(moving)
+        for fit, slopes in zip(moving, self._slopes(moving), strict=True):
             ideal = [IDEAL[number.servo] / number.usual for number in fit.numbers]
-            fit.x = np.where(unseen, ideal, fit.x)
+            fit.x = np.where((slopes == 0.0).all(axis=0), ideal, fit.x)
 
     def _begun(self, joint: int, effects: tuple[At, ...]) -> list[_ServoFit]:
         """Fits from where a model with an effect less, or more, ended; new effects begin at two sizes."""
-        names = frozenset(map(str, effects))
-        known = {}
-        near = sorted(
-            (fit for (j, _), fit in self._found.items() if j == joint),
-            key=lambda fit: len(names ^ frozenset(map(str, fit.effects))),
-        )
+        there = [(names, fit) for (j, names), fit in self._found.items() if j == joint]
+        near = min(there, key=lambda one: len(names_of(effects) ^ one[0]), default=None)
+        known, of_servo, spread = {}, {}, 0.0
         if near:
-            at = iter(near[0].x)
-            known = {str(one): [next(at) for _ in one.effect.numbers] for one in near[0].effects}
-        of_servo = near[0].servo(near[0].x) if near else {}
-        spread = float(np.nan_to_num(root_mean_squares(near[0].residual))) if near else 0.0
+            known = dict(zip(map(str, near[1].effects), map(list, of_each(near[1].effects, near[1].x)), strict=True))
+            of_servo = near[1].servo(near[1].x)
+            spread = float(np.nan_to_num(root_mean_squares(near[1].residual)))
         starts, trace = [], self._trace(joint)
         for size in (1.0, 4.0):
             x: list[float] = []
@@ -271,10 +266,13 @@ class TrackingRows:
             fit.x = fit.within(fit.x)
         return fits
 
-    def _improve(self, fits: list[_ServoFit], rounds: int) -> None:
+    def _evaluate(self, fits: Sequence[_ServoFit]) -> None:
         for fit, residual in zip(fits, self._computed([(fit, [fit.x]) for fit in fits]), strict=True):
             fit.residual = residual[:, 0]
             fit.cost = float(fit.residual @ fit.residual)
+
+    def _improve(self, fits: list[_ServoFit], rounds: int) -> None:
+        self._evaluate(fits)
         moving = [fit for fit in fits if fit.effects]
         for _ in range(rounds):
             steps = [
