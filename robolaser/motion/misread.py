@@ -16,12 +16,13 @@ from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.kind_diagnosis import EVEN, KindDiagnosis
 from robolaser.motion.log import MotionLog
 from robolaser.motion.quantities import Quantities, quantities
-from robolaser.motion.selection import SelectedEffect
+from robolaser.motion.selection import Estimate, SelectedEffect
 
 MISREAD = 0.99
-"""Probability of a reading that fits five times better than the log as it is, and three times than any other."""
+"""Probability of a reading that fits as much better than the log as it is, and than any other, as `FALLS` and `BEST` of
+poses that are misread ask. A judgement."""
 NEAR_AXIS = np.cos(np.radians(2.0))
-"""Within two degrees of an axis of the base, gravity is taken to be along it: bases are mounted so."""
+"""Within two degrees of an axis of the base, gravity is taken to be along it: bases are mounted so. A judgement."""
 SAME_SIZE = 0.1
 """Share by which gravity that is found may differ from the stated one in size: what differs by more are masses. A
 judgement."""
@@ -38,8 +39,8 @@ class Misread:
     """A log whose torques are read otherwise, as they seem to be meant."""
 
     log: MotionLog
-    ats: tuple[At, ...]
-    numbers: dict[str, tuple[float, float, str]]
+    ats: tuple[At, ...]  # what is misread, and where
+    numbers: dict[str, Estimate]
     left: Array  # of each joint's torques, beside friction and a scale, (j,) [Nm]
     probability: float = MISREAD
     rivals: tuple[At, ...] = ()
@@ -51,15 +52,15 @@ class Misread:
         size = root_mean_squares(before)
         gained = np.nan_to_num(np.maximum(size**2 - part.gap.after**2, 0.0))
         without = Fitted((), (), (), np.inf, gained)
+        sure, none = self.probability, 1.0 - self.probability
         found = tuple(
-            SelectedEffect(at, self.probability, 1.0 - self.probability, without, self.rivals, numbers, gained)
+            SelectedEffect(at, sure, none, without, self.rivals, self._beside(part.findings, at), gained)
             for at in self.ats
-            for numbers in [self._beside(part.findings, at)]
         )
         gap = replace(part.gap, nominal=size, calibrated=size)
         return replace(part, gap=gap, before=before, findings=found)
 
-    def _beside(self, findings: Sequence[SelectedEffect], at: At) -> dict[str, tuple[float, float, str]]:
+    def _beside(self, findings: Sequence[SelectedEffect], at: At) -> dict[str, Estimate]:
         """Its numbers; a scale of torques that have the wrong sign, too, is one number with it."""
         scale = next((one.numbers["factor"] for one in findings if one.at.pair == at.pair), None)
         return {"factor": (-2.0 - scale[0], *scale[1:])} if scale else self.numbers

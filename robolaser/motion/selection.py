@@ -16,6 +16,8 @@ INDISTINGUISHABLE = 6.0  # the same: a rival that is up to twenty to one worse
 ALIKE = 1e-3  # share by which squares of the same effect at a neighbour may be larger: it is the same motion then
 EXCHANGES, MIN_EXCHANGE = 4, 0.1
 Sets = Sequence[tuple[At, ...]]
+Estimate = tuple[float, float, str]
+"""Of a number: value, standard deviation, unit."""
 EffectSearch = Generator[Sets, Sequence[Fitted], "Selection"]
 
 
@@ -29,7 +31,7 @@ class SelectedEffect:
     none: float  # probability that neither it nor a rival is at work
     without: Fitted
     rivals: tuple[At, ...]  # that explain nearly as much in its place
-    numbers: Mapping[str, tuple[float, float, str]] = field(default_factory=dict)  # value, deviation, unit; once fitted
+    numbers: Mapping[str, Estimate] = field(default_factory=dict)  # by name, once fitted
     gained: Array = field(default_factory=lambda: np.empty(0))  # mean squares that it explains at each joint, (j,)
 
     @property
