@@ -99,9 +99,9 @@ def _is_asked(at: At, asked: Sequence[tuple[str, str]]) -> bool:
 
 def merged(findings: Sequence[SelectedEffect]) -> list[SelectedEffect]:
     """One entry for an effect of the same rows at the same place that several joints show: clocks."""
-    groups: dict[tuple[str, str, str], list[SelectedEffect]] = {}
+    groups: dict[tuple[str, ...], list[SelectedEffect]] = {}
     for one in findings:
-        groups.setdefault((one.at.effect.rows, one.at.effect.name, one.at.where), []).append(one)
+        groups.setdefault((one.at.effect.rows, *one.at.pair), []).append(one)
     whole = []
     for group in groups.values():
         best = max(group, key=lambda one: one.probability)

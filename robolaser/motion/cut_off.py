@@ -1,21 +1,23 @@
 """Torques that stay at their largest value where the motion takes more: a motor, or its reading, at its limit."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from scipy.special import chdtrc
 
-from robolaser.arrays import Array, Bools
-from robolaser.motion.evidence import independent_values
-from robolaser.motion.gap import white_noise
+from robolaser.arrays import Bools
+from robolaser.motion.evidence import BY_CHANCE, independent_values
+from robolaser.motion.gap import root_mean_squares, white_noise
 from robolaser.motion.kind_diagnosis import OVER_NOISE
 from robolaser.motion.quantities import Quantities
-from robolaser.motion.series_clocks import BY_CHANCE
 
-FEWEST_ROWS = 30  # on either side of a limit
+FEWEST_ROWS = 30
+"""On either side of a limit. A judgement."""
 ROUNDS = 6  # of the limit by the rows at it, and of these by the limit
-NEAR = 6.0  # times the noise below the largest value, where rows at the limit are looked for first
+NEAR = 6.0
+"""Times the noise below the largest value, where rows at a limit are looked for first: wider than noise reaches."""
 
 
 @final
@@ -38,8 +40,13 @@ class CutOff:
 
 
 def cuts(of: Quantities) -> list[CutOff]:
-    """Of all joints."""
+    """Limits of the torques of all joints."""
     return [one for joint in range(of.q.shape[1]) for one in _cuts_of(of, joint)]
+
+
+def cut_rows(of: Quantities, limits: Sequence[CutOff]) -> Bools:
+    """Which torques are at any of some limits, (n, j)."""
+    return np.asarray(np.any([np.zeros(of.q.shape, dtype=bool), *(one.rows for one in limits)], axis=0))
 
 
 def _cuts_of(of: Quantities, joint: int) -> list[CutOff]:
@@ -57,7 +64,7 @@ def _cuts_of(of: Quantities, joint: int) -> list[CutOff]:
     for side in (-1.0, 1.0):
         y = side * read
         at = y > y.max(initial=-np.inf) - NEAR * noise
-        wanted, most = y, np.inf
+        wanted, most = y, np.inf  # on this side, limits are the largest values
         for _ in range(ROUNDS):
             if min(at.sum(), (~at).sum()) >= FEWEST_ROWS:
                 wanted, most = columns @ np.linalg.lstsq(columns[~at], y[~at])[0], float(y[at].mean())
@@ -67,13 +74,9 @@ def _cuts_of(of: Quantities, joint: int) -> list[CutOff]:
         left = y - np.minimum(wanted, most)
         straight = y - columns @ np.linalg.lstsq(columns, y)[0]
         gain = independent_values(left, of.run[there]) * float(np.log((straight @ straight) / (left @ left)))
-        over, flat, below = map(_size, (wanted[at] - most, left[at], left[~at]))
+        over, flat, below = map(root_mean_squares, (wanted[at] - most, left[at], left[~at]))
         if chdtrc(1.0, max(gain, 0.0)) < BY_CHANCE and over > OVER_NOISE * flat and flat < OVER_NOISE * below:
             rows = np.zeros(of.q.shape, dtype=bool)
             rows[there[at], joint] = True
             found.append(CutOff(of.log.joints[joint], rows, side * most, side * float(wanted.max())))
     return found
-
-
-def _size(errors: Array) -> float:
-    return float(np.sqrt(np.mean(errors**2)))

@@ -13,6 +13,7 @@ from robolaser.motion.calibration import MotionFit, merged
 from robolaser.motion.checking import comparable
 from robolaser.motion.effect import MOVES_RAD
 from robolaser.motion.effects import library_of
+from robolaser.motion.gap import root_mean_squares_of_runs
 from robolaser.motion.kind_diagnoses import parts_of
 from robolaser.motion.kind_diagnosis import KindDiagnosis
 from robolaser.motion.log import MotionLog, filled
@@ -109,8 +110,9 @@ def _places(parts: Sequence[KindDiagnosis], joints: Sequence[str], verdict: str)
 
 def _chance(errors: Array, run: Ints, noise: float) -> float:
     """Of as many runs with more than the noise, where each has more or less of it by chance (a sign test)."""
-    sizes = np.array([np.nanmean(errors[run == number] ** 2) for number in np.unique(run[np.isfinite(errors)])])
-    larger = int((sizes > noise**2).sum())
+    sizes = root_mean_squares_of_runs(errors, run)
+    sizes = sizes[np.isfinite(sizes)]
+    larger = int((sizes > noise).sum())
     return float(sum(comb(len(sizes), k) for k in range(larger, len(sizes) + 1)) / 2.0 ** len(sizes))
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal, final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.motion.gap import root_mean_squares
 
 if TYPE_CHECKING:
     from robolaser.motion.quantities import Quantities
@@ -48,8 +49,7 @@ class Trace:
     def error_within(self) -> float:
         """Root mean square of its error where it is sent to where it gets to elsewhere [rad]; infinite if nowhere."""
         within = (self.command >= np.nanmin(self.q)) & (self.command <= np.nanmax(self.q))
-        errors = np.square(self.q - self.command)[within]
-        return float(np.sqrt(np.nanmean(errors))) if np.isfinite(errors).any() else np.inf
+        return float(np.nan_to_num(root_mean_squares((self.q - self.command)[within]), nan=np.inf))
 
     @property
     def is_sent(self) -> bool:

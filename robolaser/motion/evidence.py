@@ -1,5 +1,6 @@
 """How much rows with memory say: independent values among correlated ones, and the score of a model."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -9,8 +10,10 @@ from robolaser.arrays import Array, Ints
 from robolaser.motion.effect import At
 
 FEWEST_VALUES = 2.0
-FORM_SHARE = 0.01
+IDEAL_SHARE = 0.01
 """Of the error of an ideal arm, that the form of its model leaves. A judgement."""
+BY_CHANCE = 1e-3
+"""Probability that noise alone does as much, below which it was not noise. A judgement."""
 
 
 @final
@@ -27,7 +30,18 @@ class Fitted:
     @property
     def names(self) -> frozenset[str]:
         """Of its effects at their places."""
-        return frozenset(map(str, self.effects))
+        return names_of(self.effects)
+
+
+def names_of(effects: Iterable[At]) -> frozenset[str]:
+    """Which effects these are, whatever their order."""
+    return frozenset(map(str, effects))
+
+
+def of_each(effects: Sequence[At], values: Array) -> tuple[Array, ...]:
+    """Numbers of effects, one behind the other, parted by effect."""
+    ends = np.cumsum([len(one.effect.numbers) for one in effects])[:-1].astype(int)
+    return tuple(np.split(values, ends)) if effects else ()
 
 
 def independent_values(residual: Array, run: Ints) -> float:

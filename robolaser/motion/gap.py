@@ -30,7 +30,7 @@ class KindGap:
 
     def whole(self, name: str) -> float:
         """Of all joints together."""
-        return float(np.sqrt(np.nanmean(getattr(self, name) ** 2)))
+        return float(root_mean_squares(getattr(self, name)))
 
 
 def folds(run: Ints) -> Ints:
@@ -40,15 +40,42 @@ def folds(run: Ints) -> Ints:
         order = names[np.argsort(-counts, kind="stable")]
         of_run = {int(name): place % FOLDS for place, name in enumerate(order)}
         return np.array([of_run[int(one)] for one in run], dtype=np.int64)
-    return (np.arange(len(run)) * BLOCKS // max(len(run), 1)) % FOLDS
+    return runs_or_blocks(run) % FOLDS
+
+
+def runs_or_blocks(run: Ints) -> Ints:
+    """What is independent of each other, (n,): whole runs, or blocks of rows where there are too few runs."""
+    if len(np.unique(run)) >= FEWEST_RUNS:
+        return run
+    return np.arange(len(run)) * BLOCKS // max(len(run), 1)
 
 
 def root_mean_squares(errors: Array) -> Array:
-    """Of each column, gaps left out, (n, j) -> (j,)."""
+    """Of each column, gaps left out, (n, j) -> (j,), or of values (n,); NaN where there are none."""
     there = np.isfinite(errors)
     count = there.sum(axis=0)
     squares = np.where(there, errors, 0.0) ** 2
     return np.asarray(np.where(count > 0, np.sqrt(squares.sum(axis=0) / np.maximum(count, 1)), np.nan))
+
+
+def root_mean_squares_of_runs(errors: Array, run: Ints) -> Array:
+    """The same of each run, (n, j) -> (runs, j) or (n,) -> (runs,)."""
+    return np.array([root_mean_squares(errors[run == number]) for number in np.unique(run)])
+
+
+def medians(values: Array) -> Array:
+    """Of each column, gaps left out, (n, j) -> (j,); NaN where there are none."""
+    known = [column[np.isfinite(column)] for column in values.T]
+    return np.array([np.median(column) if len(column) else np.nan for column in known])
+
+
+def less_means(values: Array, run: Ints) -> Array:
+    """Values less those constant in each run, gaps left out, (n,) or (n, k)."""
+    out = values.copy()
+    for number in np.unique(run):
+        there = np.isfinite(part := out[run == number])
+        out[run == number] -= np.where(there, part, 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
+    return out
 
 
 def white_noise(errors: Array, run: Ints, step: float | None) -> Array:
@@ -96,9 +123,7 @@ def at_flange(
     for name, errors in {"nominal": log.q - log.command, "calibrated": before, "after": after}.items():
         moved = 1e3 * np.einsum("rkj,rj->rk", jacobian, np.nan_to_num(errors[rows]))
         squares[name] = (moved**2).sum(axis=1)
-    of_row = log.run[rows]
-    if len(np.unique(of_row)) < FEWEST_RUNS:
-        of_row = np.arange(len(of_row)) * BLOCKS // len(of_row)
+    of_row = runs_or_blocks(log.run[rows])
     groups = [squares["after"][of_row == name] for name in np.unique(of_row)]
     sums, counts = np.array([g.sum() for g in groups]), np.array([len(g) for g in groups])
     drawn = np.random.default_rng(seed).integers(0, len(groups), (RESAMPLED, len(groups)))

@@ -8,19 +8,19 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints, Progress
 from robolaser.errors import DataError
 from robolaser.motion.checking import comparable
-from robolaser.motion.cut_off import cuts
+from robolaser.motion.cut_off import cut_rows, cuts
 from robolaser.motion.effect import At, MotionEffect, RowKind
-from robolaser.motion.effects.servo import CLOCK
+from robolaser.motion.effects.servo import CLOCK, ONE_CLOCK_S, is_one_clock
 from robolaser.motion.evidence import Fitted
-from robolaser.motion.gap import KindGap, folds, resolution, root_mean_squares, white_noise
-from robolaser.motion.kind_diagnosis import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE, OF_LARGEST, KindDiagnosis
+from robolaser.motion.gap import KindGap, folds, less_means, resolution, root_mean_squares, white_noise
+from robolaser.motion.kind_diagnosis import EVEN, FOLLOWS_RAD, IS_NOISE, KindDiagnosis, follows_nm
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import OTHER_UNIT, MotionLog
 from robolaser.motion.patterns import Patterns
 from robolaser.motion.quantities import Quantities, quantities
 from robolaser.motion.selection import EffectSearch, SelectedEffect, Selection, side_by_side
 from robolaser.motion.series_clocks import SeriesClocks
-from robolaser.motion.tracking import ONE_CLOCK_S, ONE_CLOCK_SHARE, TrackingRows
+from robolaser.motion.tracking import TrackingRows
 
 SEARCHED_ROWS = 24_000
 LEAST_SHARE: dict[RowKind, float] = {"tracking": 0.002, "torque": 0.005, "load": 0.02}
@@ -125,7 +125,7 @@ def _tracking(
         part = whole.without(held)
         after[held] = (log.q - part.predicted(part.refined(refined, whole)))[held]
     after[~whole.counted] = np.nan
-    calibrated, after = (_less_constants(log, errors) for errors in (ideal, after))
+    calibrated, after = (less_means(each, log.run) if log.offset_per_series else each for each in (ideal, after))
     step = log.encoder_step_rad or resolution(log.q)
     holding = log.robot.gravity_torques(np.nan_to_num(log.q))
     patterns = Patterns(log.run, log.time_s, np.nan_to_num(log.command), holding)
@@ -180,10 +180,7 @@ def _agree(models: Sequence[Fitted]) -> bool:
         for at, values in zip(model.effects, model.numbers, strict=True)
         if at.effect is CLOCK
     ]
-    if not delays:
-        return True
-    together = np.ptp(delays) <= max(ONE_CLOCK_S, ONE_CLOCK_SHARE * np.abs(delays).max())
-    return len(delays) == len(models) and bool(together)
+    return not delays or (len(delays) == len(models) and is_one_clock(np.array(delays)))
 
 
 def _begun(
@@ -204,10 +201,9 @@ def _linear(
     values = of.measured - of.rigid if kind == "torque" else of.measured
     candidates, absent = candidates_of(of, library, kind)
     missing |= absent
-    size = np.nan_to_num(root_mean_squares(of.measured))
-    enough = np.maximum(FOLLOWS_SHARE * size, OF_LARGEST * size.max()) if kind == "torque" else np.zeros(len(size))
+    enough = follows_nm(of.measured) if kind == "torque" else np.zeros(values.shape[1])
     limits = cuts(of) if kind == "torque" else []
-    cut = np.any([one.rows for one in limits], axis=0) | np.zeros(values.shape, dtype=bool)
+    cut = cut_rows(of, limits)
     rows = LinearRows(of, values, candidates, ~cut, form=enough / 2.0)
     rows.count_memory()
     (selected,) = side_by_side(rows, [searching(candidates, LEAST_SHARE[kind], ())])
@@ -257,7 +253,7 @@ def _fitted(
     at = fitted.effects.index(one.at)
     numbers = {
         number.name: (float(value), float(deviation), number.unit)
-        for number, value, deviation in zip(one.at.effect.numbers, fitted.numbers[at], deviations[at], strict=False)
+        for number, value, deviation in zip(one.at.effect.numbers, fitted.numbers[at], deviations[at], strict=True)
     }
     gained = np.maximum(one.without.squares - model.squares, 0.0) / count
     return replace(one, numbers=numbers, gained=gained)
@@ -274,8 +270,7 @@ def _within_rows(one: SelectedEffect, candidates: Sequence[At], step_s: float) -
     late = [at for at in candidates if at.effect.name == "dead_time"]
     if one.at.effect.name != "lag" or one.numbers["time"][0] >= 2.0 * step_s or not late:
         return one
-    rivals = dict.fromkeys((*one.rivals, *late))
-    return replace(one, probability=min(one.probability, EVEN), rivals=tuple(rivals))
+    return one.beside(late, EVEN)
 
 
 def _distinguished_from_clocks(findings: Sequence[SelectedEffect], joints: int) -> list[SelectedEffect]:
@@ -291,17 +286,8 @@ def _distinguished_from_clocks(findings: Sequence[SelectedEffect], joints: int) 
     if len(late) == joints and np.ptp(delays[:, 0]) <= max(ONE_CLOCK_S, 3.0 * delays[:, 1].max()):
         least = min(late, key=lambda one: one.probability)
         clock = [one for one in least.rivals if one.effect.name == "clock_shift"]
-        return [one.beside(least, clock) if one in late else one for one in findings]
+        return [one.beside(clock, least.probability) if one in late else one for one in findings]
     return [one.less("clock_shift") if one in late else one for one in findings]
-
-
-def _less_constants(log: MotionLog, errors: Array) -> Array:
-    """Errors less those of the encoders' zeros, where these differ from run to run."""
-    out = errors.copy()
-    for rows in log.rows_of_runs if log.offset_per_series else ():
-        there = np.isfinite(out[rows])
-        out[rows] -= np.where(there, out[rows], 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
-    return out
 
 
 def _some_runs(log: MotionLog) -> Ints:

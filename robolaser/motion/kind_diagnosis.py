@@ -8,16 +8,16 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import TIMING, At
-from robolaser.motion.gap import KindGap, root_mean_squares
+from robolaser.motion.gap import KindGap, medians, root_mean_squares, root_mean_squares_of_runs
 from robolaser.motion.selection import SelectedEffect
 
 FOLLOWS_RAD = 5e-4
 """Error of a joint, up to which an arm follows its command as arms do. A judgement: 0.03°."""
 FOLLOWS_SHARE, OF_LARGEST = 0.01, 0.005
 """Of a joint's torque, and of the largest one's, the same: no model knows torques better. A judgement."""
-FORM_SHARE = 0.02
+LEFT_SHARE = 0.02
 """Of the squared gap above the noise, that may be left where the gap counts as explained."""
-FORM_OVER_NOISE = 4.0
+LEFT_OVER_NOISE = 4.0
 """Times the noise, or the error of arms that follow, above which no share of the gap is small enough for that. A
 judgement: a motor whose torque is cut off, taken for a scale, leaves 6 times as much, and 1 % of the gap."""
 IS_NOISE = 1.1
@@ -36,6 +36,12 @@ RARE, LIKELY = 10.0, 0.75
 any effect is where a multiple of the noise is left of torques. A judgement."""
 ACTS = 0.001
 """Of a joint's squared error, that an effect must explain to be at work there. A judgement."""
+
+
+def follows_nm(torques: Array) -> Array:
+    """Error up to which joints follow torques (n, j) as arms do, (j,) [Nm]."""
+    size = np.nan_to_num(root_mean_squares(torques))
+    return np.asarray(np.maximum(FOLLOWS_SHARE * size, OF_LARGEST * size.max()))
 
 
 @final
@@ -86,7 +92,7 @@ class KindDiagnosis:
         if not gained.any() or (one.at.effect.rows == "tracking" and (gained > 0.0).sum() > 1):
             return 1.0  # joints that agree imitate no cause of one of them
         explained = 1.0 - float(share @ gained / gained.sum())
-        if one.at.effect.rarity >= RARE and explained < 1.0 - FORM_SHARE:
+        if one.at.effect.rarity >= RARE and explained < 1.0 - LEFT_SHARE:
             explained = min(explained, LIKELY)
         is_told = one.at.effect.rows == "tracking" or one.at.effect.site == TIMING
         most = 1.0 if is_told or self._far @ gained <= EVEN * gained.sum() else LIKELY
@@ -95,30 +101,29 @@ class KindDiagnosis:
     @cached_property
     def _far(self) -> Array:
         """1 for joints of which a multiple of the noise is left, else 0, (j,)."""
-        noise = np.maximum(self.enough, self.gap.noise_floor) ** 2
-        return np.asarray(self._above_noise[1] > (FORM_OVER_NOISE**2 - 1.0) * noise, dtype=np.float64)
+        return np.asarray(self._above_noise[1] > (LEFT_OVER_NOISE**2 - 1.0) * self._usual_error**2, dtype=np.float64)
+
+    @property
+    def _usual_error(self) -> Array:
+        """Noise, or the error of arms that follow, (j,)."""
+        return np.asarray(np.maximum(self.enough, self.gap.noise_floor))
 
     @cached_property
     def _above_noise(self) -> tuple[Array, Array]:
         """Squared errors without the effects and with them, less what noise alone gives, (j,) each."""
-        noise = np.maximum(self.enough, self.gap.noise_floor) ** 2
         counted = (np.where(self.cut, np.nan, errors) for errors in (self.before, self.after))
-        before, after = (np.nan_to_num(self._usual(errors) - noise) for errors in counted)
+        # as most runs have them: what one run alone does is no ground for doubt
+        usual = (medians(root_mean_squares_of_runs(errors, self.run) ** 2) for errors in counted)
+        before, after = (np.nan_to_num(squares - self._usual_error**2) for squares in usual)
         return before, np.maximum(after, 0.0)
-
-    def _usual(self, errors: Array) -> Array:
-        """Squared errors as most runs have them, (j,): what one run alone does is no ground for doubt."""
-        of_runs = np.array([root_mean_squares(errors[self.run == number]) ** 2 for number in np.unique(self.run)])
-        known = [column[np.isfinite(column)] for column in of_runs.T]
-        return np.array([np.median(column) if len(column) else np.nan for column in known])
 
     @cached_property
     def _closed(self) -> Bools:
         """Joints at which next to nothing of the gap is left, (j,)."""
         gap = self.gap
         with np.errstate(invalid="ignore"):
-            small = gap.after**2 - gap.noise_floor**2 <= FORM_SHARE * (gap.calibrated**2 - gap.noise_floor**2)
-            small &= gap.after <= FORM_OVER_NOISE * np.maximum(self.enough, gap.noise_floor)
+            small = gap.after**2 - gap.noise_floor**2 <= LEFT_SHARE * (gap.calibrated**2 - gap.noise_floor**2)
+            small &= gap.after <= LEFT_OVER_NOISE * self._usual_error
             return np.asarray(small | (gap.after <= np.maximum(self.enough, OVER_NOISE * gap.noise_floor)))
 
     @property

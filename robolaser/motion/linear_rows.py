@@ -7,8 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect
-from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
-from robolaser.motion.gap import root_mean_squares
+from robolaser.motion.evidence import IDEAL_SHARE, Fitted, independent_values, of_each, score_of
+from robolaser.motion.gap import less_means, root_mean_squares
 from robolaser.motion.quantities import Quantities
 
 ROUNDS = 3  # of weights and numbers
@@ -63,7 +63,7 @@ class LinearRows:
         )
         """Values that each joint's rows are worth, (j,)."""
         self._shapes: dict[str, int] = {}
-        self._form: Array = np.hypot(FORM_SHARE * root_mean_squares(values), form) if like is None else like._form
+        self._form: Array = np.hypot(IDEAL_SHARE * root_mean_squares(values), form) if like is None else like._form
 
     def _prior_of(self, block: Array) -> Array:
         """Precision of numbers, by what they contribute where there are values, (n, j, k) -> (k,)."""
@@ -76,17 +76,14 @@ class LinearRows:
     def _gram(self, joint: int) -> tuple[Array, Array, float]:
         there = self._there[:, joint]
         A, y = self._columns[there, joint], self.values[there, joint]
-        if self.of.log.offset_per_series or self.of.kind != "torque":
-            A, y = self._without_means(A, there), self._without_means(y, there)
+        A, y = self._less_constants(A, there), self._less_constants(y, there)
         return A.T @ A, A.T @ y, float(y @ y)
 
-    def _without_means(self, values: Array, there: Bools) -> Array:
-        """Less the constant of each run, or of all where encoders keep their zeros."""
-        run = self.of.run[there] if self.of.log.offset_per_series else np.zeros(int(there.sum()), dtype=np.int64)
-        out = values.copy()
-        for number in np.unique(run):
-            out[run == number] -= out[run == number].mean(axis=0)
-        return out
+    def _less_constants(self, values: Array, there: Bools | slice = slice(None)) -> Array:
+        """Less those of each run, or of all where encoders keep their zeros; torques have none then."""
+        if self.of.log.offset_per_series:
+            return less_means(values, self.of.run[there])
+        return values if self.of.kind == "torque" else less_means(values, np.zeros(len(values), dtype=np.int64))
 
     def count_memory(self) -> None:
         """Find how much the rows are worth: from what a model with every effect leaves."""
@@ -113,7 +110,7 @@ class LinearRows:
 
     def fitted(self, effects: tuple[At, ...], shapes: tuple[int, ...]) -> Fitted:
         """The model with some effects, each in one of its shapes."""
-        chosen, ends = self._chosen(effects, shapes)
+        chosen = self._chosen(effects, shapes)
         squares = np.array([yy for *_, yy in self._grams])
         x, std, P, worth = np.empty(0), np.empty(0), np.diag(self._prior[chosen]), 0.0
         for _ in range(ROUNDS if len(chosen) else 0):
@@ -127,16 +124,15 @@ class LinearRows:
             )
         tried = sum(2.0 * np.log(self._tried[str(one)]) + one.effect.rarity for one in effects)
         score = score_of(squares, self.rows, self.independent, self._form, worth) + float(x @ P @ x) + tried
-        numbers, most = (tuple(np.split(values, ends)) if effects else () for values in (x, x + SIGMAS * std))
+        numbers, most = (of_each(effects, values) for values in (x, x + SIGMAS * std))
         if not all(map(self._is_possible, effects, numbers, most)):
             score = float("inf")
         return Fitted(effects, numbers, shapes, score, squares)
 
-    def _chosen(self, effects: Sequence[At], shapes: Sequence[int]) -> tuple[Ints, Ints]:
-        """Columns of effects in some of their shapes, and where among them those of the next effect begin."""
+    def _chosen(self, effects: Sequence[At], shapes: Sequence[int]) -> Ints:
+        """Columns of effects in some of their shapes."""
         blocks = [self._blocks[str(one), shape] for one, shape in zip(effects, shapes, strict=True)]
-        columns = [np.arange(block.start, block.stop) for block in blocks]
-        return np.concatenate([np.empty(0, dtype=np.int64), *columns]), np.cumsum([len(one) for one in columns])[:-1]
+        return np.concatenate([np.empty(0, dtype=np.int64), *(np.arange(one.start, one.stop) for one in blocks)])
 
     def _solved(self, chosen: Ints, squares: Array) -> tuple[Array, Array, Array, Array]:
         """Information of columns, the scaled inverse of it and the prior, its scale, and the weight of each joint."""
@@ -149,7 +145,7 @@ class LinearRows:
 
     def _is_possible(self, one: At, values: Array, most: Array) -> bool:
         """Whether an effect has numbers within their bounds, and physical ones within their errors."""
-        within = all(n.lower <= value <= n.upper for n, value in zip(one.effect.numbers, values, strict=False))
+        within = all(n.lower <= value <= n.upper for n, value in zip(one.effect.numbers, values, strict=True))
         return within and (one.effect.least is None or bool((most >= one.effect.least(self.of, one.joint)).all()))
 
     def columns(self, at: At, shape: int) -> Array:
@@ -165,20 +161,13 @@ class LinearRows:
 
     def residuals(self, fitted: Fitted, of_part: "LinearRows | None" = None) -> Array:
         """What a model, of a part of the rows perhaps, leaves of all, (n, j), constants of runs taken off."""
-        out = np.where(np.isfinite(self.values), self.values - (of_part or self).predicted(fitted), np.nan)
-        if self.of.log.offset_per_series or self.of.kind != "torque":
-            for joint in np.flatnonzero(self.rows > 0):
-                there = np.isfinite(out[:, joint])
-                out[there, joint] = self._without_means(out[there, joint], there)
-        return out
+        left = np.where(np.isfinite(self.values), self.values - (of_part or self).predicted(fitted), np.nan)
+        return self._less_constants(left)
 
     def deviations(self, fitted: Fitted) -> tuple[Array, ...]:
         """Standard deviations of the numbers, by as many values as the rows are worth."""
-        if not fitted.effects:
-            return ()
-        chosen, ends = self._chosen(fitted.effects, fitted.shapes)
-        _, inverse, scale, _ = self._solved(chosen, fitted.squares)
-        return tuple(np.split(scale * np.sqrt(np.diag(inverse)), ends))
+        _, inverse, scale, _ = self._solved(self._chosen(fitted.effects, fitted.shapes), fitted.squares)
+        return of_each(fitted.effects, scale * np.sqrt(np.diag(inverse)))
 
 
 def candidates_of(of: Quantities, effects: Sequence[MotionEffect], kind: str) -> tuple[list[At], dict[str, str]]:

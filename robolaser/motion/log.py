@@ -14,6 +14,8 @@ QUANTITIES = ("command", "q", "qd", "tau", "load")
 """What is recorded of a joint, as far as it is."""
 OTHER_UNIT = 5.0
 """Times what is expected, or its reciprocal, from which on a quantity is likely to have another unit. A judgement."""
+ENCODER_RAD = 2e-5
+"""Noise of a good arm's encoder, where no resolution is stated. A judgement."""
 PAUSE_S = 1.0
 """Without rows for so long, nothing is known of what the arm did."""
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.misread import BEST, FALLS
-from robolaser.motion.cut_off import cuts
+from robolaser.motion.cut_off import cut_rows, cuts
 from robolaser.motion.effect import JOINTS, At, MotionEffect, Number
 from robolaser.motion.effects.dynamics import TORQUE_CONSTANT
 from robolaser.motion.evidence import Fitted
@@ -16,12 +16,13 @@ from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.kind_diagnosis import EVEN, KindDiagnosis
 from robolaser.motion.log import MotionLog
 from robolaser.motion.quantities import Quantities, quantities
-from robolaser.motion.selection import SelectedEffect
+from robolaser.motion.selection import Estimate, SelectedEffect
 
 MISREAD = 0.99
-"""Probability of a reading that fits five times better than the log as it is, and three times than any other."""
+"""Probability of a reading that fits as much better than the log as it is, and than any other, as `FALLS` and `BEST` of
+poses that are misread ask. A judgement."""
 NEAR_AXIS = np.cos(np.radians(2.0))
-"""Within two degrees of an axis of the base, gravity is taken to be along it: bases are mounted so."""
+"""Within two degrees of an axis of the base, gravity is taken to be along it: bases are mounted so. A judgement."""
 SAME_SIZE = 0.1
 """Share by which gravity that is found may differ from the stated one in size: what differs by more are masses. A
 judgement."""
@@ -38,8 +39,8 @@ class Misread:
     """A log whose torques are read otherwise, as they seem to be meant."""
 
     log: MotionLog
-    ats: tuple[At, ...]
-    numbers: dict[str, tuple[float, float, str]]
+    ats: tuple[At, ...]  # what is misread, and where
+    numbers: dict[str, Estimate]
     left: Array  # of each joint's torques, beside friction and a scale, (j,) [Nm]
     probability: float = MISREAD
     rivals: tuple[At, ...] = ()
@@ -51,15 +52,15 @@ class Misread:
         size = root_mean_squares(before)
         gained = np.nan_to_num(np.maximum(size**2 - part.gap.after**2, 0.0))
         without = Fitted((), (), (), np.inf, gained)
+        sure, none = self.probability, 1.0 - self.probability
         found = tuple(
-            SelectedEffect(at, self.probability, 1.0 - self.probability, without, self.rivals, numbers, gained)
+            SelectedEffect(at, sure, none, without, self.rivals, self._beside(part.findings, at), gained)
             for at in self.ats
-            for numbers in [self._beside(part.findings, at)]
         )
         gap = replace(part.gap, nominal=size, calibrated=size)
         return replace(part, gap=gap, before=before, findings=found)
 
-    def _beside(self, findings: Sequence[SelectedEffect], at: At) -> dict[str, tuple[float, float, str]]:
+    def _beside(self, findings: Sequence[SelectedEffect], at: At) -> dict[str, Estimate]:
         """Its numbers; a scale of torques that have the wrong sign, too, is one number with it."""
         scale = next((one.numbers["factor"] for one in findings if one.at.pair == at.pair), None)
         return {"factor": (-2.0 - scale[0], *scale[1:])} if scale else self.numbers
@@ -73,7 +74,7 @@ def misread(log: MotionLog) -> Misread | None:
     of = quantities(log, "torque")
     if of.lacking:
         return None
-    of = replace(of, measured=np.where(np.any([one.rows for one in cuts(of)], axis=0), np.nan, of.measured))
+    of = replace(of, measured=np.where(cut_rows(of, cuts(of)), np.nan, of.measured))
     as_read = _left(of)
     ways = [
         way
@@ -98,7 +99,7 @@ def _left(of: Quantities) -> Array:
         if len(torques):
             read, rigid = torques.T
             scale = max(0.0, float(rigid @ read) / max(float(rigid @ rigid), np.finfo(float).tiny))
-            left[joint] = root_mean_squares((read - scale * rigid)[:, None])[0]
+            left[joint] = root_mean_squares(read - scale * rigid)
     return np.maximum(left, np.finfo(float).eps)
 
 
@@ -135,7 +136,7 @@ def _under_other_gravity(of: Quantities) -> Iterator[Misread]:
     rows = [each for each in rows if each.any()]
     change, left = np.zeros(3), [each[:, -1] for each in rows]
     for _ in range(ROUNDS if rows else 0):
-        scale = [max(float(root_mean_squares(each[:, None])[0]), np.finfo(float).eps) for each in left]
+        scale = [max(float(root_mean_squares(each)), np.finfo(float).eps) for each in left]
         whole = np.concatenate([each / s for each, s in zip(rows, scale, strict=True)])
         change = np.linalg.lstsq(whole[:, :3], whole[:, 3])[0]
         left = [each[:, 3] - each[:, :3] @ change for each in rows]

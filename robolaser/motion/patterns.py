@@ -8,13 +8,16 @@ import numpy as np
 from scipy.special import chdtrc
 
 from robolaser.arrays import Array, Ints
-from robolaser.motion.evidence import independent_values
-from robolaser.motion.series_clocks import BY_CHANCE
+from robolaser.motion.evidence import BY_CHANCE, independent_values
 
 BINS = 12
-FINE = 4 * BINS  # of a joint's own posture, over which gears and motors have waves
-LEAST_SHOWN = 0.05  # of what is left, that a coordinate must show to be named
-HIDDEN = 0.2  # of what is left, that patterns may explain unseen where errors count as noise. A judgement
+"""Ranges of a coordinate, each with as many rows. A judgement."""
+FINE = 4 * BINS
+"""Of a joint's own posture, over which gears and motors have waves. A judgement."""
+LEAST_SHOWN = 0.05
+"""Of the squares that are left, that a coordinate must explain to be named. A judgement."""
+HIDDEN = 0.2
+"""Of what is left, that patterns may explain unseen where errors count as noise. A judgement."""
 
 
 @final
@@ -59,19 +62,21 @@ class Patterns:
             hidden.append(chdtrc(float(BINS), HIDDEN * count))
         return bool(len(found) * max(hidden) < BY_CHANCE < len(found) * min(found))
 
+    def _rate(self, values: Array) -> Array:
+        """How fast values (n, j) change along time [1/s]."""
+        return np.asarray(np.gradient(values, axis=0) / np.maximum(np.gradient(self.time_s), 1e-6)[:, None])
+
     @cached_property
     def _speed(self) -> Array:
-        step = np.maximum(np.gradient(self.time_s), 1e-6)[:, None]
-        speed = np.gradient(self.posture, axis=0) / step
+        speed = self._rate(self.posture)
         speed[np.flatnonzero(np.diff(self.run)) + 1] = 0.0
         return speed
 
     @cached_property
     def _coarse(self) -> list[tuple[str, Ints]]:
         """Ranges of every joint's coordinates, and of the time."""
-        step = np.maximum(np.gradient(self.time_s), 1e-6)[:, None]
         moved = {"posture": self.posture, "speed": self._speed, "load": self.load}
-        moved["acceleration"] = np.gradient(self._speed, axis=0) / step
+        moved["acceleration"] = self._rate(self._speed)
         each = [(name, column) for name, values in moved.items() for column in values.T]
         return [(name, _bins(column, BINS)) for name, column in (*each, ("time", self.time_s))]
 

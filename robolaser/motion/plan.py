@@ -10,20 +10,19 @@ from robolaser.arrays import Array
 from robolaser.errors import DataError
 from robolaser.motion.effect import At, Number
 from robolaser.motion.effects import MOTION_EFFECTS
-from robolaser.motion.gap import root_mean_squares
-from robolaser.motion.kind_diagnosis import FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST
+from robolaser.motion.gap import medians
+from robolaser.motion.kind_diagnosis import FOLLOWS_RAD, follows_nm
 from robolaser.motion.linear_rows import LinearRows, candidates_of
-from robolaser.motion.log import MotionLog, filled
-from robolaser.motion.quantities import quantities
+from robolaser.motion.log import ENCODER_RAD, MotionLog, filled
+from robolaser.motion.quantities import LEAST_NM, quantities
 from robolaser.motion.result_json import motion_between
 from robolaser.motion.selection import INDISTINGUISHABLE, WORTH_ADDING
 from robolaser.motion.tracking import TrackingRows
 
 MEMORY_S = 5.0
 """From one independent value to the next: residuals of a real hobby arm have a memory of 0.1 to 12 s."""
-TRACKED_RAD, ENCODER_RAD = 2e-4, 2e-5
-"""What a model of a servo, and what two encoders, leave of a good arm, where no resolution is stated. A judgement."""
-LEAST_NM = 1e-6
+TRACKED_RAD = 2e-4
+"""What a model of a servo leaves of a good arm, where no resolution is stated. A judgement."""
 SIZES = np.geomspace(0.003, 30.0, 21)
 """That are tried, in usual ones, or shares of the fastest command in reverse."""
 SHOWS = 1.28
@@ -124,13 +123,12 @@ def plan_motion(log: MotionLog) -> MotionPlan:
         of_kind = quantities(told if kind == "torque" else replace(told, tau=np.full_like(told.q, np.nan)), kind)
         found, missing = _linear(of_kind, kind)
         untestable |= missing
-        size = np.nan_to_num(root_mean_squares(of_kind.rigid))
-        model = np.maximum(np.maximum(FOLLOWS_SHARE * size, OF_LARGEST * size.max()), LEAST_NM)
+        model = np.maximum(follows_nm(of_kind.rigid), LEAST_NM)
         noise, follows = (model, model) if kind == "torque" else (max(ENCODER_RAD, step) * same, 0.0 * same)
         limits += _limits(found, noise, follows, values)
-    best: dict[tuple[str, str, str], MotionLimit] = {}  # a clock shows at every joint
+    best: dict[tuple[str, ...], MotionLimit] = {}  # a clock shows at every joint
     for one in sorted(limits, key=lambda one: np.inf if one.size is None else one.size):
-        best.setdefault((one.at.effect.name, one.at.where, one.at.effect.rows), one)
+        best.setdefault((one.at.effect.rows, *one.at.pair), one)
     named = {one.at.effect.name for one in limits}
     kept = tuple(one for one in limits if one in best.values())
     return MotionPlan(log, kept, {name: why for name, why in untestable.items() if name not in named})
@@ -140,9 +138,8 @@ def _followed(log: MotionLog) -> MotionLog:
     """The log of an ideal arm that is told the same."""
     q = log.command.copy()
     for rows in log.rows_of_runs:
-        still = [np.nanmedian(read) if np.isfinite(read).any() else 0.0 for read in log.q[rows].T]
         held = filled(q[rows])
-        q[rows] = np.where(np.isfinite(held), held, still)
+        q[rows] = np.where(np.isfinite(held), held, np.nan_to_num(medians(log.q[rows])))
     command = np.where(log.has("command"), q, np.nan)
     return replace(log, command=command, q=q, tau=np.zeros_like(q), load=q.copy(), torque_unit="Nm", torque_signed=True)
 

@@ -9,14 +9,15 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.model.effects.backlash import play
-from robolaser.motion.gap import root_mean_squares
+from robolaser.motion.gap import medians, root_mean_squares
 from robolaser.motion.log import MotionLog, filled
 from robolaser.robot.kinematics import Robot
 
 SMOOTHED_S = 0.12  # width of the parabolas that velocities and accelerations are read from
 EDGE_S = 0.4  # at the ends of a run, where a recorder's own filter has edges
 STANDS_RAD_S = 0.01  # below about this speed the direction of motion is not known
-MOVES_RAD = 0.02
+SPANS_RAD = 0.02  # range of readings of a joint, from which on it moves by more than noise
+LEAST_NM = 1e-6  # smaller torques are none
 TURNS_RAD = 1e-3  # by which a joint has turned back, and no noise has: its gear bears on the other side
 MOST_ROWS = 6_000
 INERTIA_ROWS = 50
@@ -70,7 +71,7 @@ class Quantities:
     @property
     def moves(self) -> Bools:
         """Which joints move by more than their noise, (j,)."""
-        return np.asarray(np.ptp(self.q, axis=0) > MOVES_RAD)
+        return np.asarray(np.ptp(self.q, axis=0) > SPANS_RAD)
 
     def regressor(self, joint: int) -> Array:
         """Torques for a unit of mass, first moments and inertia of the link behind a joint, (n, j, 10)."""
@@ -110,7 +111,7 @@ def quantities(log: MotionLog, kind: str) -> Quantities:
     speed, acceleration, inner, noise = derivatives(log)
     measured = log.tau if kind == "torque" else log.load - log.q
     if kind == "torque":  # friction at rest may be anything up to that in motion
-        moves = np.ptp(filled(log.q), axis=0) > MOVES_RAD
+        moves = np.ptp(filled(log.q), axis=0) > SPANS_RAD
         measured = np.where((np.abs(speed) < STANDS_RAD_S) & moves, np.nan, measured)
     usable = inner & np.isfinite(speed).all(axis=1) & np.isfinite(measured).any(axis=1)
     number = np.flatnonzero(usable)
@@ -138,7 +139,7 @@ def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
     """
     from scipy.signal import savgol_coeffs, savgol_filter  # noqa: PLC0415 - takes seconds to import, and only some rows need it
 
-    width = max(5, 2 * round(SMOOTHED_S / max(log.step_s, 1e-4) / 2) + 1)
+    width = max(5, smoothed_rows(log.step_s))
     edge = max(width, round(EDGE_S / max(log.step_s, 1e-4)))
     speed, acceleration = (np.full_like(log.q, np.nan) for _ in range(2))
     inner, rough = np.zeros(len(log), dtype=bool), np.full_like(log.q, np.nan)
@@ -158,12 +159,15 @@ def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
     return speed, acceleration, inner, noise
 
 
+def smoothed_rows(step_s: float) -> int:
+    """How many rows are smoothed over."""
+    return 2 * round(SMOOTHED_S / max(step_s, 1e-4) / 2) + 1
+
+
 def _jerks(rough: Array, width: int) -> Bools:
     """Rows near which some joint moves faster than a parabola follows, (n,): it sticks and slips."""
     size = np.abs(rough)
-    known = [column[np.isfinite(column)] for column in size.T]
-    usual = np.array([np.median(column) if len(column) else np.inf for column in known]) / HALF_NORMAL
-    jerk = (size > JERKS * usual).any(axis=1)
+    jerk = (size > JERKS / HALF_NORMAL * medians(size)).any(axis=1)
     return np.convolve(jerk, np.ones(width), "same") > 0.5
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.errors import DataError, RobotError, UsageError
+from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.log import MotionLog, filled
 
 MOST_S = 60.0  # of each run that is replayed
@@ -47,9 +48,7 @@ def replay(model: Path, log: MotionLog) -> dict[str, float]:
     if not driven:
         raise RobotError(f"{model.name} has no actuator at a joint of the log: {', '.join(log.joints)}.")
     errors = np.concatenate([_run(mujoco, simulated, log, rows, driven) for rows in log.rows_of_runs])
-    with np.errstate(all="ignore"):
-        sizes = np.sqrt(np.nanmean(errors**2, axis=0))
-    return {log.joints[joint]: float(size) for joint, size in zip(driven, sizes, strict=True)}
+    return {log.joints[joint]: float(size) for joint, size in zip(driven, root_mean_squares(errors), strict=True)}
 
 
 def _run(mujoco: Any, model: Any, log: MotionLog, rows: slice, driven: dict[int, tuple[int, int]]) -> Array:

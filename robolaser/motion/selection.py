@@ -7,7 +7,7 @@ from typing import Protocol, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.motion.effect import At
+from robolaser.motion.effect import At, Number
 from robolaser.motion.evidence import Fitted
 
 WORTH_ADDING = 4.0  # in twice the logarithm of the evidence: seven to one
@@ -16,6 +16,8 @@ INDISTINGUISHABLE = 6.0  # the same: a rival that is up to twenty to one worse
 ALIKE = 1e-3  # share by which squares of the same effect at a neighbour may be larger: it is the same motion then
 EXCHANGES, MIN_EXCHANGE = 4, 0.1
 Sets = Sequence[tuple[At, ...]]
+Estimate = tuple[float, float, str]
+"""Of a number: value, standard deviation, unit."""
 EffectSearch = Generator[Sets, Sequence[Fitted], "Selection"]
 
 
@@ -29,25 +31,28 @@ class SelectedEffect:
     none: float  # probability that neither it nor a rival is at work
     without: Fitted
     rivals: tuple[At, ...]  # that explain nearly as much in its place
-    numbers: Mapping[str, tuple[float, float, str]] = field(default_factory=dict)  # value, deviation, unit; once fitted
+    numbers: Mapping[str, Estimate] = field(default_factory=dict)  # by name, once fitted
     gained: Array = field(default_factory=lambda: np.empty(0))  # mean squares that it explains at each joint, (j,)
 
     @property
     def is_on_bound(self) -> bool:
         """Whether one of several numbers is the least that it can be: a lag that nothing damps is another cause."""
-        named = [one for one in self.at.effect.numbers if one.name in self.numbers]
-        return len(named) > 1 and any(-np.inf < self.numbers[one.name][0] <= one.lower for one in named)
+        return len(self._values) > 1 and any(-np.inf < value <= one.lower for one, value in self._values)
 
     @property
     def is_large(self) -> bool:
         """Whether one of its numbers is so large that nothing else takes that form."""
-        named = [one for one in self.at.effect.numbers if one.name in self.numbers]
-        return not named or any(abs(self.numbers[one.name][0]) >= one.least for one in named)
+        return not self._values or any(abs(value) >= one.least for one, value in self._values)
 
-    def beside(self, other: "SelectedEffect", rivals: Sequence[At]) -> "SelectedEffect":
-        """The same with rivals that stand against this and another one together."""
+    @property
+    def _values(self) -> list[tuple[Number, float]]:
+        """Its numbers that were fitted."""
+        return [(one, self.numbers[one.name][0]) for one in self.at.effect.numbers if one.name in self.numbers]
+
+    def beside(self, rivals: Sequence[At], most: float) -> "SelectedEffect":
+        """The same with more rivals, beside which it has no more than some probability."""
         more = tuple(one for one in rivals if one.effect.name not in {rival.effect.name for rival in self.rivals})
-        return replace(self, probability=min(self.probability, other.probability), rivals=(*self.rivals, *more))
+        return replace(self, probability=min(self.probability, most), rivals=(*self.rivals, *more))
 
     def doubted(self, most: float) -> "SelectedEffect":
         """The same with no more than some probability."""
@@ -149,13 +154,11 @@ def chosen(effects: Sequence[At]) -> EffectSearch:
 
 def _with(effects: tuple[At, ...], one: At) -> tuple[At, ...]:
     """Effects and one more, in place of its other form where there is one."""
-    return (*(other for other in effects if (other.effect.name, other.where) != (one.effect.name, one.where)), one)
+    return (*(other for other in effects if other.pair != one.pair), one)
 
 
 def _finding(one: At, model: Fitted, without: Fitted, instead: Sequence[tuple[At, Fitted]]) -> SelectedEffect:
-    instead = [
-        (rival, fit) for rival, fit in instead if (rival.effect.name, rival.where) != (one.effect.name, one.where)
-    ]
+    instead = [(rival, fit) for rival, fit in instead if rival.pair != one.pair]
 
     def score(rival: At, fit: Fitted) -> float:
         alike = rival.effect.name == one.effect.name and bool((fit.squares <= (1.0 + ALIKE) * model.squares).all())

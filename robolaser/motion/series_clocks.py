@@ -9,13 +9,11 @@ from scipy.special import chdtrc, fdtrc
 from robolaser.arrays import Array, Ints
 from robolaser.motion.effect import At
 from robolaser.motion.effects.servo import CLOCK
-from robolaser.motion.evidence import Fitted
+from robolaser.motion.evidence import BY_CHANCE, Fitted
 from robolaser.motion.log import MotionLog
 from robolaser.motion.selection import SelectedEffect
 
 FEWEST_SERIES, FEWEST_JOINTS = 3, 2
-BY_CHANCE = 1e-3
-"""Probability that joints agree so well by chance, above which they do not. A judgement."""
 LEAST_SPREAD_S = 1e-3
 OF_LATENESS = 0.25
 """Spread of the series' delays over how late joints are on average, below which the form of the model, which is wrong

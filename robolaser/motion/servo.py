@@ -16,7 +16,7 @@ from typing import Self, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.motion.quantities import SMOOTHED_S
+from robolaser.motion.quantities import smoothed_rows
 from robolaser.robot.kinematics import Robot
 
 IDEAL: Mapping[str, float] = {
@@ -179,7 +179,7 @@ def _later(values: Array, delay: float, time_s: Array) -> Array:
 
 def _torques_along(robot: Robot, told: Array, step_s: float) -> Array:
     """Torque that the rigid arm takes to follow commands (n, j), which are smoothed first, (n, j) [Nm]."""
-    width = 2 * round(SMOOTHED_S / max(step_s, 1e-4) / 2) + 1
+    width = smoothed_rows(step_s)
     if len(told) < 2 * width:
         return robot.gravity_torques(told)
     smooth = smoothed(told, width)

@@ -1,6 +1,7 @@
 """Logs of simulated moving arms, as a real controller would give them, with effects of one's choice."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from robolaser.errors import EffectError, near
 from robolaser.motion.effect import At, RowKind
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.linear_rows import LinearRows
-from robolaser.motion.log import MotionLog
+from robolaser.motion.log import ENCODER_RAD, MotionLog
 from robolaser.motion.quantities import Quantities, derivatives
 from robolaser.motion.servo import CommandSeries, smoothed
 from robolaser.robot.kinematics import Robot
@@ -21,7 +22,6 @@ SPAN_RAD = 0.8  # of a joint's motion about the middle of its range, at most
 KNOT_S = 2.0
 MOVE_S = 1.2  # of the time between two rests; the least jerk for it (Flash, Hogan 1985)
 CORNER_S = 0.3  # in which a speed changes
-TRACKED_RAD = 2e-5  # noise of an encoder
 TORQUE_NM = 0.02
 
 
@@ -69,11 +69,9 @@ def simulate_motion(
     of = Quantities(log, np.arange(len(run)), run, log.time_s, q, speed, acceleration, rigid, rigid, noise, rigid)
     tau = rigid + _added(of, asked["torque"])
     load = q + _added(of, asked["load"])
-    noisy = [values + sigma * rng.normal(size=q.shape) for values, sigma in
-             ((q, TRACKED_RAD), (tau, TORQUE_NM), (load, TRACKED_RAD))]  # fmt: skip
-    return MotionLog(
-        log.name, robot, log.series, run, log.time_s, command, noisy[0], speed, noisy[1], noisy[2],
-    )  # fmt: skip
+    q, tau, load = (values + sigma * rng.normal(size=q.shape) for values, sigma in
+             ((q, ENCODER_RAD), (tau, TORQUE_NM), (load, ENCODER_RAD)))  # fmt: skip
+    return replace(log, q=q, qd=speed, tau=tau, load=load)
 
 
 def _motion(kind: int, time: Array, middle: Array, half: Array, rng: np.random.Generator) -> Array:

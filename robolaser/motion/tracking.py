@@ -9,9 +9,9 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect, Number, Trace
-from robolaser.motion.effects.servo import CLOCK
-from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
-from robolaser.motion.gap import root_mean_squares
+from robolaser.motion.effects.servo import CLOCK, is_one_clock
+from robolaser.motion.evidence import IDEAL_SHARE, Fitted, independent_values, names_of, of_each, score_of
+from robolaser.motion.gap import less_means, root_mean_squares
 from robolaser.motion.log import MotionLog, filled
 from robolaser.motion.series_clocks import Lateness
 from robolaser.motion.servo import IDEAL, CommandSeries
@@ -28,7 +28,6 @@ FORM_RAD = 3e-5  # by which models of servos may err besides: a judgement
 DELAY_STEP_S = 1e-3  # of the derivative by a delay
 ON_TIME = 0.1  # rows by which readings are late or lead, up to which no row is lost at an end
 FEWEST_SHARE = 4  # a run loses up to one row in so many at each of its ends
-ONE_CLOCK_S, ONE_CLOCK_SHARE = 1e-3, 0.2  # by which delays of one clock may seem to differ, at most: a judgement
 
 
 @final
@@ -88,9 +87,13 @@ class TrackingRows:
         self._pieces, self._run = [rows for rows, _ in pieces], np.array([run for _, run in pieces])
         lengths = np.array([rows.stop - rows.start for rows in self._pieces], dtype=np.int64)
         longest, count, joints = int(lengths.max()), len(pieces), log.q.shape[1]
+        q = log.q
+        if log.offset_per_series:  # a joint begins where it is, not where its encoder's zero of that run has it
+            told = filled(log.command)
+            q = told + less_means(q - told, log.run)
         self._q, step = np.full((joints, longest, count), np.nan), np.full((longest, count), log.step_s)
         for s, part in enumerate(self._pieces):
-            self._q[:, : lengths[s], s] = log.q[part].T
+            self._q[:, : lengths[s], s] = q[part].T
             step[: lengths[s] - 1, s] = np.diff(log.time_s[part])
         sent = CommandSeries.of(log.robot, [filled(log.command[part]) for part in self._pieces], step, log.step_s)
         read = np.isfinite(self._q)
@@ -103,7 +106,7 @@ class TrackingRows:
             before, after = map(_unexplained, (told, told[::-1]), ends)
             self._used[:before, s] = False
             self._used[lengths[s] - after : lengths[s], s] = False
-        self._form = np.hypot(FORM_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
+        self._form = np.hypot(IDEAL_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
         self.independent = np.ones(joints)
         """Values that each joint's rows are worth, (j,)."""
         self._found: dict[tuple[int, frozenset[str]], _ServoFit] = {}
@@ -197,7 +200,7 @@ class TrackingRows:
         if not all(early):
             return [list(each) for each in candidates]
         delays = np.array([fit.numbers[0][0] for fit in self.fit(list(enumerate(early)), MORE_ROUNDS)])
-        one = (delays >= 0.0).all() or np.ptp(delays) <= max(ONE_CLOCK_S, ONE_CLOCK_SHARE * np.abs(delays).max())
+        one = (delays >= 0.0).all() or is_one_clock(delays)
         return [[at for at in each if one or at.effect.name != "clock_shift"] for each in candidates]
 
     def count_memory(self) -> None:
@@ -209,7 +212,7 @@ class TrackingRows:
 
     def fit(self, asked: Sequence[tuple[int, tuple[At, ...]]], rounds: int = ROUNDS) -> list[Fitted]:
         """A model of the joint of each search, with each set of effects."""
-        keys = [(int(self.joints[number]), frozenset(map(str, effects))) for number, effects in asked]
+        keys = [(int(self.joints[number]), names_of(effects)) for number, effects in asked]
         fits = {
             key: self._begun(key[0], effects)
             for key, (_, effects) in zip(keys, asked, strict=True)
@@ -224,7 +227,7 @@ class TrackingRows:
         fits = [_ServoFit(found.joint, found.effects, found.x) for found in like._fits(models)]
         self._forget_unseen(fits)
         self._improve(fits, MORE_ROUNDS)
-        self._found.update({(fit.joint, frozenset(map(str, fit.effects))): fit for fit in fits})
+        self._found.update({(fit.joint, names_of(fit.effects)): fit for fit in fits})
         return [self._as_fitted(fit) for fit in fits]
 
     def _fits(self, models: Sequence[Fitted]) -> list[_ServoFit]:
@@ -234,25 +237,20 @@ class TrackingRows:
     def _forget_unseen(self, fits: Sequence[_ServoFit]) -> None:
         """Numbers that change nothing in these rows become those of an ideal servo: only other rows tell them."""
         moving = [fit for fit in fits if fit.effects]
-        cases = [(fit, [fit.x, *(fit.x + STEP * side for side in np.eye(len(fit.x)))]) for fit in moving]
-        for fit, residual in zip(moving, self._computed(cases), strict=True):
-            unseen = (residual[:, 1:] == residual[:, :1]).all(axis=0)
+        self._evaluate(moving)
+        for fit, slopes in zip(moving, self._slopes(moving), strict=True):
             ideal = [IDEAL[number.servo] / number.usual for number in fit.numbers]
-            fit.x = np.where(unseen, ideal, fit.x)
+            fit.x = np.where((slopes == 0.0).all(axis=0), ideal, fit.x)
 
     def _begun(self, joint: int, effects: tuple[At, ...]) -> list[_ServoFit]:
         """Fits from where a model with an effect less, or more, ended; new effects begin at two sizes."""
-        names = frozenset(map(str, effects))
-        known = {}
-        near = sorted(
-            (fit for (j, _), fit in self._found.items() if j == joint),
-            key=lambda fit: len(names ^ frozenset(map(str, fit.effects))),
-        )
+        there = [(names, fit) for (j, names), fit in self._found.items() if j == joint]
+        near = min(there, key=lambda one: len(names_of(effects) ^ one[0]), default=None)
+        known, of_servo, spread = {}, {}, 0.0
         if near:
-            at = iter(near[0].x)
-            known = {str(one): [next(at) for _ in one.effect.numbers] for one in near[0].effects}
-        of_servo = near[0].servo(near[0].x) if near else {}
-        spread = float(np.sqrt(near[0].cost / max(len(near[0].residual), 1))) if near else 0.0
+            known = dict(zip(map(str, near[1].effects), map(list, of_each(near[1].effects, near[1].x)), strict=True))
+            of_servo = near[1].servo(near[1].x)
+            spread = float(np.nan_to_num(root_mean_squares(near[1].residual)))
         starts, trace = [], self._trace(joint)
         for size in (1.0, 4.0):
             x: list[float] = []
@@ -268,10 +266,13 @@ class TrackingRows:
             fit.x = fit.within(fit.x)
         return fits
 
-    def _improve(self, fits: list[_ServoFit], rounds: int) -> None:
+    def _evaluate(self, fits: Sequence[_ServoFit]) -> None:
         for fit, residual in zip(fits, self._computed([(fit, [fit.x]) for fit in fits]), strict=True):
             fit.residual = residual[:, 0]
             fit.cost = float(fit.residual @ fit.residual)
+
+    def _improve(self, fits: list[_ServoFit], rounds: int) -> None:
+        self._evaluate(fits)
         moving = [fit for fit in fits if fit.effects]
         for _ in range(rounds):
             steps = [
@@ -305,10 +306,7 @@ class TrackingRows:
         for fit, tried in cases:
             at, s, run = self._kept[fit.joint]
             left = out[at, s, m : m + len(tried)] - self._q[fit.joint, at, s][:, None]
-            if self.log.offset_per_series:
-                for number in np.unique(run):
-                    left[run == number] -= left[run == number].mean(axis=0)
-            found.append(left)
+            found.append(less_means(left, run) if self.log.offset_per_series else left)
             m += len(tried)
         return found
 
@@ -338,9 +336,7 @@ class TrackingRows:
         squares[fit.joint], rows[fit.joint] = fit.cost, len(fit.residual)
         score = score_of(squares, rows, np.where(rows > 0, self.independent, 0.0), self._form, len(fit.x))
         score += sum(one.effect.rarity for one in fit.effects)
-        values = fit.x * fit.usual
-        ends = np.cumsum([len(one.effect.numbers) for one in fit.effects])[:-1]
-        numbers = tuple(np.split(values, ends)) if fit.effects else ()
+        numbers = of_each(fit.effects, fit.x * fit.usual)
         return Fitted(fit.effects, numbers, (0,) * len(fit.effects), score, squares)
 
     def deviations(self, fitted: Fitted, joint: int) -> tuple[Array, ...]:
@@ -353,7 +349,7 @@ class TrackingRows:
         H = weight * slopes.T @ slopes + 1e-8 * np.eye(len(fit.x))
         with np.errstate(invalid="ignore"):  # NaN: the rows do not show the number
             std = np.sqrt(np.diag(np.linalg.pinv(H))) * fit.usual
-        return tuple(np.split(std, np.cumsum([len(one.effect.numbers) for one in fit.effects])[:-1]))
+        return of_each(fit.effects, std)
 
     def predicted(self, models: Sequence[Fitted]) -> Array:
         """Where joints go by their models, (n, j) in the rows of the log; the command for joints that have none."""

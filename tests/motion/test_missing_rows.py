@@ -70,3 +70,12 @@ def test_a_dead_time_stays_one_where_rows_are_dropped() -> None:
     assert {one.at.pair[0] for one in fit.findings} == {"dead_time"}
     assert [one.numbers["delay"][0] for one in fit.findings] == pytest.approx([0.035] * len(JOINTS), abs=1e-3)
     assert fit.gaps[0].whole("after") < 2.0 * fit.gaps[0].whole("noise_floor")
+
+
+def test_zeros_that_differ_from_run_to_run_change_no_lag(log: MotionLog) -> None:
+    alone = replace(log, tau=np.full_like(log.q, np.nan), offset_per_series=True)
+    zeros = np.array([[0.3], [-0.2], [0.1], [0.4]])[alone.run]
+    fits = [calibrate_motion(one, ["lag:pan"], seed=0) for one in (alone, replace(alone, q=alone.q + zeros))]
+    lags, errors = zip(*((fit.findings[0].numbers["time"][0], fit.gaps[0].calibrated) for fit in fits), strict=True)
+    assert lags == pytest.approx([0.03, 0.03], rel=0.02)
+    assert errors[1] == pytest.approx(errors[0], rel=1e-9)

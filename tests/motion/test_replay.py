@@ -10,6 +10,7 @@ from moved_arms import JOINTS, World, mjcf, record, urdf, written
 
 from robolaser.cli import main
 from robolaser.motion.log import MotionLog
+from robolaser.motion.replay import replay
 
 pytest.importorskip("mujoco", minversion="3.5")  # actuators have no delay before
 
@@ -76,3 +77,16 @@ def test_a_log_without_a_driven_joint_is_refused(tmp_path: Path, capsys: pytest.
     asked = ["--into", str(tmp_path / "mine.xml"), "--output", str(tmp_path / "real.xml"), "--replay", str(seen)]
     assert main(["export", str(tmp_path / "numbers"), *asked]) == 1
     assert "no actuator" in capsys.readouterr().err
+
+
+def test_a_driven_joint_that_was_never_read_has_no_error(tmp_path: Path) -> None:
+    log = record(World(), series=1, seconds=1.0, seed=3)
+    driven = "".join(f'<position joint="{name}" kp="4000" kv="40"/>' for name in JOINTS)
+    (tmp_path / "arm.xml").write_text(
+        f"{mjcf(World()).split('<actuator>')[0]}<actuator>{driven}</actuator></mujoco>", encoding="utf-8"
+    )
+    q = log.q.copy()
+    q[:, 0] = np.nan
+    errors = replay(tmp_path / "arm.xml", replace(log, q=q))
+    assert np.isnan(errors[JOINTS[0]])
+    assert all(np.isfinite(errors[name]) for name in JOINTS[1:])

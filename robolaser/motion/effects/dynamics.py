@@ -1,12 +1,14 @@
 """Masses, inertias and torque constants that are not as the URDF and the data sheet say."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.motion.effect import JOINTS, TOOL, MotionEffect, Number
-from robolaser.motion.quantities import Quantities, hardly_moves, of_joint
+from robolaser.motion.quantities import LEAST_NM, Quantities, hardly_moves, of_joint
 
 GAUTIER = "Gautier, Khalil 1990, IEEE Trans. Robotics and Automation 6: base inertial parameters"
 MASS = ("mass", "kg"), ("mass_x", "kg m"), ("mass_y", "kg m"), ("mass_z", "kg m")
@@ -37,48 +39,44 @@ MOST_STARTS = 40  # runs at whose beginning a payload may have been taken up
 
 
 def _weighs(quantities: Quantities, joint: int) -> str:
-    spread = float(np.nanstd(quantities.rigid[:, joint]))
-    return "" if spread > 1e-6 else "the URDF's masses put no torque on this joint"
+    return "" if np.nanstd(quantities.rigid[:, joint]) > LEAST_NM else "the URDF's masses put no torque on this joint"
 
 
-TORQUE_CONSTANT = MotionEffect(
-    name="torque_constant", clause="the measured torques have a wrong scale", cause="dynamics", rows="torque",
+of_mass = partial(MotionEffect, cause="dynamics", rows="torque", reference=GAUTIER)
+"""An effect of masses, or of the scale of torques, but for what is said otherwise."""
+TORQUE_CONSTANT = of_mass(
+    name="torque_constant", clause="the measured torques have a wrong scale",
     numbers=(Number("factor", "", 0.1, -0.9, 9.0),),
     remedy="Check the motor's torque constant and the gear's ratio.",
     reference="Gautier, Briot 2014, J. Dyn. Sys. 136: drive gains",
     columns=of_joint(lambda of: of.rigid), needs=_weighs, rivals=("payload", "link_inertia"),
 )  # fmt: skip
 DYNAMICS = (
-    MotionEffect(
-        name="payload", clause="the payload differs from the model's", cause="dynamics", rows="torque", site=TOOL,
+    of_mass(
+        name="payload", clause="the payload differs from the model's", site=TOOL,
         numbers=tuple(Number(name, unit, 0.5) for name, unit in MASS),
-        remedy="Weigh the tool, and give the model its mass and centre.", reference=GAUTIER, columns=_payload,
+        remedy="Weigh the tool, and give the model its mass and centre.", columns=_payload,
         sizes=lambda quantities, _: _sizes(quantities, 0)[:4],
         least=lambda quantities, _: np.array([-quantities.tip_mass, -np.inf, -np.inf, -np.inf]),
         rivals=("link_inertia",),
     ),
-    MotionEffect(
-        name="rotor_inertia", clause="the motor's inertia is missing",
-        cause="dynamics", rows="torque", numbers=(Number("inertia", "kg m²", 0.5, 0.0),),
+    of_mass(
+        name="rotor_inertia", clause="the motor's inertia is missing", numbers=(Number("inertia", "kg m²", 0.5, 0.0),),
         remedy="Give the simulated joint this armature.", reference="Siciliano et al. 2009, Robotics, ch. 7.3.4",
         columns=of_joint(lambda of: of.acceleration), needs=hardly_moves, rivals=("link_inertia",),
     ),
     TORQUE_CONSTANT,
-    MotionEffect(
-        name="torque_constant", form="one for all", site=JOINTS,
-        clause="all measured torques have one wrong scale", cause="dynamics", rows="torque",
-        numbers=(Number("factor", "", 0.1, -0.9, 9.0),),
+    replace(
+        TORQUE_CONSTANT, form="one for all", site=JOINTS, clause="all measured torques have one wrong scale",
         remedy="Check the unit of the torques; links that are all heavier or lighter by this share look the same.",
-        reference="Gautier, Briot 2014, J. Dyn. Sys. 136: drive gains",
-        columns=lambda quantities, _: [quantities.rigid[:, :, None]], rivals=("payload", "link_inertia"),
+        columns=lambda quantities, _: [quantities.rigid[:, :, None]], needs=None,
     ),
-    MotionEffect(
-        name="link_inertia",
-        clause="the link's mass or inertia differs from the URDF's", cause="dynamics", rows="torque",
+    of_mass(
+        name="link_inertia", clause="the link's mass or inertia differs from the URDF's",
         numbers=tuple(Number(name, unit, 0.5) for name, unit in (
             *MASS, ("xx", "kg m²"), ("xy", "kg m²"), ("yy", "kg m²"), ("xz", "kg m²"), ("yz", "kg m²"), ("zz", "kg m²"),
         )),
-        remedy="Apply these changes to the URDF's link.", reference=GAUTIER,
+        remedy="Apply these changes to the URDF's link.",
         columns=lambda quantities, joint: [quantities.regressor(joint)], sizes=_sizes, least=_least_of_link, rarity=4.0,
         rivals=("payload", "rotor_inertia", "torque_constant", "link_inertia"),  # a mass on an axis is either link's
     ),

@@ -1,12 +1,13 @@
 """Friction in joints, seen in their torques."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.motion.effect import MotionEffect, Number
-from robolaser.motion.quantities import Quantities, at_joint, hardly_moves, of_joint
+from robolaser.motion.quantities import LEAST_NM, Quantities, at_joint, hardly_moves, of_joint
 
 ARMSTRONG = "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Automatica 30"
 STRIBECK_SPEEDS = (0.03, 0.1, 0.3)
@@ -27,44 +28,41 @@ def _shared(quantities: Quantities, joint: int) -> Sequence[Array]:
 
 
 def _loaded(quantities: Quantities, joint: int) -> str:
-    load = np.abs(quantities.rigid[:, joint])
-    spread = float(np.nanstd(load))
-    return hardly_moves(quantities, joint) or ("" if spread > 1e-6 else "the load on the joint hardly changes")
+    changes = np.nanstd(np.abs(quantities.rigid[:, joint])) > LEAST_NM
+    return hardly_moves(quantities, joint) or ("" if changes else "the load on the joint hardly changes")
 
 
+of_friction = partial(
+    MotionEffect, cause="friction", rows="torque", remedy=REMEDY, reference=ARMSTRONG, needs=hardly_moves
+)
+"""Friction in a joint, but for what is said otherwise."""
 FRICTION = (
-    MotionEffect(
-        name="viscous_friction", clause="friction grows with speed",
-        cause="friction", rows="torque", numbers=(Number("factor", "Nm s/rad", 1.0, 0.0),), remedy=REMEDY,
-        reference=ARMSTRONG, columns=of_joint(lambda of: of.speed), needs=hardly_moves, rivals=("coulomb_friction",),
+    of_friction(
+        name="viscous_friction", clause="friction grows with speed", numbers=(Number("factor", "Nm s/rad", 1.0, 0.0),),
+        columns=of_joint(lambda of: of.speed), rivals=("coulomb_friction",),
     ),
-    MotionEffect(
-        name="coulomb_friction", clause="the joint has dry friction",
-        cause="friction", rows="torque", numbers=(Number("torque", "Nm", 1.0, 0.0),), remedy=REMEDY,
-        reference=ARMSTRONG, columns=of_joint(lambda of: of.direction), needs=hardly_moves,
-        rivals=("viscous_friction", "load_friction"),
+    of_friction(
+        name="coulomb_friction", clause="the joint has dry friction", numbers=(Number("torque", "Nm", 1.0, 0.0),),
+        columns=of_joint(lambda of: of.direction), rivals=("viscous_friction", "load_friction"),
     ),
-    MotionEffect(
+    of_friction(
         name="asymmetric_friction", clause="friction differs between the directions of motion",
-        cause="friction", rows="torque", numbers=(Number("torque", "Nm", 0.5),), remedy=REMEDY,
-        reference="Bona, Indri 2005, CDC: friction compensation in robotics",
-        columns=of_joint(lambda of: np.abs(of.direction)), needs=hardly_moves, rivals=("link_inertia",),
+        numbers=(Number("torque", "Nm", 0.5),), reference="Bona, Indri 2005, CDC: friction compensation in robotics",
+        columns=of_joint(lambda of: np.abs(of.direction)), rivals=("link_inertia",),
     ),
-    MotionEffect(
-        name="stribeck_friction", clause="friction is larger at low speed",
-        cause="friction", rows="torque", numbers=(Number("torque", "Nm", 0.5, 0.0),), remedy=REMEDY,
-        reference=ARMSTRONG, columns=_stribeck, needs=hardly_moves, rivals=("coulomb_friction", "viscous_friction"),
+    of_friction(
+        name="stribeck_friction", clause="friction is larger at low speed", numbers=(Number("torque", "Nm", 0.5, 0.0),),
+        columns=_stribeck, rivals=("coulomb_friction", "viscous_friction"),
     ),
-    MotionEffect(
-        name="load_friction", clause="friction grows with the load",
-        cause="friction", rows="torque", numbers=(Number("share", "", 0.05, 0.0, 1.0),), remedy=REMEDY,
+    of_friction(
+        name="load_friction", clause="friction grows with the load", numbers=(Number("share", "", 0.05, 0.0, 1.0),),
         reference="Bittencourt, Gunnarsson 2012, J. Dyn. Sys. 134: static friction in a robot joint",
         columns=of_joint(lambda of: of.direction * np.abs(of.rigid)), needs=_loaded, rivals=("coulomb_friction",),
     ),
-    MotionEffect(
-        name="coupled_friction", clause="friction follows the motion of a neighbouring joint", cause="friction",
-        rows="torque", numbers=(Number("torque", "Nm", 0.5),), remedy="Move the neighbouring joint alone to see it.",
+    of_friction(
+        name="coupled_friction", clause="friction follows the motion of a neighbouring joint",
+        numbers=(Number("torque", "Nm", 0.5),), remedy="Move the neighbouring joint alone to see it.",
         reference="Khalil, Dombre 2002, Modeling, identification and control of robots: coupled wrists",
-        columns=_shared, needs=hardly_moves,
+        columns=_shared,
     ),
 )  # fmt: skip

@@ -4,9 +4,12 @@ from functools import partial
 
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.motion.effect import TIMING, MotionEffect, Number, Trace, if_sent
 from robolaser.motion.servo import IDEAL
 
+ONE_CLOCK_S, ONE_CLOCK_SHARE = 1e-3, 0.2
+"""By which delays of one clock may seem to differ, at most: a judgement."""
 P_GAIN = "the servo's P gain (`P_Coefficient` in LeRobot)"
 HOBBY = "Feetech STS3215 and Dynamixel manuals: P control with a dead band of some encoder steps"
 SURVEY = "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Automatica 30: a survey of friction and its compensation"
@@ -19,6 +22,11 @@ DIFFERS = 0.2
 EXCEEDS_RAD, EXCEEDS_ERRORS = 0.05, 3.0
 """By which commands go beyond all readings where there is a limit, and the same in errors of the joint: what a dead
 zone and droop leave is no limit. A judgement."""
+
+
+def is_one_clock(delays: Array) -> bool:
+    """Whether delays of several joints may be those of one clock."""
+    return bool(np.ptp(delays) <= max(ONE_CLOCK_S, ONE_CLOCK_SHARE * np.abs(delays).max()))
 
 
 def _beyond(trace: Trace) -> tuple[bool, bool]:

@@ -1,6 +1,7 @@
 """Gears between an encoder on the motor and one on the load."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -39,33 +40,31 @@ def _turns(quantities: Quantities, joint: int) -> str:
     return "" if enough else "the joint moves through too few turns of its motor"
 
 
+of_gear = partial(MotionEffect, cause="transmission", rows="load", reference=TUTTLE)
+"""An effect of a gear, but for what is said otherwise."""
 TRANSMISSION = (
-    MotionEffect(
-        name="clock_shift",
-        clause="the two encoders are not read at the same instant", cause="timing", rows="load", site=TIMING,
+    of_gear(
+        name="clock_shift", clause="the two encoders are not read at the same instant", cause="timing", site=TIMING,
         numbers=(Number("delay", "s", 0.002),), remedy="Read both encoders at one instant, or correct for the delay.",
         reference="Furgale, Rehder, Siegwart 2013, IROS: temporal calibration of sensors", columns=_late,
     ),
-    MotionEffect(
-        name="gear_spring", clause="the gear winds up under torque",
-        cause="transmission", rows="load", numbers=(Number("compliance", "rad/Nm", 1e-5),),
-        remedy="Give the simulated joint this stiffness.", reference=TUTTLE,
+    of_gear(
+        name="gear_spring", clause="the gear winds up under torque", numbers=(Number("compliance", "rad/Nm", 1e-5),),
+        remedy="Give the simulated joint this stiffness.",
         columns=of_joint(lambda of: -of.carried),  # the load stays behind the motor
     ),
-    MotionEffect(
-        name="lost_motion", clause="the gear has lost motion", cause="transmission",
-        rows="load", numbers=(Number("angle", "rad", 3e-4),), remedy="Adjust or preload the gear.",
-        reference="VDI/VDE 2608; lost motion of reduction gears, 0.3-1 mrad", columns=_lost, rivals=("clock_shift",),
+    of_gear(
+        name="lost_motion", clause="the gear has lost motion", numbers=(Number("angle", "rad", 3e-4),),
+        remedy="Adjust or preload the gear.", reference="VDI/VDE 2608; lost motion of reduction gears, 0.3-1 mrad",
+        columns=_lost, rivals=("clock_shift",),
     ),
-    MotionEffect(
-        name="gear_ripple", clause="the gear has a ripple", cause="transmission", rows="load",
+    of_gear(
+        name="gear_ripple", clause="the gear has a ripple",
         numbers=(Number("cosine", "rad", 1e-4), Number("sine", "rad", 1e-4)),
-        remedy="Correct the reading by this wave, or replace the gear.",
-        reference=TUTTLE, columns=_ripple, needs=_turns,
+        remedy="Correct the reading by this wave, or replace the gear.", columns=_ripple, needs=_turns,
     ),
-    MotionEffect(
-        name="gear_ratio", clause="the gear ratio is not as stated",
-        cause="transmission", rows="load", numbers=(Number("factor", "", 1e-3),),
+    of_gear(
+        name="gear_ratio", clause="the gear ratio is not as stated", numbers=(Number("factor", "", 1e-3),),
         remedy="Correct the ratio in the controller.", reference="Data sheet of the gear",
         columns=of_joint(lambda of: of.q),
     ),
