@@ -1,7 +1,7 @@
 """robolaser export: a result in a copy of the user's own robot or calibration."""
 
 from collections.abc import Mapping
-from math import degrees
+from math import degrees, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -97,10 +97,12 @@ def _promised(contents: Mapping[str, Any]) -> dict[str, float]:
 def _replayed(
     before: Path, after: Path, log: "MotionLog", promised: Mapping[str, float]
 ) -> dict[str, dict[str, float | None]]:
-    """Errors of each joint by the user's own file, by the copy, and as promised [rad]."""
+    """Errors of each joint that was read by the user's own file, by the copy, and as promised [rad]."""
     from robolaser.motion.replay import replay
 
     was, now = replay(before, log), replay(after, log)
     return {
-        joint: {"before_rad": was[joint], "after_rad": now[joint], "promised_rad": promised.get(joint)} for joint in was
+        joint: {"before_rad": was[joint], "after_rad": now[joint], "promised_rad": promised.get(joint)}
+        for joint in was
+        if isfinite(was[joint])
     }

@@ -35,7 +35,7 @@ OPPOSITE = replace(
 
 @final
 @dataclass(frozen=True, eq=False)
-class Misread:
+class MisreadTorques:
     """A log whose torques are read otherwise, as they seem to be meant."""
 
     log: MotionLog
@@ -66,7 +66,7 @@ class Misread:
         return {"factor": (-2.0 - scale[0], *scale[1:])} if scale else self.numbers
 
 
-def misread(log: MotionLog) -> Misread | None:
+def misread(log: MotionLog) -> MisreadTorques | None:
     """How torques seem to be meant; None where that is as they are read, or where nothing explains them.
 
     Each joint's are held against the rigid arm's, beside friction: of either sign, and under any gravity.
@@ -111,7 +111,7 @@ def _beside_friction(of: Quantities, joint: int, columns: Array) -> Array:
     return np.asarray(columns[there] - friction @ np.linalg.lstsq(friction, columns[there])[0])
 
 
-def _opposite(of: Quantities, as_read: Array) -> Iterator[Misread]:
+def _opposite(of: Quantities, as_read: Array) -> Iterator[MisreadTorques]:
     """With the other sign at joints where that fits; at all where it does wherever torques say anything of it."""
     turned = _left(replace(of, measured=-of.measured))
     wrong, right = FALLS * turned <= as_read, FALLS * as_read <= turned
@@ -121,10 +121,10 @@ def _opposite(of: Quantities, as_read: Array) -> Iterator[Misread]:
     if wrong.sum() > 1 and not right.any():
         where, wrong = [At(replace(OPPOSITE, site=JOINTS), JOINTS, where[0].joint)], np.ones_like(wrong)
     log = replace(of.log, tau=np.where(wrong, -of.log.tau, of.log.tau))
-    yield Misread(log, tuple(where), {"factor": (-2.0, np.nan, "")}, np.where(wrong, turned, as_read))
+    yield MisreadTorques(log, tuple(where), {"factor": (-2.0, np.nan, "")}, np.where(wrong, turned, as_read))
 
 
-def _under_other_gravity(of: Quantities) -> Iterator[Misread]:
+def _under_other_gravity(of: Quantities) -> Iterator[MisreadTorques]:
     """Under the gravity that explains the torques of all joints best, where it is another one of the stated size."""
     robot, stated = of.log.robot, np.array(of.log.robot.gravity)
     size = float(np.linalg.norm(stated))
@@ -159,4 +159,4 @@ def _under_other_gravity(of: Quantities) -> Iterator[Misread]:
         remedy="Correct gravity under [robot] in dataset.toml.",
         reference="Siciliano et al. 2009, Robotics, ch. 7.2: gravity in the equations of motion",
     )  # fmt: skip
-    yield Misread(log, (At(effect, "base", 0),), numbers, _left(under))
+    yield MisreadTorques(log, (At(effect, "base", 0),), numbers, _left(under))
