@@ -81,6 +81,12 @@ def robot_in(folder: Path | None) -> Robot | None:
     )
 
 
+def run_in(folder: Path) -> dict[str, Any]:
+    """What calibration.json in a folder says of the run, which a diagnosis beside it is of too."""
+    beside = folder / FILES[CALIBRATION]
+    return {"run": read_json(beside).get("run")} if beside.is_file() else {}
+
+
 def numbers_of(contents: Mapping[str, Any]) -> dict[str, Any]:
     """What a calibration or a diagnosis holds of each parameter, those of effects as `EFFECT.WHERE.PARAMETER`."""
     of_effects = {

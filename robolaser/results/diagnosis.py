@@ -6,7 +6,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, Self, final
 
-from robolaser.bounded_reading import read_json
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
@@ -23,7 +22,7 @@ from robolaser.report.document import Document
 from robolaser.report.page import render
 from robolaser.results import PAGE, Files, FittedResult, Record
 from robolaser.results.calibration import CALIBRATION_FILES
-from robolaser.results.contents import read_result, robot_in
+from robolaser.results.contents import read_result, robot_in, run_in
 from robolaser.results.delivered import Delivered, arm_in, delivered
 from robolaser.robot.kinematics import Robot
 
@@ -125,8 +124,7 @@ class DiagnosisResult(FittedResult):
         """What calibration.json says of the run."""
         if self.diagnosis is not None:
             return {"run": asdict(RunSummary.of(self.diagnosis.dataset))}
-        beside = (self._folder or Path()) / "calibration.json"
-        return {"run": read_json(beside).get("run")} if beside.is_file() else {}
+        return run_in(self._folder or Path())
 
     def files(self, *, command: str = "") -> Files:
         """diagnosis.json, and the files of the corrected model as a calibration."""

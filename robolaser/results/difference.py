@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Any, Final, final
 
 import numpy as np
 
-from robolaser.bounded_reading import read_json
 from robolaser.data.atomic_write import write_text
 from robolaser.errors import UsageError
 from robolaser.report.console import printed
 from robolaser.report.difference import document
 from robolaser.report.page import render
-from robolaser.results.contents import numbers_of, read_result, robot_in
+from robolaser.results.contents import numbers_of, read_result, robot_in, run_in
 from robolaser.robot.kinematics import Robot
 
 if TYPE_CHECKING:
@@ -69,9 +68,7 @@ def difference(first: str | Path, second: str | Path) -> Difference:
 def _read(path: str | Path) -> tuple[dict[str, Any], Robot | None]:
     """A saved result, with what calibration.json says of the data that a diagnosis beside it is of; and its arm."""
     contents, folder = read_result(Path(path))
-    beside = folder / "calibration.json"
-    run = {"run": read_json(beside).get("run")} if beside.is_file() else {}
-    return run | contents, robot_in(folder)
+    return run_in(folder) | contents, robot_in(folder)
 
 
 def between(

@@ -110,13 +110,12 @@ def result_table(problem: ProblemSummary, on: OnProblem, tolerance: float, colou
         [
             TableCell(place.algorithm, line=colours.get(place.algorithm, -1)),
             _rank(place),
-            _reached(of[place.algorithm]),
-            TableCell(
-                "" if of[place.algorithm].run_seconds is None else duration(of[place.algorithm].run_seconds or 0.0)
-            ),
-            _quality(problem, of[place.algorithm]),
+            _reached(one),
+            TableCell("" if one.run_seconds is None else duration(one.run_seconds)),
+            _quality(problem, one),
         ]
         for place in on.order.places
+        for one in (of[place.algorithm],)
     ]
     columns = [Column("Algorithm", "name", 23), Column("Rank"), Column("ERT [evaluations]"), Column("Time of a run")]
     columns.append(Column("Final result above the best known: median, quartiles"))
