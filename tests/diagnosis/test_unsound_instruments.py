@@ -168,6 +168,13 @@ def test_a_camera_that_warms_up_is_no_bracket_that_creeps_for_certain() -> None:
     assert (found.verdict, names(found)) == ("explained", ["camera_drift"])
 
 
+def test_a_camera_that_stands_in_the_cell_may_as_well_have_a_stand_that_creeps() -> None:
+    mounts = [CellOptions(mount="flange"), CellOptions(mount="base", placed=False)]
+    cells = [simulate(find_robot("ur5"), kind="camera", options=one, poses=8).dataset for one in mounts]
+    drift = next(one for one in EFFECTS if one.name == "camera_drift")
+    assert [drift.locations(cell) for cell in cells] == [("camera",), ()]
+
+
 def test_of_a_camera_that_turns_neither_bracket_nor_camera_is_certain() -> None:
     """All that tells is how the image is bent in its corners."""
 

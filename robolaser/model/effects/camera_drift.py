@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
-from robolaser.model.effects.requirements import no_laser_plane, warm_up
+from robolaser.model.effects.requirements import camera_alone_on_flange, warm_up
 from robolaser.model.effects.run import temperature_rise
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.effects.thermal_state import carried_by_temperature, crept
@@ -35,7 +35,7 @@ class CameraDrift(Effect):
     stage = Stage.PIXELS
     cause = "camera"
     site = "camera"
-    needs = (no_laser_plane, warm_up)
+    needs = (camera_alone_on_flange, warm_up)
     depends_on_trajectory = True
 
     x: Array = parameter(unit="px", bound=20.0, prior_scale=0.5)

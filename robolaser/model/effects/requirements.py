@@ -8,6 +8,7 @@ from robolaser.model.effects.joints import turning_joints
 from robolaser.model.effects.run import gravity_of, temperature_rise
 from robolaser.model.effects.target_plane import THIN, plane_of
 from robolaser.model.sensors import fitted_lens, sensor_class
+from robolaser.model.sensors.in_cell import stands
 from robolaser.model.stages import Stage
 
 MOST_LISTED = 6  # poses in a reason
@@ -91,9 +92,10 @@ def laser_plane(dataset: Dataset) -> str:
     return passes(Stage.LASER_PLANE, dataset)
 
 
-def no_laser_plane(dataset: Dataset) -> str:
-    """The camera is alone: where a laser plane is beside it, what it sees moves as if that did."""
-    return SensorLacks("its laser plane drifts likewise") if not laser_plane(dataset) else ""
+def camera_alone_on_flange(dataset: Dataset) -> str:
+    """The camera's rival is its bracket: a laser plane beside it, or a stand in the cell, would drift likewise."""
+    is_alone = bool(laser_plane(dataset)) and not stands(dataset)
+    return "" if is_alone else SensorLacks("what else is fixed to the camera drifts likewise")
 
 
 def centred_lens(dataset: Dataset) -> str:
