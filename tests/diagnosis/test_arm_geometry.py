@@ -39,7 +39,11 @@ def test_only_what_has_a_form_is_imitated_by_a_small_effect_beside_it(count: int
     effects = (*placements(count), eccentric)
 
     class Refitted:
+        effects = ()
         without = Refits.without
+
+        def among(self, effects: list[CandidateEffect]) -> "Refitted":
+            return self
 
         def score_tests(self, fit: SimpleNamespace) -> list[ScoreTest]:
             return []

@@ -256,8 +256,8 @@ def _sagged(dataset: Dataset) -> Array:
 
 
 def test_every_effect_of_the_library_is_somewhere_a_suspect() -> None:
-    tracked = simulate(find_robot("scorbot_er7"), kind="point", poses=6, seed=1).dataset
-    cells = (cell({"latency:timing": 0.01}), tracked)
+    others = [simulate(find_robot("scorbot_er7"), kind=kind, poses=6, seed=1).dataset for kind in ("point", "camera")]
+    cells = (cell({"latency:timing": 0.01}), *others)
     assert {one.effect for dataset in cells for one in library(EFFECTS, dataset)} == set(EFFECTS)
 
 
