@@ -47,7 +47,7 @@ def place(site: str) -> str:
     return said if kind == site else f"{said} of {site.removesuffix(f'.{kind}')}"
 
 
-def the_place(site: str) -> str:
+def site_phrase(site: str) -> str:
     """The same in a sentence: "the hand-eye", but "joint_3"."""
     return f"the {place(site)}" if kind_of_site(site) in PARTS else place(site)
 

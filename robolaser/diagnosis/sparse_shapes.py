@@ -46,10 +46,10 @@ def sparse_shape_chi2(fit: Fit, site: str) -> float:
     return _ratio(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _by_height(fit: Fit) -> tuple[tuple[Array, Array, Array], list[tuple[Array, Ints]]]:
+def _by_height(fit: Fit) -> tuple[tuple[Array, Array, Array], list[tuple[Array, GroupedRows]]]:
     """Normal equations of the target's height at each row, as `normal_equations`; and what noise that rows share adds.
 
-    That is a matrix C (m, q) for each level of groups, and the group of each row: C Cᵀ comes off within groups.
+    That is a matrix C (m, q) for each level of groups, and the groups of rows: C Cᵀ comes off within groups.
     """
     noise, white, Q = fit.noise, fit.at.white, fit.at.Q[: len(fit.at.white)]
     height = np.einsum("qmk,q->mk", stage_derivatives(fit).by_row(Stage.TARGET), fit.model.run.target.axes[:, 2])
@@ -101,15 +101,14 @@ def dents(places: Array) -> Iterator[Array]:
 
 
 def _along(
-    shapes: Array, gradient: Array, own: Array, shared: Array, levels: Sequence[tuple[Array, Ints]] = ()
+    shapes: Array, gradient: Array, own: Array, shared: Array, levels: Sequence[tuple[Array, GroupedRows]] = ()
 ) -> tuple[Array, Array, Array]:
     """Products of shapes (s, n) with the residuals, and their squares, with and without what is imitated, (s,) each.
 
     By normal equations of the motions that the shapes are functions of, see `_by_height`.
     """
     full = shapes**2 @ own
-    for C, group in levels:
-        rows = GroupedRows(np.unique(group, return_inverse=True)[1])
+    for C, rows in levels:
         full = full - np.square(np.swapaxes(rows.apart(shapes.T), 1, 2) @ rows.apart(C)).sum(axis=(0, 2))
     return shapes @ gradient, full - ((shapes @ shared) ** 2).sum(axis=1), full
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from robolaser.diagnosis.cause_classes import class_of, of_model, unknown_instead
-from robolaser.diagnosis.cause_words import listed, members, named, noun, the_place
+from robolaser.diagnosis.cause_words import listed, members, named, noun, site_phrase
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, ExcessScatter
 from robolaser.diagnosis.repeatability import Repeatability
@@ -173,7 +173,7 @@ def _unexplained(
     findings: Sequence[Finding], classes: Sequence[CauseClass], where: Sequence[Localization], gap: Gap
 ) -> str:
     first = next((lies for lies in where if lies.coordinate != BY_CHANCE), None)
-    lies = f" The remaining error is at {the_place(first.site)} ({first.coordinate})." if first else ""
+    lies = f" The remaining error is at {site_phrase(first.site)} ({first.coordinate})." if first else ""
     if findings:
         is_closed = gap.after_m <= GAP_OVER_FLOOR * gap.noise_floor_m
         imitated = _imitated(findings, classes, gap, lies.replace("remaining ", "") if is_closed else lies)
@@ -198,7 +198,7 @@ def _imitated(findings: Sequence[Finding], classes: Sequence[CauseClass], gap: G
     unknown = unknown_instead(classes)
     if not unknown or not findings:
         return ""
-    at = "" if lies else f", at {the_place(unknown.site)},"
+    at = "" if lies else f", at {site_phrase(unknown.site)},"
     how = "almost certainly" if unknown.probability >= CERTAIN else "probably"
     likeliest = _likeliest(of_model(classes))
     most = f"; the most probable of them is {likeliest}" if likeliest else ""

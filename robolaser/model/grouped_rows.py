@@ -17,7 +17,7 @@ class GroupedRows:
     group: Ints  # of each row, (m,)
 
     @cached_property
-    def _places(self) -> tuple[Ints, Ints, Ints]:
+    def _indices(self) -> tuple[Ints, Ints, Ints]:
         """Rows in the order of their groups, then the group and the place within it of each, (m,) each."""
         order = np.argsort(self.group, kind="stable").astype(np.int64)
         group, counts = self.group[order], np.bincount(self.group)
@@ -25,14 +25,14 @@ class GroupedRows:
 
     def apart(self, rows: Array) -> Array:
         """Rows (m, ...) by group, zero where a group has fewer, (g, r, ...)."""
-        order, group, place = self._places
+        order, group, place = self._indices
         grouped = np.zeros((int(group[-1]) + 1, int(place.max()) + 1, *rows.shape[1:]))
         grouped[group, place] = rows[order]
         return grouped
 
     def together(self, grouped: Array) -> Array:
         """The rows (m, ...) of what `apart` returns."""
-        order, group, place = self._places
+        order, group, place = self._indices
         rows = np.empty((len(group), *grouped.shape[2:]))
         rows[order] = grouped[group, place]
         return rows

@@ -73,14 +73,14 @@ def diagnose_motion(
     verdicts = [part.verdict for part in parts]
     verdict = "unexplained" if "unexplained" in verdicts else "explained" if "explained" in verdicts else "no_gap"
     findings = [] if verdict == "no_gap" else merged([finding for part in parts for finding in part.shown])
-    told = [other.told(part, log) if other and part.gap.kind == "torque" else part for part in parts]
+    restated = [other.restated(part, log) if other and part.gap.kind == "torque" else part for part in parts]
     if other:
-        first = [one for part in told if part.gap.kind == "torque" for one in part.findings]
+        first = [one for part in restated if part.gap.kind == "torque" for one in part.findings]
         findings = [*first, *(one for one in findings if one.at.pair not in [own.at.pair for own in first])]
         verdict = "explained" if verdict == "no_gap" else verdict
     findings.sort(key=lambda one: one.without.score, reverse=True)
-    places = [] if verdict == "no_gap" else _places(told if verdict == "explained" else parts, log.joints, verdict)
-    fit = MotionFit.of(log, told, findings, seed, time.monotonic() - began)
+    places = [] if verdict == "no_gap" else _places(restated if verdict == "explained" else parts, log.joints, verdict)
+    fit = MotionFit.of(log, restated, findings, seed, time.monotonic() - began)
     return MotionDiagnosis(fit, verdict, tuple(places), missing, (*remarks, *_remarks(log)))
 
 

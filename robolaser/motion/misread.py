@@ -45,7 +45,7 @@ class MisreadTorques:
     probability: float = MISREAD
     rivals: tuple[At, ...] = ()
 
-    def told(self, part: KindDiagnosis, as_read: MotionLog) -> KindDiagnosis:
+    def restated(self, part: KindDiagnosis, as_read: MotionLog) -> KindDiagnosis:
         """Torques that are read otherwise, with the errors of the log as it is, and their reading for what is found."""
         of = quantities(as_read, "torque")
         before = of.measured - of.rigid

@@ -27,6 +27,6 @@ def test_the_precision_of_rows_that_move_is_that_of_their_whitened_motions() -> 
     whitened = whitener(np.eye(M)[:, :, None] * moves)
     own, shared = whitener.precision(moves)
     found = np.diag(own)
-    for C, group in shared:
-        found = found - (C @ C.T) * (group[:, None] == group)
+    for C, rows in shared:
+        found = found - (C @ C.T) * (rows.group[:, None] == rows.group)
     np.testing.assert_allclose(found, whitened @ whitened.T, atol=1e-12)

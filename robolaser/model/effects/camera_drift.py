@@ -42,13 +42,16 @@ class CameraDrift(Effect):
     y: Array = parameter(unit="px", bound=20.0, prior_scale=0.5)
     growth: Array = parameter(unit="", bound=0.02, prior_scale=3e-4)
     turn: Array = parameter(unit="rad", bound=0.02, prior_scale=2e-4)
-    settling: Array = nonlinear(unit="", lower=0.0, upper=SHARPEST, nominal=0.0)
+    # from even drift to one that settles early
+    settling: Array = nonlinear(
+        unit="", lower=0.0, upper=SHARPEST, nominal=0.0, tried=(0.0, 1.5, 3.0, 5.0, 8.0, 13.0, SHARPEST)
+    )
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
-        """From even drift to one that settles early; only one where temperatures were measured, which do without."""
-        measured = temperature_rise(dataset.poses) is not None
-        return np.array([[0.0]]) if measured else np.array([[0.0], [1.5], [3.0], [5.0], [8.0], [13.0], [SHARPEST]])
+        """Only one where temperatures were measured, which do without."""
+        tried = super().grid(dataset, where)
+        return tried if temperature_rise(dataset.poses) is None else tried[:1]
 
     def apply(self, pixel: Array, run: Run, /) -> Array:
         """Where each pixel would be in a cold camera."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.model.error_source import ErrorSource
-from robolaser.model.grouped_rows import group_sums
+from robolaser.model.grouped_rows import GroupedRows, group_sums
 from robolaser.model.noise.whitening import GroupStage, Whitener
 
 FLOOR = 1e-6
@@ -125,7 +125,7 @@ class NoiseModel:
         """Σ⁻¹ times residuals that are white already, (c, m k) -> (c, m k) [1/row's unit]."""
         return self._whitener.back(white)
 
-    def precision(self, moves: Array) -> tuple[Array, list[tuple[Array, Ints]]]:
+    def precision(self, moves: Array) -> tuple[Array, list[tuple[Array, GroupedRows]]]:
         """Σ⁻¹ of numbers that move each row along (m, k) [row's unit], see `Whitener.precision`."""
         return self._whitener.precision(moves)
 

@@ -40,13 +40,14 @@ class GroupStage:
         return np.divide(along**2, s2, out=np.zeros_like(s2), where=s2 > MOTIONLESS)
 
     @cached_property
-    def _grouped(self) -> GroupedRows:
+    def groups(self) -> GroupedRows:
+        """The rows by group."""
         return GroupedRows(np.unique(self.group, return_inverse=True)[1])
 
     @cached_property
     def _factors(self) -> tuple[Array, Array]:
         """U of each group that has rows (g, r k, q) and K Uᵀ (g, q, r k), zero for the rows that it lacks."""
-        shared = self._grouped.apart(self.shared)
+        shared = self.groups.apart(self.shared)
         shared = shared.reshape(len(shared), -1, shared.shape[-1])
         s2, V = (part[np.unique(self.group)] for part in self.spectrum)
         root = np.sqrt(1.0 + s2)
@@ -55,10 +56,10 @@ class GroupStage:
 
     def __call__(self, rows: Array) -> Array:
         """Whiten (m, k, c)."""
-        grouped = self._grouped.apart(rows)
+        grouped = self.groups.apart(rows)
         flat = grouped.reshape(len(grouped), grouped.shape[1] * grouped.shape[2], rows.shape[-1])
         U, KUt = self._factors
-        return self._grouped.together((flat - U @ (KUt @ flat)).reshape(grouped.shape))
+        return self.groups.together((flat - U @ (KUt @ flat)).reshape(grouped.shape))
 
 
 @final
@@ -95,18 +96,18 @@ class Whitener:
         """Wᵀ: after W it makes Σ⁻¹, (c, m k) -> (c, m k)."""
         return self._flat(np.swapaxes(self.root, -1, -2) @ self._staged(self._rows(white), self.stages[::-1]))
 
-    def precision(self, moves: Array) -> tuple[Array, list[tuple[Array, Ints]]]:
+    def precision(self, moves: Array) -> tuple[Array, list[tuple[Array, GroupedRows]]]:
         """Σ⁻¹ of numbers that move each row along (m, k): diag(own) - Σ C Cᵀ, C zero between groups.
 
         Returns:
-            own (m,), and C (m, q) and the group of each row, (m,), for each level.
+            own (m,), and C (m, q) and the groups of the rows, for each level.
         """
         white = (self.root @ moves[..., None])[..., 0]
         levels = []
         for i, stage in enumerate(self.stages):
             s2, V = stage.spectrum
             along = stage.shared @ (V / np.sqrt(1.0 + s2)[:, None])[stage.group]
-            levels.append(((white[..., None] * self._staged(along, self.stages[:i][::-1])).sum(axis=1), stage.group))
+            levels.append(((white[..., None] * self._staged(along, self.stages[:i][::-1])).sum(axis=1), stage.groups))
         return np.square(white).sum(axis=1), levels
 
     def _rows(self, batch: Array) -> Array:

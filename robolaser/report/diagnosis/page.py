@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robolaser.diagnosis.cause_words import spoken, the_place
+from robolaser.diagnosis.cause_words import site_phrase, spoken
 from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
@@ -136,7 +136,7 @@ def _printed_sites(diagnosis: Diagnosis) -> list[Content]:
     """The sites with the largest shares, for the terminal."""
     what = "of the remaining error" if diagnosis.verdict == "unexplained" else "of the gap"
     return [
-        Text(f"{100 * lies.share:.0f} % {what} at {the_place(lies.site)} ({lies.coordinate})", "quiet", printed=True)
+        Text(f"{100 * lies.share:.0f} % {what} at {site_phrase(lies.site)} ({lies.coordinate})", "quiet", printed=True)
         for lies in diagnosis.where[:MOST_SITES]
         if lies.share >= PRINTED_SHARE
     ]

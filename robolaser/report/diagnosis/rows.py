@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from robolaser.diagnosis.cause_words import named, noun, place, spoken, the_place
+from robolaser.diagnosis.cause_words import named, noun, place, site_phrase, spoken
 from robolaser.diagnosis.result import Alternative, CauseClass, DetectionLimit, Diagnosis, Estimate, Finding
 from robolaser.diagnosis.thresholds import CERTAIN
 from robolaser.report.diagnosis.advice import UNDETERMINED, caveats, doubt, sentence_case
@@ -54,7 +54,7 @@ def _meaning(one: CauseClass) -> str:
     """What a class is, unless its name says as much."""
     words = noun(one.name)
     said = "" if words == f"the {spoken(one.name)}" else words
-    return f"{said}, at {the_place(one.site)}" if one.site else said
+    return f"{said}, at {site_phrase(one.site)}" if one.site else said
 
 
 def effect_table(diagnosis: Diagnosis) -> Table:
