@@ -18,13 +18,12 @@ from robolaser.diagnosis.local_unknown import (
     probability_of_local_unknown,
 )
 from robolaser.diagnosis.localization import unmodelled_chi2
-from robolaser.diagnosis.score_tests import ScoreTest, retest, score_tests
+from robolaser.diagnosis.score_tests import ScoreTest, freedom, retest, score_tests
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import (
     CHI2_OF_UNMODELLED_CAUSE,
     CHI2_PER_EFFECT,
     EVEN,
-    INDEPENDENT_SHAPES,
     LEAST_PROBABILITY,
     MIN_IMPROVEMENT,
 )
@@ -241,10 +240,8 @@ class Refits:
 
 
 def penalty(test: ScoreTest) -> float:
-    """The complexity penalty of an effect; its nonlinear parameters count where several values of them were tried."""
-    kind = test.candidate_effect.effect
-    parameters = len(kind.units()) if test.tried > 1 else len(kind.amplitudes())
-    return complexity_penalty(parameters, INDEPENDENT_SHAPES.get(kind.name, 1.0) * test.tried)
+    """The complexity penalty of an effect."""
+    return complexity_penalty(*freedom(test.candidate_effect.effect, test.tried))
 
 
 def predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:

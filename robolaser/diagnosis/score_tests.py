@@ -1,5 +1,6 @@
 """Score tests (Rao 1948): how much each candidate effect would explain, before anything is fitted again."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,10 +9,12 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.calibration.checks import different_poses
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.dense_grids import gains_of_steps, gains_of_waves
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit, best_amplitudes
+from robolaser.diagnosis.thresholds import INDEPENDENT_SHAPES
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.grouped_rows import group_sums
 
@@ -194,5 +197,30 @@ def normal_equations(fit: Fit, columns: Array, of_number: Ints, n: int) -> tuple
 
 
 def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[CandidateEffect]:
-    """Every effect at every location that the data set has for it."""
-    return [CandidateEffect(kind, where) for kind in kinds for where in kind.locations(dataset)]
+    """Every effect at every location that the data set has for it, where enough poses differ."""
+    needed = {
+        CandidateEffect(kind, where): poses_needed(kind, dataset, where)
+        for kind in kinds
+        for where in kind.locations(dataset)
+    }
+    poses = different_poses(dataset, max(needed.values(), default=0))
+    return [one for one in needed if poses >= needed[one]]
+
+
+def poses_needed(kind: type[Effect], dataset: Dataset, where: str) -> int:
+    """Poses that must differ to test an effect of several shapes: the best of these fits fewer, whatever is wrong.
+
+    As many as chance alone explains: one for each number, and twice the logarithm of the number of shapes.
+    """
+    tried = len(kind.grid(dataset, where))
+    numbers, shapes = freedom(kind, tried)
+    return math.ceil(numbers + 2.0 * math.log(shapes)) if tried > 1 else 0
+
+
+def freedom(kind: type[Effect], tried: int) -> tuple[int, float]:
+    """Numbers of an effect, and how many independent shapes there are among those that were tried.
+
+    Its nonlinear parameters count where several values of them were.
+    """
+    numbers = len(kind.units()) if tried > 1 else len(kind.amplitudes())
+    return numbers, max(1.0, INDEPENDENT_SHAPES.get(kind.name, 1.0) * tried)

@@ -37,7 +37,7 @@ def complexity_penalty(parameters: int, shapes: float) -> float:
     """
     further = max(0, parameters - FULLY_PENALIZED)
     each = CHI2_PER_PARAMETER * (parameters - further) + CHI2_PER_FURTHER_PARAMETER * further
-    return CHI2_PER_EFFECT + each + 2.0 * float(np.log(max(1.0, shapes)))
+    return CHI2_PER_EFFECT + each + 2.0 * float(np.log(shapes))
 
 
 def posterior_weights(costs: Array) -> Array:

@@ -70,6 +70,18 @@ def test_scatter_alone_is_no_gap(kind: str):
     assert diagnosis.noise["joint"].value == pytest.approx(JOINT_RAD, rel=0.3)
 
 
+@pytest.mark.parametrize("arm", ["scorbot_er7", "ur5"])
+def test_a_joint_that_scatters_over_ten_poses_is_no_gear_of_some_frequency(arm: str) -> None:
+    noise = Noise(point_m=3e-5, joint_rad=1e-5, repeatability_m=5e-5)
+    dataset = simulate(find_robot(arm), kind="point", poses=10, noise=noise, seed=1).dataset
+    q = dataset.poses.q.copy()
+    q[:, 1] += np.random.default_rng(1).normal(0.0, 7e-4, len(q))
+    found = examine(replace(dataset, poses=replace(dataset.poses, q=q)), seed=0)
+    assert not found.findings
+    assert found.pose_scatter is not None
+    assert found.pose_scatter.where == dataset.arm[0].joints[1]
+
+
 def test_scatter_counts_in_the_noise_floor():
     still, shaken = diagnosed("point", joint_rad=1e-6), diagnosed("point")
     assert still.gap.noise_floor_m == pytest.approx(np.sqrt(3) * 2e-5, rel=0.15)

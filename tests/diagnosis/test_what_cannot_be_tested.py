@@ -217,3 +217,12 @@ def test_poses_that_are_all_alike_tell_nothing_and_others_are_named(kind):
     next_q = np.array([list(pose.values()) for pose in found["next_poses"]])
     assert len(next_q)
     assert np.abs(next_q - q[0]).max(axis=1).min() > 0.1
+
+
+def test_more_shapes_than_poses_tell_apart_are_not_tried_and_how_many_poses_they_take_is_said():
+    gear = [kind for kind in EFFECTS if kind.name == "transmission_error"]
+    few, enough = (answer(recorded("point", poses=poses), gear) for poses in (12, 24))
+    said = re.fullmatch(r"its many shapes take (\d+) poses that differ", reasons(few)["transmission_error"])
+    assert said
+    assert 12 < int(said[1]) <= 24
+    assert "transmission_error" not in reasons(enough)
