@@ -23,6 +23,7 @@ from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, FORM_SHARE
 from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.run import Run
 from robolaser.model.stages import Stage
@@ -33,12 +34,13 @@ TARGET: Final = "target"
 
 
 def has_form(fit: Fit, candidate_effect: CandidateEffect) -> bool:
-    """Whether an effect varies at a joint or in a target, in a form that may be wrong: an offset has none.
+    """Whether an effect is in a form, at a joint or in a target, that may be wrong: a placement has none.
 
-    What begins at a moment may be a joint that slipped, wherever it seems to be.
+    A wrong zero may be a part of what varies there. What begins at a moment may be a joint that slipped, wherever it
+    seems to be.
     """
     effect, joints = candidate_effect.effect, moving_joints(fit.model.dataset.robot)
-    return effect.cause != GEOMETRY and (
+    return (effect.cause != GEOMETRY or effect is JointOffset) and (
         candidate_effect.where in (*joints, TARGET) or (effect.begins and bool(joints))
     )
 
