@@ -7,7 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.localization import Localization, has_smooth_remainder, p_value
+from robolaser.diagnosis.localization import Localization, has_smooth_remainder, p_value, unmodelled_chi2
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT
 from robolaser.diagnosis.verdict import posterior_weights
@@ -128,7 +128,7 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> ExcessScatter | None:
     limits = {name: found.limits.get(name, found.limits.get("joint", np.inf)) for name in part.names}
     if ratio < CHI2_PER_EFFECT or all(noise.sigmas[name] <= limits[name] for name in part.names):
         return None
-    if part.where in moving_joints(fit.model.dataset.robot) and _has_shape(fit, noise, part.where):
+    if _has_shape(fit, noise, part.where):
         return None
     units = {source.name: source.unit for source in noise.sources}
     sizes = {
@@ -183,13 +183,16 @@ def _scattering_parts(fit: Fit, found: NoiseEstimate) -> Iterator[_Part]:
     yield _Part(FLANGE, tuple(one.name for one in further), further)
 
 
-def _has_shape(fit: Fit, noise: NoiseModel, joint: str) -> bool:
-    """Whether what scatters at a joint repeats with something, however much chance is granted there.
+def _has_shape(fit: Fit, noise: NoiseModel, where: str) -> bool:
+    """Whether what scatters repeats with something, however much chance is granted there.
 
-    With its own angle or torque, or with time, also in a step; smoothly with another joint's angle or the posture.
+    At a joint with its own angle or torque, or with time, also in a step; smoothly with another joint's angle or the
+    posture. Elsewhere with whatever a function at any site may depend on.
     """
     granted = Fit.of(fit.problem.with_noise(noise), fit.x)
-    return sparse_shape_chi2(granted, joint) >= CHI2_PER_EFFECT or has_smooth_remainder(granted, joint)
+    if where not in moving_joints(fit.model.dataset.robot):
+        return unmodelled_chi2(granted) > 0.0
+    return sparse_shape_chi2(granted, where) >= CHI2_PER_EFFECT or has_smooth_remainder(granted, where)
 
 
 def _without_excess(noise: NoiseModel, limits: Mapping[str, float], part: _Part) -> NoiseModel:
