@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.calibration.checks import check_poses, check_target
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import subsampled
+from robolaser.diagnosis.score_tests import lack_of_poses
 from robolaser.errors import RobolaserError
 from robolaser.estimation.identifiability import null_directions
 from robolaser.estimation.outliers import MIN_POSES
@@ -119,6 +120,8 @@ def _testability(kind: type[Effect], dataset: Dataset, poses: int) -> Testabilit
             kind.name, (), f"fewer than {MIN_POSES} poses have points", f"at least {MIN_POSES} poses with points"
         )
     locations = kind.locations(dataset)
+    if not reason and len(dataset.points) and (lack := lack_of_poses(kind, dataset)):
+        reason, locations = lack, ()
     if not reason and not locations:
         reason = "undetectable at every joint in these poses"
     return Testability(kind.name, locations, reason, reason.remedy if isinstance(reason, DataLack) else "")

@@ -18,7 +18,7 @@ from robolaser.diagnosis.localization import Localization, corrected, localize
 from robolaser.diagnosis.pose_coordinates import TIME
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
-from robolaser.diagnosis.score_tests import library, poses_needed
+from robolaser.diagnosis.score_tests import lack_of_poses
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.thresholds import EVEN, LEAST_PROBABILITY
 from robolaser.estimation.outliers import MIN_POSES
@@ -168,15 +168,11 @@ def not_testable(
     kinds: Sequence[type[Effect]], dataset: Dataset, limits: Sequence[DetectionLimit], *, enough: bool
 ) -> dict[str, str]:
     """Why an effect could not be tested, by its name; effects that this kind of sensor cannot have are left out."""
-    missing = {kind.name: kind.missing(dataset) for kind in kinds}
+    missing = {kind.name: kind.missing(dataset) or lack_of_poses(kind, dataset) for kind in kinds}
     reasons = {name: reason for name, reason in missing.items() if not isinstance(reason, SensorLacks)}
     if not enough:
         return dict.fromkeys(reasons, f"fewer than {MIN_POSES} poses with points differ")
     reasons = {name: reason for name, reason in reasons.items() if reason}
-    tested = {one.effect for one in library(kinds, dataset)}
-    for kind in set(kinds) - tested:
-        if needed := [poses_needed(kind, dataset, where) for where in kind.locations(dataset)]:
-            reasons.setdefault(kind.name, f"its many shapes take {min(needed)} poses that differ")
     unseen: dict[str, list[str]] = {}
     for one in limits:
         if one.size is None and not one.is_imitated:

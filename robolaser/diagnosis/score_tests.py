@@ -16,6 +16,7 @@ from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit, best_amplitudes
 from robolaser.diagnosis.thresholds import INDEPENDENT_SHAPES
 from robolaser.model.effects.effect import CandidateEffect, Effect
+from robolaser.model.effects.requirements import DataLack
 from robolaser.model.grouped_rows import group_sums
 
 DENSE_GRID = 40
@@ -198,23 +199,27 @@ def normal_equations(fit: Fit, columns: Array, of_number: Ints, n: int) -> tuple
 
 def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[CandidateEffect]:
     """Every effect at every location that the data set has for it, where enough poses differ."""
-    needed = {
-        CandidateEffect(kind, where): poses_needed(kind, dataset, where)
+    return [
+        CandidateEffect(kind, where)
         for kind in kinds
+        if not lack_of_poses(kind, dataset)
         for where in kind.locations(dataset)
-    }
-    poses = different_poses(dataset, max(needed.values(), default=0))
-    return [one for one in needed if poses >= needed[one]]
+    ]
 
 
-def poses_needed(kind: type[Effect], dataset: Dataset, where: str) -> int:
-    """Poses that must differ to test an effect of several shapes: the best of these fits fewer, whatever is wrong.
+def lack_of_poses(kind: type[Effect], dataset: Dataset) -> str:
+    """Why too few poses differ to test an effect of several shapes: the best shape would fit them by chance; else "".
 
-    As many as chance alone explains: one for each number, and twice the logarithm of the number of shapes.
+    Chance explains as much of one pose for each of its numbers, and for twice the logarithm of the number of shapes.
     """
-    tried = len(kind.grid(dataset, where))
+    tried = max((len(kind.grid(dataset, where)) for where in kind.locations(dataset)), default=0)
+    if tried <= 1:
+        return ""
     numbers, shapes = freedom(kind, tried)
-    return math.ceil(numbers + 2.0 * math.log(shapes)) if tried > 1 else 0
+    needed = math.ceil(numbers + 2.0 * math.log(shapes))
+    if different_poses(dataset, needed) >= needed:
+        return ""
+    return DataLack(f"fewer than {needed} poses with points differ", f"at least {needed} poses that differ")
 
 
 def freedom(kind: type[Effect], tried: int) -> tuple[int, float]:

@@ -12,6 +12,7 @@ from asked import simulate_as_asked
 from robolaser.data.stated_noise import Noise
 from robolaser.data.subsampling import MAX_POSES, chosen_rows
 from robolaser.diagnosis import examine
+from robolaser.diagnosis.data_check import check_data
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
@@ -222,7 +223,10 @@ def test_poses_that_are_all_alike_tell_nothing_and_others_are_named(kind):
 def test_more_shapes_than_poses_tell_apart_are_not_tried_and_how_many_poses_they_take_is_said():
     gear = [kind for kind in EFFECTS if kind.name == "transmission_error"]
     few, enough = (answer(recorded("point", poses=poses), gear) for poses in (12, 24))
-    said = re.fullmatch(r"its many shapes take (\d+) poses that differ", reasons(few)["transmission_error"])
+    said = re.fullmatch(r"fewer than (\d+) poses with points differ", reasons(few)["transmission_error"])
     assert said
     assert 12 < int(said[1]) <= 24
     assert "transmission_error" not in reasons(enough)
+    (checked,) = check_data(recorded("point", poses=12), gear).effects
+    assert checked.reason == said[0]
+    assert not checked.locations
