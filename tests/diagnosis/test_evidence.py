@@ -256,7 +256,7 @@ def _sagged(dataset: Dataset) -> Array:
 
 
 def test_every_effect_of_the_library_is_somewhere_a_suspect() -> None:
-    others = [simulate(find_robot("scorbot_er7"), kind=kind, poses=6, seed=1).dataset for kind in ("point", "camera")]
+    others = [simulate(find_robot("scorbot_er7"), kind=kind, poses=14, seed=1).dataset for kind in ("point", "camera")]
     cells = (cell({"latency:timing": 0.01}), *others)
     assert {one.effect for dataset in cells for one in library(EFFECTS, dataset)} == set(EFFECTS)
 
