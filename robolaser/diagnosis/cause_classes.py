@@ -16,7 +16,7 @@ from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.pose_scatter import CLASS as SCATTER
-from robolaser.diagnosis.pose_scatter import ExcessScatter
+from robolaser.diagnosis.pose_scatter import PartScatter
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import CauseClass, CauseKind
@@ -46,7 +46,7 @@ def cause_classes(
     evidence: Sequence[EffectEvidence],
     left: Sequence[Localization],
     held_out: HeldOut,
-    scatter: ExcessScatter | None = None,
+    scatter: PartScatter | None = None,
 ) -> tuple[CauseClass, ...]:
     """Every class that may be at work, the most probable first; of equally probable ones, that which closes more.
 

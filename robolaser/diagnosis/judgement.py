@@ -9,7 +9,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.noise_remarks import as_stated, over_stated
-from robolaser.diagnosis.pose_scatter import ExcessScatter
+from robolaser.diagnosis.pose_scatter import PartScatter
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.result import Gap
 from robolaser.diagnosis.thresholds import MOST_OVER_STATED
@@ -26,7 +26,7 @@ class Judgement:
     verdict: str
     noise: NoiseModel
     gap: Gap
-    scatter: ExcessScatter | None = None
+    scatter: PartScatter | None = None
 
 
 def judged(
@@ -63,7 +63,10 @@ def judged(
     scatter = preparation.scatter_beside(data, final, smooth=bool(left))
     if scatter:
         beside_gap = gap_of(start, final, scatter.noise, held_out, seed)
-        if not _evidence(start, final, left, beside_gap, scatter.noise).is_at_floor:
+        beside = _evidence(start, final, left, beside_gap, scatter.noise)
+        if beside.is_at_floor:
+            return _by_rows(final, judge(beside), scatter.noise, beside_gap)
+        if scatter.is_excess:
             return Judgement("unexplained", scatter.noise, beside_gap, scatter)
     return _by_rows(final, judge(evidence), noise, gap)
 

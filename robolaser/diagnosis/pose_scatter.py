@@ -1,4 +1,4 @@
-"""Scatter of whole poses beyond what counts as noise: it is a gap, located at the part that scatters."""
+"""Scatter of whole poses by the part that scatters: noise within its limit, beyond it a gap there."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -11,7 +11,7 @@ from robolaser.diagnosis.localization import Localization, has_smooth_remainder,
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT
 from robolaser.diagnosis.verdict import posterior_weights
-from robolaser.estimation.noise_estimate import NoiseEstimate
+from robolaser.estimation.noise_estimate import NoiseEstimate, noise_limits
 from robolaser.model.blocks.errors import moved_with_pose
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.error_source import ErrorSource
@@ -21,10 +21,10 @@ NAME, CLASS = "pose_scatter", "repeatability"
 """Names of the effect and of its class of causes in results."""
 JOINTS, FLANGE = "joints", "flange"
 """Locations: all joints alike, and the flange, for motion of unknown origin."""
+ONE_JOINT = "joint "
+"""How the name of a source of noise begins that is one joint's readings."""
 BY_CHANCE = "chance, from pose to pose"
 """The coordinate that the gap depends on where poses scatter."""
-ON_LIMIT = 1e-6
-"""Relative distance from a limit within which a size counts as on it."""
 NUMBERS: Final = {"m": "shift", "rad": "turn"}
 """What a standard deviation is called, by its unit."""
 
@@ -49,8 +49,8 @@ class Spread:
 
 @final
 @dataclass(frozen=True)
-class ExcessScatter:
-    """Scatter of whole poses beyond what counts as noise.
+class PartScatter:
+    """Scatter of whole poses at one part: noise within its limit, a gap beyond it.
 
     Attributes:
         where: A joint, `joints` or `flange`.
@@ -60,7 +60,7 @@ class ExcessScatter:
         likelihood_ratio: Twice its logarithm, against scatter within the limits.
         p_value: Of that ratio, corrected for the locations that were tried.
         size_m: Root-mean-square 3-D error of a row by all noise, this scatter included [m].
-        noise: All noise without what exceeds the limits.
+        noise: All noise, without what exceeds the limits.
         share: Of the gap, beside functions of unknown form. Steps and corners, which are not smooth, leave scatter
             beside such a function: it is as probable as that.
     """
@@ -74,6 +74,11 @@ class ExcessScatter:
     size_m: float
     noise: NoiseModel
     share: float = 1.0
+
+    @property
+    def is_excess(self) -> bool:
+        """Whether it is beyond what counts as noise."""
+        return any(size.value > size.limit for size in self.sizes.values())
 
     @property
     def as_cause(self) -> float:
@@ -103,10 +108,10 @@ def beside(where: Iterable[Localization], scattered: Localization) -> list[Local
     return sorted([scattered, *rest], key=lambda lies: -lies.share)
 
 
-def pose_scatter(fit: Fit, found: NoiseEstimate) -> ExcessScatter | None:
-    """Scatter of whole poses beyond what counts as noise, with its location; None if there is none.
+def pose_scatter(fit: Fit, found: NoiseEstimate) -> PartScatter | None:
+    """Scatter of whole poses at the likeliest part, where it explains more than scatter within the limits; else None.
 
-    The scatter of one part at a time is estimated without a limit, and the likeliest part is reported.
+    That of one part at a time is estimated without a limit. What repeats with something is none.
 
     Args:
         fit: The final model.
@@ -114,8 +119,7 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> ExcessScatter | None:
     """
     base = found.limited()
     of_poses = _limits_of_poses(found)
-    on_limit = [n for n in base.estimated if base.sigmas[n] >= (1.0 - ON_LIMIT) * of_poses.get(n, np.inf)]
-    if not on_limit:
+    if not any(name in of_poses for name in base.estimated):
         return None
     parts = list(_scattering_parts(fit, found))
     loose = [found.loosened(part.names, part.further) for part in parts]
@@ -125,11 +129,10 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> ExcessScatter | None:
     best = int(np.argmin(twice))
     ratio = 2.0 * found.likelihood.cost(base)[0] - float(twice[best])
     part, noise = parts[best], noises[best]
-    limits = {name: found.limits.get(name, found.limits.get("joint", np.inf)) for name in part.names}
-    if ratio < CHI2_PER_EFFECT or all(noise.sigmas[name] <= limits[name] for name in part.names):
+    if ratio < CHI2_PER_EFFECT or _has_shape(fit, noise, part.where):
         return None
-    if _has_shape(fit, noise, part.where):
-        return None
+    usual = noise_limits(part.further, fit.model.dataset, alone=False) if part.where == FLANGE else {}
+    limits = {name: {**usual, **found.limits}.get(name, found.limits.get("joint", np.inf)) for name in part.names}
     units = {source.name: source.unit for source in noise.sources}
     sizes = {
         NUMBERS[units[name]]: Spread(
@@ -140,7 +143,7 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> ExcessScatter | None:
         )
         for name in part.names
     }
-    return ExcessScatter(
+    return PartScatter(
         where=part.where,
         probability=float(posterior_weights(twice)[best]),
         sizes=sizes,
@@ -148,7 +151,7 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> ExcessScatter | None:
         likelihood_ratio=ratio,
         p_value=p_value(ratio, len(parts)),
         size_m=fit.size_of(noise),
-        noise=_without_excess(noise, limits, part),
+        noise=_within(noise, limits),
     )
 
 
@@ -166,7 +169,7 @@ def _scattering_parts(fit: Fit, found: NoiseEstimate) -> Iterator[_Part]:
         for column, number in enumerate(robot.chain):
             name = robot.joints[number]
             one = replace(
-                joint, name=f"joint {name}", effect=joint.effect[:, :, [column]], stated=None,
+                joint, name=f"{ONE_JOINT}{name}", effect=joint.effect[:, :, [column]], stated=None,
                 unit="m" if robot.prismatic[number] else "rad",
             )  # fmt: skip
             yield _Part(name, (one.name,), (one,))
@@ -195,13 +198,6 @@ def _has_shape(fit: Fit, noise: NoiseModel, where: str) -> bool:
     return sparse_shape_chi2(granted, where) >= CHI2_PER_EFFECT or has_smooth_remainder(granted, where)
 
 
-def _without_excess(noise: NoiseModel, limits: Mapping[str, float], part: _Part) -> NoiseModel:
-    """Noise in which no source of a location exceeds its limit, without the sources that were added for it."""
-    added = {source.name for source in part.further}
-    kept = noise.at({name: min(noise.sigmas[name], limits[name]) for name in part.names})
-    return replace(
-        kept,
-        sources=tuple(source for source in kept.sources if source.name not in added),
-        sigmas={name: size for name, size in kept.sigmas.items() if name not in added},
-        origin={name: origin for name, origin in kept.origin.items() if name not in added},
-    )
+def _within(noise: NoiseModel, limits: Mapping[str, float]) -> NoiseModel:
+    """Noise in which no source exceeds its limit."""
+    return noise.at({name: min(noise.sigmas[name], limit) for name, limit in limits.items()})

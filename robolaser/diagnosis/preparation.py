@@ -17,7 +17,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import MAX_POSES
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.pose_noise import explainable, explained
-from robolaser.diagnosis.pose_scatter import ExcessScatter, pose_scatter
+from robolaser.diagnosis.pose_scatter import PartScatter, pose_scatter
 from robolaser.diagnosis.thresholds import IMPLAUSIBLE_NOISE, MOST_RMS_M, NOISE_CHANGE
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import NoiseEstimate, left_by, sources_of
@@ -139,7 +139,7 @@ class Preparation:
         """
         return self._left(data, final, smooth=True) if _scatter_is_seen(final) else final.noise
 
-    def scatter_beside(self, data: AveragedData, final: Fit, *, smooth: bool) -> ExcessScatter | None:
+    def scatter_beside(self, data: AveragedData, final: Fit, *, smooth: bool) -> PartScatter | None:
         """Scatter of whole poses beyond what counts as noise; None where there is none, or it cannot be seen.
 
         Args:

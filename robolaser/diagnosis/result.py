@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.localization import Localization
-from robolaser.diagnosis.pose_scatter import ExcessScatter
+from robolaser.diagnosis.pose_scatter import PartScatter
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.estimation.folds import FoldFits
 from robolaser.model.effects.effect import CandidateEffect
@@ -294,7 +294,7 @@ class Diagnosis:
     validation: tuple[Validation, ...] = ()
     hindrance: str = ""
     wrong_input: WrongInput | None = None
-    pose_scatter: ExcessScatter | None = None
+    pose_scatter: PartScatter | None = None
     weighed: Weighed | None = None
     as_given: Dataset | None = None
     added_poses: int = 0

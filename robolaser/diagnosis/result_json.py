@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from robolaser.diagnosis.gross_errors import probability
-from robolaser.diagnosis.pose_scatter import CLASS, NAME, ExcessScatter
+from robolaser.diagnosis.pose_scatter import CLASS, NAME, PartScatter
 from robolaser.diagnosis.repeatability import NoiseSource
 from robolaser.diagnosis.result import (
     CauseClass,
@@ -105,7 +105,7 @@ def _kind(one: CauseKind) -> dict[str, Any]:
     }
 
 
-def _scatter_kind(scatter: ExcessScatter) -> dict[str, Any]:
+def _scatter_kind(scatter: PartScatter) -> dict[str, Any]:
     return {"effect": NAME, "where": [scatter.where], "probability": scatter.as_cause, "gap_mm_without": None}
 
 
@@ -155,7 +155,7 @@ def _validation(one: Validation) -> dict[str, Any]:
     }
 
 
-def _class(one: CauseClass, scatter: ExcessScatter | None) -> dict[str, Any]:
+def _class(one: CauseClass, scatter: PartScatter | None) -> dict[str, Any]:
     members = [{**_named(member), "probability": probability} for member, probability in one.members]
     if scatter and one.name == CLASS:
         members = [{"effect": NAME, "where": scatter.where, "probability": scatter.as_cause}]
@@ -170,7 +170,7 @@ def _class(one: CauseClass, scatter: ExcessScatter | None) -> dict[str, Any]:
     }
 
 
-def _pose_scatter(scatter: ExcessScatter, gap: Gap) -> dict[str, Any]:
+def _pose_scatter(scatter: PartScatter, gap: Gap) -> dict[str, Any]:
     """Scatter of whole poses as a finding: it is chance, and closes no gap."""
     sizes = {name: {"value": size.value, "std": size.std, "unit": size.unit} for name, size in scatter.sizes.items()}
     return _effect({"effect": NAME, "where": scatter.where}, scatter.as_cause, sizes, (gap.after_m,) * 3)

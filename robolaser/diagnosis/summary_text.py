@@ -7,7 +7,7 @@ import numpy as np
 from robolaser.diagnosis.cause_classes import class_of, of_model, unknown_instead
 from robolaser.diagnosis.cause_words import listed, members, named, noun, site_phrase
 from robolaser.diagnosis.localization import Localization
-from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, ExcessScatter
+from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, PartScatter
 from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Validation
 from robolaser.diagnosis.thresholds import CERTAIN, EVEN, GAP_OVER_FLOOR
@@ -24,7 +24,7 @@ def sentence(
     gap: Gap,
     repeatability: Repeatability,
     gross: str = "",
-    scatter: ExcessScatter | None = None,
+    scatter: PartScatter | None = None,
     hindrance: str = "",
 ) -> str:
     """Say the verdict.
@@ -64,7 +64,7 @@ def sentence(
     return text + gross
 
 
-def scatters(scatter: ExcessScatter) -> str:
+def scatters(scatter: PartScatter) -> str:
     """Say by how much whole poses scatter beyond noise, and what to ask."""
     limit = "the stated repeatability" if scatter.is_stated else "is usual for arms"
     if scatter.where == FLANGE:

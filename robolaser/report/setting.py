@@ -5,6 +5,7 @@ from typing import Any
 
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import spoken
+from robolaser.diagnosis.pose_scatter import ONE_JOINT
 from robolaser.report.digits import millimetres, plain
 from robolaser.report.document import Column, Section, Table, TableCell
 
@@ -27,7 +28,7 @@ SOURCES: Mapping[str, str] = {
 def disturbed(name: str) -> str:
     """What a source of noise disturbs, in words; which of several sensors, in brackets."""
     sensor, _, source = name.rpartition(".")
-    words = SOURCES.get(source, source)
+    words = SOURCES.get(source, source.replace(ONE_JOINT, "readings of ", 1))
     return f"{words} ({sensor})" if sensor else words
 
 

@@ -9,7 +9,7 @@ from diagnosed import GEOMETRIC, MADE, candidate_effect, of, unexplained
 
 from robolaser.diagnosis.cause_words import members, named
 from robolaser.diagnosis.corrected_model import corrected
-from robolaser.diagnosis.pose_scatter import ExcessScatter, Spread
+from robolaser.diagnosis.pose_scatter import PartScatter, Spread
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Estimate
 from robolaser.diagnosis.summary_text import imitated_sentence, scatters, sentence
@@ -154,7 +154,7 @@ def test_finer_readings_are_advised_where_readings_scatter_most(probe_turn, help
 
 def test_of_a_flange_that_scatters_only_what_exceeds_its_limit_is_said():
     sizes = {"shift": Spread(7e-4, 1e-4, "m", limit=3e-4), "turn": Spread(1e-6, 1e-6, "rad", limit=5e-4)}
-    found = ExcessScatter("flange", 1.0, sizes, False, 50.0, 0.0, 7e-4, geometric().model.dataset.noise)
+    found = PartScatter("flange", 1.0, sizes, False, 50.0, 0.0, 7e-4, geometric().model.dataset.noise)
     assert scatters(found).startswith("The flange scatters by 0.7 mm from pose to pose, more than is usual for arms:")
 
 
