@@ -60,15 +60,15 @@ def judged(
     evidence = _evidence(start, final, left, gap, noise)
     if evidence.is_at_floor or not scatters:
         return _by_rows(final, judge(evidence), noise, gap)
-    scatter = preparation.scatter_beside(data, final, smooth=bool(left))
-    if scatter:
+    verdict = judge(evidence)
+    if scatter := preparation.scatter_beside(data, final, smooth=bool(left)):
         beside_gap = gap_of(start, final, scatter.noise, held_out, seed)
         beside = _evidence(start, final, left, beside_gap, scatter.noise)
-        if beside.is_at_floor:
-            return _by_rows(final, judge(beside), scatter.noise, beside_gap)
-        if scatter.is_excess:
+        if scatter.is_excess and not beside.is_at_floor:
             return Judgement("unexplained", scatter.noise, beside_gap, scatter)
-    return _by_rows(final, judge(evidence), noise, gap)
+        if verdict == "unexplained" and beside.is_at_floor:
+            return _by_rows(final, judge(beside), scatter.noise, beside_gap)
+    return _by_rows(final, verdict, noise, gap)
 
 
 def _by_rows(final: Fit, verdict: str, noise: NoiseModel, gap: Gap) -> Judgement:

@@ -132,15 +132,15 @@ def localize(fit: Fit) -> list[Localization]:
     return sorted(found, key=lambda one: -one.share)
 
 
-def unmodelled_chi2(fit: Fit) -> float:
-    """Chi-squared that functions of unknown form at any site explain of what is left, beyond what chance gives."""
-    unknown = [site for site in sites(fit) if site.unknown]
+def unmodelled_chi2(fit: Fit, where: str = "") -> float:
+    """Chi-squared that functions of unknown form explain of what is left, beyond what chance gives.
+
+    Args:
+        fit: The model.
+        where: The site that they are at; any by default.
+    """
+    unknown = [site for site in sites(fit) if site.unknown and where in ("", site.site)]
     return sum(one.ratio - CHI2_PER_EFFECT for one in _select_sites(fit, unknown)[0])
-
-
-def has_smooth_remainder(fit: Fit, where: str) -> bool:
-    """Whether what is left at a site depends smoothly on something, beside the chance that the noise grants there."""
-    return bool(_select_sites(fit, [site for site in sites(fit) if site.site == where])[0])
 
 
 def smooth_remainder(fit: Fit) -> Array:

@@ -7,9 +7,10 @@ from typing import Final, final
 import numpy as np
 
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.localization import Localization, has_smooth_remainder, p_value, unmodelled_chi2
+from robolaser.diagnosis.localization import Localization, p_value, unmodelled_chi2
+from robolaser.diagnosis.pose_noise import explained
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
-from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT
+from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT
 from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.estimation.noise_estimate import NoiseEstimate, noise_limits
 from robolaser.model.blocks.errors import moved_with_pose
@@ -23,6 +24,8 @@ JOINTS, FLANGE = "joints", "flange"
 """Locations: all joints alike, and the flange, for motion of unknown origin."""
 ONE_JOINT = "joint "
 """How the name of a source of noise begins that is one joint's readings."""
+GRANTED: Final = (1.0, 0.5, 0.25, 0.125)
+"""Shares of the scatter that may be chance beside a shape."""
 BY_CHANCE = "chance, from pose to pose"
 """The coordinate that the gap depends on where poses scatter."""
 NUMBERS: Final = {"m": "shift", "rad": "turn"}
@@ -129,7 +132,7 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> PartScatter | None:
     best = int(np.argmin(twice))
     ratio = 2.0 * found.likelihood.cost(base)[0] - float(twice[best])
     part, noise = parts[best], noises[best]
-    if ratio < CHI2_PER_EFFECT or _has_shape(fit, noise, part.where):
+    if ratio < CHI2_PER_EFFECT or _has_shape(fit, loose[best], part):
         return None
     usual = noise_limits(part.further, fit.model.dataset, alone=False) if part.where == FLANGE else {}
     limits = {name: {**usual, **found.limits}.get(name, found.limits.get("joint", np.inf)) for name in part.names}
@@ -186,16 +189,30 @@ def _scattering_parts(fit: Fit, found: NoiseEstimate) -> Iterator[_Part]:
     yield _Part(FLANGE, tuple(one.name for one in further), further)
 
 
-def _has_shape(fit: Fit, noise: NoiseModel, where: str) -> bool:
-    """Whether what scatters repeats with something, however much chance is granted there.
+def _has_shape(fit: Fit, found: NoiseEstimate, part: _Part) -> bool:
+    """Whether what scatters repeats with something, beside all of the scatter or a part of it.
 
     At a joint with its own angle or torque, or with time, also in a step; smoothly with another joint's angle or the
-    posture. Elsewhere with whatever a function at any site may depend on.
+    posture. Elsewhere with whatever a function at any site may depend on. It costs being in no library, and by how
+    much less chance makes the residuals less likely.
     """
-    granted = Fit.of(fit.problem.with_noise(noise), fit.x)
+    alone = replace(found, likelihood=replace(found.likelihood, J=explained(fit, smooth=False)))
+    noise = alone.limited()
+    least = alone.likelihood.cost(noise)[0]
+    for share in GRANTED:
+        beside = noise.at({name: share * noise.sigmas[name] for name in part.names})
+        granted = Fit.of(fit.problem.with_noise(beside), fit.x)
+        price = CHI2_OF_UNMODELLED_CAUSE + 2.0 * (alone.likelihood.cost(beside)[0] - least)
+        if _shape_chi2(granted, part.where) > price:
+            return True
+    return False
+
+
+def _shape_chi2(fit: Fit, where: str) -> float:
+    """Chi-squared that shapes and functions explain beyond what chance gives."""
     if where not in moving_joints(fit.model.dataset.robot):
-        return unmodelled_chi2(granted) > 0.0
-    return sparse_shape_chi2(granted, where) >= CHI2_PER_EFFECT or has_smooth_remainder(granted, where)
+        return unmodelled_chi2(fit)
+    return max(sparse_shape_chi2(fit, where) - CHI2_PER_EFFECT, unmodelled_chi2(fit, where))
 
 
 def _within(noise: NoiseModel, limits: Mapping[str, float]) -> NoiseModel:

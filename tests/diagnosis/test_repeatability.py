@@ -1,5 +1,6 @@
 """Whole poses scatter: that is noise of every sensor, and no cause passes for it."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -70,16 +71,52 @@ def test_scatter_alone_is_no_gap(kind: str):
     assert diagnosis.noise["joint"].value == pytest.approx(JOINT_RAD, rel=0.3)
 
 
-@pytest.mark.parametrize("arm", ["scorbot_er7", "ur5"])
-def test_a_joint_that_scatters_over_ten_poses_is_no_gear_of_some_frequency(arm: str) -> None:
-    noise = Noise(point_m=3e-5, joint_rad=1e-5, repeatability_m=5e-5)
-    dataset = simulate(find_robot(arm), kind="point", poses=10, noise=noise, seed=1).dataset
-    q = dataset.poses.q.copy()
-    q[:, 1] += np.random.default_rng(1).normal(0.0, 7e-4, len(q))
-    found = examine(replace(dataset, poses=replace(dataset.poses, q=q)), seed=0)
+def tracked(arm: str, poses: int, off: Callable[[Array], Array], seed: int = 1, **stated: float) -> Diagnosis:
+    """Of an arm before a tracker whose readings q (n, j) are off by so much."""
+    noise = Noise(point_m=3e-5, **stated)
+    dataset = simulate(find_robot(arm), kind="point", poses=poses, noise=noise, seed=seed).dataset
+    q = dataset.poses.q
+    assert q is not None
+    return examine(replace(dataset, poses=replace(dataset.poses, q=q + off(q))), seed=0)
+
+
+def chance(rad: float) -> Callable[[Array], Array]:
+    return lambda q: np.random.default_rng(1).normal(0.0, rad, len(q))[:, None] * (np.arange(q.shape[1]) == 1)
+
+
+REPEATS = {"joint_rad": 1e-5, "repeatability_m": 5e-5}
+
+
+@pytest.mark.parametrize(("arm", "joint"), [("scorbot_er7", "joint_2"), ("ur5", "shoulder_lift_joint")])
+def test_a_joint_that_scatters_over_ten_poses_is_no_gear_of_some_frequency(arm: str, joint: str) -> None:
+    found = tracked(arm, 10, chance(7e-4), **REPEATS)
     assert not found.findings
     assert found.pose_scatter is not None
-    assert found.pose_scatter.where == dataset.arm[0].joints[1]
+    assert found.pose_scatter.where == joint
+
+
+def test_one_joint_that_scatters_no_more_than_joints_may_is_no_gap() -> None:
+    assert tracked("ur5", 25, chance(3e-4)).verdict == "no_gap"
+
+
+def test_two_joints_that_turn_by_the_sum_of_their_angles_do_not_scatter() -> None:
+    def by_one_wheel(q: Array) -> Array:
+        return 4e-3 * np.sin(q[:, [3]] + q[:, [4]]) * np.isin(np.arange(q.shape[1]), (3, 4))
+
+    found = tracked("scorbot_er7", 50, by_one_wheel, **REPEATS)
+    assert found.pose_scatter is None
+    assert {place.site for place in found.where} <= {"joint_4", "joint_5"}
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_joint_that_skips_neither_scatters_nor_has_a_wrong_zero(seed: int) -> None:
+    def skipping(q: Array) -> Array:
+        return 1e-3 * (q > np.median(q, axis=0)) * (np.arange(q.shape[1]) == 1)
+
+    found = tracked("ur5", 25, skipping, seed, **REPEATS)
+    assert found.pose_scatter is None
+    assert not found.findings
+    assert [(one.name, one.site) for one in found.classes] == [("unknown", "shoulder_lift_joint")]
 
 
 def test_scatter_counts_in_the_noise_floor():
