@@ -91,7 +91,6 @@ def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, no
     return Evidence(
         chi2_before=start.chi2,
         chi2_after=final.with_likeliest_scatter.chi2,
-        freedoms=final.freedoms,
         localized=sum(place.likelihood_ratio for place in left),
         floor_m=gap.noise_floor_m,
         expected_m=expected_gap(final, noise),

@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.thresholds import (
-    LEAST_RANGE_EXPONENT,
+    EVEN,
     LEAST_RANGE_SPREAD,
     MOST_OVER_STATED,
     ONE_MEASUREMENT,
@@ -118,7 +118,7 @@ def _growing(final: Fit) -> Iterator[str]:
     away = np.log(ranges) - np.log(ranges).mean()
     sigma = float(over @ away / np.sqrt((away @ away) * over.var()))
     exponent = 0.5 * float(over @ away / (away @ away))
-    if sigma > NOISE_CONTRADICTED_SIGMA and exponent > LEAST_RANGE_EXPONENT:
+    if sigma > NOISE_CONTRADICTED_SIGMA and exponent > EVEN:
         yield (
             f"The noise of a row grows with its distance from the sensor, about as its power {exponent:.1f}: near rows"
             " count too little, far rows too much."

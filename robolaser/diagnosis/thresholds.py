@@ -75,8 +75,6 @@ explained by a noise that its rows contradict, and some are called gross errors.
 PLAUSIBLE_SIGMA: Final = 4.0
 """Standard deviations of what parameters may be, within which a direction of theirs may explain what is no scatter; and
 standard errors within which a held parameter is held rightly. A quantile: once in sixteen thousand directions."""
-LEAST_RANGE_EXPONENT: Final = 0.3
-"""Power of the range with which noise must grow to be worth a remark. A judgement, of words alone."""
 LEAST_RANGE_SPREAD: Final = 0.05
 """Standard deviation of the ranges' logarithms, below which they say nothing. A judgement, of words alone."""
 ONE_MEASUREMENT: Final = 0.1
@@ -156,7 +154,7 @@ the effect is not named; before any data, that an arm has no effects but those f
 left, which one effect must explain to be no scatter; of what is known of a direction, which must be from the data; of
 the noise, from which on scatter is worth saying; of the prior's standard deviation, from which on the data do not
 determine a parameter (of two of which they see the sum, each keeps 0.71); of another campaign's gap, which must close
-to carry over."""
+to carry over; and the power of the range with which noise must grow to be worth a remark."""
 CERTAIN: Final = 0.9
 """Probability, from which on an effect or a class is said to be a cause. A judgement: blind trials count how often such
 names are right."""
@@ -188,8 +186,5 @@ OPEN_OVER_FLOOR: Final = 2.0
 worlds whose effects are all known stay below 1.5; a real scanner with a remainder of unknown cause is at 5."""
 FORM_SHARE: Final = 0.02
 """Share of what the effects explain, up to which a remainder counts as their form being a little different."""
-CHI2_EXCESS_SIGMA: Final = 6.0
-"""Standard deviations by which chi-squared may exceed its expectation: the noise is known to a few per cent. Without
-it a rolling shutter of 0.55 mm, which looks like scatter of the poses, is no gap."""
 DETECTION_SIGMA: Final = 1.28
 """Standard deviations above its penalty at which an effect is found. A quantile: nine times in ten."""

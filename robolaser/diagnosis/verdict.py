@@ -9,7 +9,6 @@ from robolaser.arrays import Array, Ints
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.diagnosis.thresholds import (
     ALIAS_LOCATIONS,
-    CHI2_EXCESS_SIGMA,
     CHI2_INDISTINGUISHABLE,
     CHI2_OF_UNMODELLED_CAUSE,
     CHI2_PER_EFFECT,
@@ -109,7 +108,6 @@ class Evidence:
     Attributes:
         chi2_before: Of the model without effects.
         chi2_after: Of the model with those that were found.
-        freedoms: Residuals less parameters of the latter.
         localized: Sum of the likelihood ratios of all sites at which a part of the gap is left.
         floor_m: Root-mean-square error of a row by noise: the noise floor of the gap [m].
         expected_m: The same of a row that was not fitted, beside parameters that are as well known as they can be [m].
@@ -125,7 +123,6 @@ class Evidence:
 
     chi2_before: float
     chi2_after: float
-    freedoms: int
     localized: float
     floor_m: float
     expected_m: float
@@ -173,11 +170,9 @@ def judge(evidence: Evidence) -> str:
     Chi-squared alone is not enough: where whole poses are free to scatter, their scatter explains any gap.
     """
     explained = evidence.chi2_before - evidence.chi2_after
-    excess = evidence.chi2_after - evidence.freedoms - CHI2_EXCESS_SIGMA * np.sqrt(2.0 * evidence.freedoms)
-    left = max(evidence.localized, excess)
     closed = evidence.has_effects and evidence.is_closed
     if not (evidence.is_noise and (evidence.is_at_floor or closed)):
         return "unexplained"
-    if left <= 0:
+    if evidence.localized <= 0.0:
         return "explained" if evidence.has_effects else "no_gap"
-    return "explained" if closed and left <= FORM_SHARE * explained else "unexplained"
+    return "explained" if closed and evidence.localized <= FORM_SHARE * explained else "unexplained"
