@@ -57,17 +57,14 @@ def judged(
     if gap.after_ci95_m[1] < gap.noise_floor_m and not left:  # the noise was estimated beside fewer effects
         noise = preparation.noise_beside(data, final)
         gap = gap_of(start, final, noise, held_out, seed)
-    evidence = _evidence(start, final, left, gap, noise)
-    if evidence.is_at_floor or not scatters:
-        return _by_rows(final, judge(evidence), noise, gap)
-    verdict = judge(evidence)
-    if scatter := preparation.scatter_beside(data, final, smooth=bool(left)):
-        beside_gap = gap_of(start, final, scatter.noise, held_out, seed)
-        beside = _evidence(start, final, left, beside_gap, scatter.noise)
-        if scatter.is_excess and not beside.is_at_floor:
-            return Judgement("unexplained", scatter.noise, beside_gap, scatter)
-        if verdict == "unexplained" and beside.is_at_floor:
-            return _by_rows(final, judge(beside), scatter.noise, beside_gap)
+    verdict = judge(_evidence(start, final, left, gap, noise))
+    if verdict == "unexplained" and scatters and (found := preparation.scatter_beside(data, final, smooth=bool(left))):
+        beside_gap = gap_of(start, final, found.noise, held_out, seed)
+        beside = _evidence(start, final, left, beside_gap, found.noise)
+        if beside.is_at_floor:
+            return _by_rows(final, judge(beside), found.noise, beside_gap)
+        if found.is_excess:
+            return Judgement(verdict, found.noise, beside_gap, found)
     return _by_rows(final, verdict, noise, gap)
 
 
