@@ -1,6 +1,6 @@
 """What a diagnosis starts from: a calibration weighed by noise, and the scatter of poses beside candidate effects."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import final
 
@@ -153,12 +153,19 @@ class Preparation:
         return pose_scatter(final, NoiseEstimate.of(data, final.model, final.x, columns))
 
     def outliers(self, final: Fit) -> Bools:
-        """Rows that the final model leaves far off by the noise that it leaves them, (rows of points.csv,)."""
+        """Rows that the final model leaves far off by the noise that it leaves them, (rows of points.csv,).
+
+        And by the scatter of whole poses as well, which moves rows of a stretched arm more than those of a folded one.
+        """
         model = Model(self._whole.dataset, final.effects).sharing(self._whole.sensor_parameters)
-        shots = self.weighted.shots
+        shots, sizes = self.weighted.shots, final.noise.sigmas
         of_rows = {source.name for source in shots.sources if source.level != "pose"}
-        found = {name: size for name, size in final.noise.sigmas.items() if name in of_rows}
-        return outliers_of(problem_of(model, shots.at(found), final.sensor), final.x)
+
+        def far(names: Collection[str]) -> Bools:
+            noise = shots.at({name: size for name, size in sizes.items() if name in names})
+            return outliers_of(problem_of(model, noise, final.sensor), final.x)
+
+        return far(of_rows) & far({source.name for source in shots.sources})
 
     def _left(self, data: AveragedData, final: Fit, *, smooth: bool) -> NoiseModel:
         return self._noise(NoiseEstimate.of(data, final.model, final.x, explained(final, smooth=smooth)), final)
