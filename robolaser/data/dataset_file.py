@@ -216,12 +216,6 @@ def _check(read: DatasetFile, declared: SensorFormat) -> None:
             raise lacking(FILE, f"[{table}]", f", which a {declared.title} needs")
     if read.board is not None:
         _check_board(read.board)
-    if read.target.distances_m and not declared.named_points:
-        why = (
-            f"the points of a {declared.title} have no names of their own, so that no distance between two of them can"
-            " be known. Delete it."
-        )
-        raise refused(FILE, "[target] distances_m", why)
 
 
 def _check_board(board: Board) -> None:

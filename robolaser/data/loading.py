@@ -1,5 +1,6 @@
 """A data set read from its folder; everything is checked on the way in."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from robolaser.data import pose_table
 from robolaser.data.csv_tables import read_table
-from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.dataset import Dataset, Points, Poses, SensorData
 from robolaser.data.dataset_file import FILE, describe, inside
 from robolaser.data.path_velocities import with_path_velocities
 from robolaser.data.point_table import points_of
@@ -37,6 +38,7 @@ def load(folder: str | Path) -> Dataset:
     if not any(file.exists() for file in files):
         return dataset
     seen = [_points(folder, sensor.data, sensor.file) for sensor in dataset.sensors]
+    _check_distances(dataset.sensors, seen)
     dataset = with_points_of(dataset, seen)
     _check_sessions(dataset)
     return replace(dataset, warnings=(*dataset.warnings, *_silent(dataset), *_copies(dataset)))
@@ -46,16 +48,26 @@ def _points(folder: Path, dataset: Dataset, file: str) -> Points:
     """The points that one sensor saw."""
     columns = [column for group in dataset.format.columns.values() for column in group]
     points = points_of(read_table(folder / file, ["repeat", *columns]), dataset)
-    names = sorted(set(points.names))
-    _check_distances(dataset, names)
-    _check_radii(dataset, names, file)
+    _check_radii(dataset, sorted(set(points.names)), file)
     return points
 
 
-def _check_distances(dataset: Dataset, known: list[str]) -> None:
-    for number, (one, other, distance) in enumerate(dataset.distances_m):
-        if one == other or not {one, other} <= set(known):
-            expected = f"[point, another point, distance in m], points among: {', '.join(known)}"
+def _check_distances(sensors: Sequence[SensorData], seen: Sequence[Points]) -> None:
+    """Known distances are between two points of one of the sensors for which they are stated."""
+    named: dict[tuple[int, tuple[str, str, float]], list[set[str]]] = {}
+    for sensor, points in zip(sensors, seen, strict=True):
+        own = set(points.names) if sensor.data.format.named_points else set()
+        for entry in enumerate(sensor.data.distances_m):
+            named.setdefault(entry, []).append(own)
+    for (number, (one, other, distance)), names in named.items():
+        if not any(names):
+            why = (
+                f"the points of a {sensors[0].data.format.title} have no names of their own, so that no distance"
+                " between two of them can be known. Delete it."
+            )
+            raise refused(FILE, "[target] distances_m", why)
+        if one == other or not any({one, other} <= own for own in names):
+            expected = f"[point, another point, distance in m], points among: {', '.join(sorted(set().union(*names)))}"
             raise wrong(FILE, ("target", "distances_m", number), [one, other, distance], expected)
 
 

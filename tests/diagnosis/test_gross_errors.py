@@ -22,7 +22,7 @@ from robolaser.diagnosis.thresholds import CERTAIN
 from robolaser.estimation.noise_weighted_fit import fit_by_noise
 from robolaser.model.forward_model import Model
 from robolaser.report.diagnosis.advice import to_do
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +34,13 @@ def off(dataset: Dataset, rows: np.ndarray) -> Dataset:
     xyz = np.array(dataset.points.xyz)
     xyz[rows] += 2e-3
     return replace(dataset, points=replace(dataset.points, xyz=xyz))
+
+
+def test_an_arm_that_scatters_more_than_its_tracker_has_no_gross_errors_where_it_is_stretched() -> None:
+    stated, scatter = Noise(point_m=2e-5), Noise(point_m=2e-5, joint_rad=4e-4)
+    options = CellOptions(stated=stated)
+    made = simulate("scorbot_er7", kind="point", poses=60, points=3, noise=scatter, options=options, seed=7)
+    assert not len(examine(made.dataset, [], seed=0).outliers)
 
 
 def test_single_points_are_gross_errors_for_certain(sound: Dataset) -> None:

@@ -9,7 +9,7 @@ from several import together, two_trackers
 
 from robolaser import find_robot
 from robolaser.calibration.calibrate import calibrate
-from robolaser.calibration.result import as_json
+from robolaser.calibration.result import Calibration, as_json
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.loading import load
 from robolaser.data.stated_noise import Noise
@@ -228,3 +228,19 @@ def test_errors_are_of_the_sensor_of_that_name_although_another_is_of_that_kind(
     of_each = calibrate(together(eye, {"eye": (eye, eye.points), "camera": (tracker, seen)})).row_errors
     assert [(one.sensor, one.rows, one.unit) for one in of_each] == [("eye", 400, "px"), ("camera", 20, "m")]
     assert of_each[1].rms < 1e-4
+
+
+def test_a_distance_between_points_that_one_of_two_sensors_sees_is_known(tmp_path: Path) -> None:
+    made = two_trackers()
+    one, other = "0", "2"  # which `right` does not see
+    known = {"distances_m": ((one, other, 0.3),)}
+    members = tuple(replace(member, data=replace(member.data, **known)) for member in made.members)
+    save(replace(made, members=members, **known), tmp_path / "two")
+    dataset = load(tmp_path / "two")
+    free, held = calibrate(made), calibrate(replace(dataset, noise=replace(dataset.noise, distance_m=1e-6)))
+
+    def apart(found: Calibration) -> float:
+        ends = (np.array([found.value(f"tool.{name}.{axis}") for axis in "xyz"]) for name in (one, other))
+        return float(np.linalg.norm(np.subtract(*ends)))
+
+    assert abs(apart(held) - 0.3) < 0.5 * abs(apart(free) - 0.3)
