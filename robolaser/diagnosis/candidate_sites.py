@@ -77,8 +77,13 @@ def _sites(fit: Fit) -> Iterator[Site]:
     yield from _of_joints(fit, derivatives, in_run)
     yield from (site for site in of_several_joints(fit) if site.coordinate == FORCE)
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
-    base = derivatives.base(dataset.flange()[:, :3, 3].mean(axis=0)) * motion
-    poses = fit.pose_of_number
+    middle, poses = dataset.flange()[:, :3, 3].mean(axis=0), fit.pose_of_number
+    base = derivatives.base(middle) * motion
+    for number, sensor in enumerate(dataset.members):  # one may move, and the others see that the arm does not
+        if sensor.data.format.named_points == "tool":
+            moved = derivatives.base(middle, dataset.sensor_of_row == number) * motion
+            for coordinate, basis in in_run:
+                yield Site(f"{sensor.name}.measuring_system", coordinate, moved, basis, poses)
     for coordinate, basis in (*in_run, *smoothed(overturning(run), SMOOTH_LOAD)):
         yield Site("base", coordinate, base, basis, poses)
     for coordinate, basis in in_run:

@@ -6,7 +6,7 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Bools
 from robolaser.diagnosis.fit import Fit
 from robolaser.duals import Dual
 from robolaser.geometry.rigid_motion import pose
@@ -51,10 +51,13 @@ class StageDerivatives:
             passed[block.rows] = value[0, block.rows] if value.shape[1] > 1 else value[0]
         return passed
 
-    def _by(self, stage: Stage, act: Callable[[Any], Any], *, first: bool = False) -> Array:
-        """Derivatives by what moves the value in an act after a stage's effects, or before them, (K, q)."""
-        moved = self._residuals(stage, act, first=first)
-        return self._fit.noise.whiten(moved.slopes[:, 0]).T
+    def _by(self, stage: Stage, act: Callable[[Any], Any], *, first: bool = False, of: Bools | None = None) -> Array:
+        """Derivatives by what moves the value in an act after a stage's effects, or before them, (K, q).
+
+        Of the rows (m,) that see it move, or all.
+        """
+        slopes = self._residuals(stage, act, first=first).slopes[:, 0]
+        return self._fit.noise.whiten(slopes if of is None else slopes * of[:, None]).T
 
     def _residuals(self, stage: Stage, act: Callable[[Any], Any], *, first: bool = False) -> Any:
         """Residuals at the optimum, with something done after a stage's effects or before them."""
@@ -121,10 +124,13 @@ class StageDerivatives:
         """By twists of the flange in the base frame as the arm carries it, before the effects there, (K, 6)."""
         return self._by(Stage.FLANGE, lambda value: _motion(TWISTS) @ value, first=True)
 
-    def base(self, centre: Array) -> Array:
-        """By shifts and turns of the flange, in the base frame and about a centre (3,), (K, 6) [1/m, 1/rad]."""
+    def base(self, centre: Array, of: Bools | None = None) -> Array:
+        """By shifts and turns of the flange, in the base frame and about a centre (3,), (K, 6) [1/m, 1/rad].
+
+        Of the rows (m,) that see it move, or all.
+        """
         there, back = pose(np.eye(3), centre), pose(np.eye(3), -centre)
-        return self._by(Stage.FLANGE, lambda value: _motion(there @ TWISTS @ back) @ value)
+        return self._by(Stage.FLANGE, lambda value: _motion(there @ TWISTS @ back) @ value, of=of)
 
 
 @lru_cache(maxsize=REMEMBERED)

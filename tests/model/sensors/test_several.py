@@ -244,3 +244,14 @@ def test_a_distance_between_points_that_one_of_two_sensors_sees_is_known(tmp_pat
         return float(np.linalg.norm(np.subtract(*ends)))
 
     assert abs(apart(held) - 0.3) < 0.5 * abs(apart(free) - 0.3)
+
+
+def test_a_tracker_that_turns_during_the_run_is_where_the_gap_lies(trackers: Dataset) -> None:
+    right = trackers.sensor_of_row == 1
+    turned = np.array(trackers.points.xyz)
+    angle = 4e-4 * trackers.points.pose[right] / len(trackers.poses)
+    turned[right] += np.column_stack([-angle * turned[right, 1], angle * turned[right, 0], 0 * angle])
+    found = examine(replace(trackers, points=replace(trackers.points, xyz=turned)), seed=0)
+    assert found.verdict == "unexplained"
+    assert found.where[0].site == "right.measuring_system"
+    assert examine(trackers, seed=0).verdict == "no_gap"
