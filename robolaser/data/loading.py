@@ -55,7 +55,7 @@ def _points(folder: Path, dataset: Dataset, file: str) -> Points:
 def _check_distances(dataset: Dataset, known: list[str]) -> None:
     for number, (one, other, distance) in enumerate(dataset.distances_m):
         if one == other or not {one, other} <= set(known):
-            expected = f"[point, another point, distance in m], points among: {', '.join(known)}"
+            expected = f"[point, another point, distance in m], points among: {', '.join(known) or 'none'}"
             raise wrong(FILE, ("target", "distances_m", number), [one, other, distance], expected)
 
 

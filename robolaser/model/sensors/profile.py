@@ -114,8 +114,8 @@ class Profile(Sensor):
         unseen = [name for number, name in enumerate(self.names) if number not in balls]
         if unseen:
             raise EstimationError(
-                f"No profile of ball {', '.join(unseen)} has {LEAST_ROWS} points or more, from which its centre could be"
-                " found. Add the other points of the profiles to points.csv, or delete the rows on this ball."
+                f"No profile of ball {', '.join(unseen)} has {LEAST_ROWS} points or more, from which its centre could"
+                " be found. Add the other points of the profiles to points.csv, or delete the rows on this ball."
             )
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
