@@ -155,8 +155,8 @@ def compare(
     """Run algorithms side by side, and say which is better, by how much, and how certain that is.
 
     Args:
-        problems: Names, as in `robolaser compare`, or pymoo problems (class, instance or function); a mapping
-            names them.
+        problems: Data sets or their folders, other names as in `robolaser compare`, or pymoo problems (class,
+            instance or function); a mapping names them.
         algorithms: Names, or pymoo algorithms, or functions `search(evaluator, seed)`; a mapping names
             them. Default: those of `robolaser list algorithms`.
         options: `seeds`, `first_seed`, `budget`, `target`, `time_limit_s`, `on_error`, `jobs`, `scheduler`, `output`,

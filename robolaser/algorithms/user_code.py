@@ -76,7 +76,7 @@ def by_name(
     for name, one in given.items() if isinstance(given, Mapping) else [("", one) for one in given]:
         thing = find(one, str(name))
         first, _ = found.setdefault(thing.name, (one, thing))
-        if not (first is one or first == one):
+        if not (first is one or (isinstance(first, str | Path) and first == one)):
             both = " and ".join(each if isinstance(each, str) else named(each) for each in (first, one))
             raise UsageError(f"{both} are called '{thing.name}', and results are stored by name. Name them: {hint}.")
     return {name: thing for name, (_, thing) in found.items()}

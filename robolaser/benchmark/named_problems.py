@@ -28,6 +28,7 @@ from robolaser.benchmark.problem import (
     ProblemSpec,
     ProblemSummary,
 )
+from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly
 from robolaser.errors import BenchmarkError, RobolaserError, UsageError, near
 from robolaser.plugins import extra
@@ -58,9 +59,12 @@ def specs_of(problems: Sequence[object] | Mapping[str, object]) -> tuple[Problem
     return tuple(by_name(problems, _found, hint).values())
 
 
-def _found(text: object, name: str) -> ProblemSpec:
-    if not isinstance(text, str):
-        return _own(text, name)
+def _found(given: object, name: str) -> ProblemSpec:
+    if isinstance(given, Dataset):
+        return _checked(name or given.name, partial(_calibration, name or given.name, given, reduced=False))
+    if not isinstance(given, str | Path):
+        return _own(given, name)
+    text = str(given)
     if text.startswith(f"{SUITE}:"):
         return _checked(name or text, partial(_of_suite, name or text, text.removeprefix(f"{SUITE}:")))
     whole = text.removeprefix(REDUCED)

@@ -37,6 +37,8 @@ def check_poses(problem: Problem) -> None:
         EstimationError: There are too few poses; it names the number needed.
     """
     model, free = problem.model, ~problem.fixed
+    if not free.any():
+        return
     points = model.dataset.points
     poses = np.unique(points.pose)
     sample = poses[evenly(len(poses), SAMPLE)]

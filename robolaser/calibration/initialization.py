@@ -76,11 +76,13 @@ def _start(model: Model, plan: Plan, *, state: Path | None, resume: bool, tell: 
     if algorithm != SCREENING:
         algorithm_named(algorithm)
     check_bounds(model, f"--algorithm {algorithm}")
-    if not model.blocks.free and not model.effects:
-        warning = f"{algorithm} had nothing to search for: every parameter follows from the data in closed form."
-        return replace(_downhill(model, plan), warnings=(warning,))
-    if algorithm == SCREENING:
+    is_fixed = bool(Problem.of(model).fixed.all())
+    if algorithm == SCREENING and (is_fixed or model.blocks.free or model.effects):
         return _multistart(model, plan.seed, tell)
+    if is_fixed or not (model.blocks.free or model.effects):
+        why = "is fixed" if is_fixed else "follows from the data in closed form"
+        warning = f"{algorithm} had nothing to search for: every parameter {why}."
+        return replace(_downhill(model, plan), warnings=(warning,))
     thin = subsampled(model)
     members, history = _searched(thin, algorithm, plan, state=state, resume=resume, progress=tell)
     x, evaluations = members[0], int(history.evaluations[-1])

@@ -193,13 +193,14 @@ def inside(folder: Path, path: str, where: str) -> Path:
     return whole
 
 
-def no_rotation(where: str, length: float, file: str, row: int | None = None) -> DataError:
+def no_rotation(where: str, length: float, file: str, row: int | None = None, column: str | None = None) -> DataError:
     """The error of a quaternion whose length is not one."""
     return DataError(
         f"{where}: the quaternion (x, y, z, w) has length {length:.4g}, expected 1. "
         "Check the order of its four numbers, or normalise it.",
         file=file,
         row=row,
+        column=column,
     )
 
 

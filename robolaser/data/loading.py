@@ -56,18 +56,18 @@ def _check_distances(sensors: Sequence[SensorData], seen: Sequence[Points]) -> N
     """Known distances are between two points of one of the sensors for which they are stated."""
     named: dict[tuple[int, tuple[str, str, float]], list[set[str]]] = {}
     for sensor, points in zip(sensors, seen, strict=True):
-        own = set(points.names) if sensor.data.format.named_points else set()
         for entry in enumerate(sensor.data.distances_m):
-            named.setdefault(entry, []).append(own)
+            named.setdefault(entry, []).extend([set(points.names)] if sensor.data.format.named_points else [])
     for (number, (one, other, distance)), names in named.items():
-        if not any(names):
+        if not names:
             why = (
                 f"the points of a {sensors[0].data.format.title} have no names of their own, so that no distance"
                 " between two of them can be known. Delete it."
             )
             raise refused(FILE, "[target] distances_m", why)
         if one == other or not any({one, other} <= own for own in names):
-            expected = f"[point, another point, distance in m], points among: {', '.join(sorted(set().union(*names)))}"
+            known = ", ".join(sorted(set().union(*names))) or "none"
+            expected = f"[point, another point, distance in m], points among: {known}"
             raise wrong(FILE, ("target", "distances_m", number), [one, other, distance], expected)
 
 

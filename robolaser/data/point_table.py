@@ -9,6 +9,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.csv_tables import CsvTable, bad_cell, bad_row
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.pose_table import check_quaternions, not_too_far
+from robolaser.data.sensor_format import PIXEL
 from robolaser.data.toml_schema import wrong
 from robolaser.errors import meant
 
@@ -74,12 +75,11 @@ def _shown(points: Points, row: int, pose: str) -> str:
 
 
 def _in_the_image(table: CsvTable, pixel: Array, image_px: tuple[int, int]) -> None:
-    outside = ((pixel < -0.5) | (pixel > np.array(image_px) - 0.5)).any(axis=1)
-    if outside.any():
-        row = int(np.argmax(outside))
+    for row, axis in np.argwhere((pixel < -0.5) | (pixel > np.array(image_px) - 0.5))[:1].tolist():
         raise bad_row(
             table.file,
             table.lines[row],
             f"pixel ({pixel[row, 0]:.6g}, {pixel[row, 1]:.6g}) is outside the image of {image_px[0]} x {image_px[1]}"
             " pixels. Correct the row, or [image] in dataset.toml.",
+            PIXEL[axis],
         )

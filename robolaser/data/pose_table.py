@@ -96,12 +96,14 @@ def check_quaternions(table: CsvTable, quaternions: Array) -> None:
     """
     lengths = np.linalg.norm(quaternions, axis=1)
     for i in np.flatnonzero(np.abs(lengths - 1) > QUATERNION_SLACK)[:1]:
-        raise no_rotation(f"{table.file}, row {table.lines[i]}", float(lengths[i]), table.file, table.lines[i])
+        row, columns = table.lines[i], " ".join(QUATERNION)
+        raise no_rotation(f"{table.file}, row {row}, columns {columns}", float(lengths[i]), table.file, row, columns)
 
 
 def some(names: list[str]) -> str:
     """The first few of many names."""
-    return ", ".join(names[:MOST_NAMED]) + (" ..." if len(names) > MOST_NAMED else "")
+    more = len(names) - MOST_NAMED
+    return ", ".join(names[:MOST_NAMED]) + (f", and {more} more" if more > 0 else "")
 
 
 def _images(table: CsvTable, folder: Path) -> tuple[str, ...]:
@@ -145,10 +147,10 @@ def outside_limits(table: CsvTable, q: Array, robot: Robot) -> list[str]:
         )
     exchanged = _exchanged(q, robot) if (beyond > 0).any() else ""
     return [
-        f"{int((beyond[:, j] > 0).sum())} readings of {joint} are up to {beyond[:, j].max():.3g} {units[j]} "
-        f"outside its limits in the URDF. {exchanged}".rstrip()
+        f"{outside} reading{'s' * (outside != 1)} of {joint} {'are up to' if outside != 1 else 'is'} "
+        f"{beyond[:, j].max():.3g} {units[j]} outside its limits in the URDF. {exchanged}".rstrip()
         for j, joint in enumerate(robot.joints)
-        if (beyond[:, j] > 0).any()
+        if (outside := int((beyond[:, j] > 0).sum()))
     ]
 
 

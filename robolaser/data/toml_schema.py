@@ -180,6 +180,8 @@ def _in_words(schema: inspect.Type, name: str | int) -> str:
             words = f"sections [[{name}]]"
         case inspect.VarTupleType():
             words = f"a list, each {_in_words(schema.item_type, name)}"
+        case inspect.DictType(value_type=inspect.FloatType()):
+            words = f"a table of names, each with {_in_words(schema.value_type, name)}"
         case inspect.DataclassType() | inspect.DictType():
             words = f"a section [{name}]"
         case _:

@@ -229,7 +229,7 @@ def _of_measuring_system(fit: Fit, derivatives: StageDerivatives) -> Iterator[Si
     range_m = np.linalg.norm(points.xyz, axis=1, keepdims=True)
     for coordinate, basis in (
         ("distance", smooth(range_m)),  # air bends the line of sight
-        ("position in space", points.xyz / np.ptp(points.xyz)),  # strain
+        ("position in space", points.xyz / max(float(np.ptp(points.xyz)), 1e-12)),  # strain
     ):
         yield _of_rows("measuring_system", coordinate, _over_rows(derivatives, Stage.TARGET, np.eye(3), basis))
 

@@ -106,4 +106,4 @@ def _whitened(columns: Array, U: Array, less: Array) -> Array:
 def _over(site: Site, sums: Array) -> Array:
     """Sums over the numbers of each pose or row (n, q, d) times the basis functions, (q p, d)."""
     products = site.basis.T @ np.moveaxis(sums, 1, 0)
-    return np.asarray(products.reshape(-1, sums.shape[2]))
+    return np.asarray(products.reshape(np.prod(products.shape[:2]), sums.shape[2]))  # no columns: all is held fixed

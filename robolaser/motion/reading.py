@@ -157,7 +157,8 @@ def _in_order(log: MotionLog, lines: Array) -> tuple[MotionLog, list[str]]:
 
 def _checked(log: MotionLog, *, planned: bool) -> list[str]:
     if len(log) < FEWEST_ROWS:
-        raise DataError(f"{MOTION} has {len(log)} rows: at least {FEWEST_ROWS} are needed.", file=MOTION)
+        rows = f"{len(log)} row{'s' * (len(log) != 1)}"
+        raise DataError(f"{MOTION} has {rows}: at least {FEWEST_ROWS} are needed.", file=MOTION)
     if not (planned or log.has("q").any()):
         raise DataError(
             f"{MOTION} has no column q_<joint> with readings of a joint of [robot]: {', '.join(log.joints)}.",

@@ -1,6 +1,7 @@
 """The calibration as a question for pymoo: which parameters bring measured and predicted points together?"""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, final
 
 import numpy as np
@@ -8,6 +9,7 @@ from pymoo.core.problem import Problem
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.data.loading import load
 from robolaser.estimation.multistart import check_bounds
 from robolaser.model.blocks.start import conditionally_linear, solve_conditional
 from robolaser.model.effects.effect import CandidateEffect
@@ -35,9 +37,9 @@ class ScannerCalibration(Problem):
         (2, 1)
     """
 
-    def __init__(self, dataset: Dataset, effects: Sequence[CandidateEffect] = ()) -> None:
-        """Ask for the parameters of a data set's sensor, and of the effects added to the model."""
-        self.model = Model(dataset, tuple(effects))
+    def __init__(self, dataset: Dataset | str | Path, effects: Sequence[CandidateEffect] = ()) -> None:
+        """Ask for the parameters of a data set's sensor, or of that in a folder, and of effects added to the model."""
+        self.model = Model(dataset if isinstance(dataset, Dataset) else load(dataset), tuple(effects))
         check_bounds(self.model, "A pymoo algorithm")
         parameters = self.model.parameters
         self.names = parameters.names

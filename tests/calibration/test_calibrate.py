@@ -200,6 +200,19 @@ def test_a_stopped_search_goes_on_to_the_same_result(
         calibrate(tilted, BREEDING, state=tmp_path, resume=True)
 
 
+@pytest.mark.parametrize("algorithm", [None, "de", "rcga"])
+def test_where_every_parameter_is_known_the_error_is_stated_all_the_same(
+    experiment: Simulated, algorithm: str | None
+) -> None:
+    given, truth = experiment.dataset.parameters, experiment.truth
+    known = {name: replace(given[name], nominal=truth[name], lower=truth[name], upper=truth[name]) for name in given}
+    found = calibrate(replace(experiment.dataset, parameters=known), Plan(algorithm=algorithm))
+    assert {name: found.value(name) for name in given} == truth
+    assert np.isnan(found.std).all()
+    assert found.held_out_rms_m == pytest.approx(found.rms_m)
+    assert [w for w in found.warnings if "nothing to search for: every parameter is fixed" in w] or algorithm is None
+
+
 def test_too_few_poses_say_how_many_are_needed(experiment: Simulated) -> None:
     one = experiment.dataset.of_poses(np.arange(5) == 2)
     with pytest.raises(EstimationError, match="at least 2"):

@@ -161,7 +161,7 @@ MISTAKES = {
     "empty cell": (cell("poses.csv", 3, "q_joint_2", ""), ["row 3, column q_joint_2: empty"]),
     "degrees": (cell("poses.csv", 2, "q_joint_3", "41.2"), ["row 2: q_joint_3 is 41.2 rad", "Are these degrees?"]),
     "millimetres": (cell("points.csv", 2, "x_m", "462.1"), ["row 2, column x_m", "millimetres"]),
-    "pixel outside": (cell("points.csv", 2, "v_px", "481"), ["points.csv, row 2: pixel", "640 x 480"]),
+    "pixel outside": (cell("points.csv", 2, "v_px", "481"), ["points.csv, row 2, column v_px: pixel", "640 x 480"]),
     "unknown pose": (cell("points.csv", 2, "pose", "77"), ["points.csv, row 2, column pose: no pose '77'"]),
     "pose twice": (edited("poses.csv", lambda rows: [*rows, rows[1]]), ["poses.csv, row 7", "already in row 2"]),
     "point twice": (
@@ -201,9 +201,17 @@ def test_a_mistake_is_named_with_its_place(folder: Path, mistake: str) -> None:
     assert "Traceback" not in message
 
 
+@pytest.mark.parametrize(("column", "value"), [("u_px", "5000"), ("v_px", "-3")])
+def test_a_pixel_outside_the_image_is_an_error_with_its_place(folder: Path, column: str, value: str) -> None:
+    cell("points.csv", 4, column, value)(folder)
+    with pytest.raises(DataError, match=f"points.csv, row 4, column {column}: pixel .* is outside") as caught:
+        load(folder)
+    assert (caught.value.file, caught.value.row, caught.value.column) == ("points.csv", 4, column)
+
+
 def test_a_reading_a_little_outside_the_limits_is_a_warning(folder: Path) -> None:
     cell("poses.csv", 2, "q_joint_3", "2.5")(folder)
-    assert any("joint_3" in warning and "outside its limits" in warning for warning in load(folder).warnings)
+    assert any(w.startswith("1 reading of joint_3 is ") and "outside its limits" in w for w in load(folder).warnings)
 
 
 def test_an_image_path_that_leaves_the_folder_is_refused(folder: Path) -> None:

@@ -8,15 +8,17 @@ import pytest
 from asked import simulate_as_asked
 from scipy.optimize import least_squares
 
+from robolaser import compare, save
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
+from robolaser.errors import UsageError
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.stripe_similarity import SIMILARITY
 from robolaser.parameters import Parameter
-from robolaser.problems import ReducedCalibration
+from robolaser.problems import ReducedCalibration, ScannerCalibration
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import Simulated
+from robolaser.simulation import Simulated, paper
 
 CELLS: dict[str, dict[str, Any]] = {
     "stripe": {},
@@ -192,3 +194,17 @@ def test_poles_cost_infinitely_and_are_completed_within_the_bounds(placed: bool)
     problem._evaluate(x, out)
     assert np.isfinite(out["F"][0, 0])
     assert np.isinf(out["F"][1, 0])
+
+
+def test_a_data_set_asks_the_same_in_memory_and_in_its_folder(tmp_path):
+    dataset = paper(find_robot("scorbot_er7"), seed=2).dataset
+    folder = tmp_path / "cell"
+    save(dataset, folder)
+    asked = [ScannerCalibration(given) for given in (dataset, folder, str(folder))]
+    costs = [problem.evaluate(problem.xl[None]).item() for problem in asked]
+    assert costs == [costs[0]] * 3
+    given = {"data": dataset, "folder": folder, "text": str(folder)}
+    runs = compare(given, ["de"], seeds=1, budget=60).to_frame()
+    assert runs["best"].nunique() == 1
+    with pytest.raises(UsageError, match=r"are called 'paper'"):
+        compare([dataset, paper(find_robot("scorbot_er7"), seed=3).dataset], ["de"], seeds=1, budget=60)

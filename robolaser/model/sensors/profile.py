@@ -10,6 +10,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.data.subsampling import evenly
+from robolaser.errors import EstimationError
 from robolaser.geometry.rigid_motion import apply, carry, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.grouped_rows import group_sums
@@ -80,7 +81,11 @@ class Profile(Sensor):
         return np.stack([values[_radius(name)] for name in self.names], axis=-1)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """From the circles in which the sensor's plane cuts the balls; the largest tell radii that are not stated."""
+        """From the circles in which the sensor's plane cuts the balls; the largest tell radii that are not stated.
+
+        Raises:
+            EstimationError: A ball is in no profile of enough points.
+        """
         seen = perturb(Stage.TARGET, self._measured)
         of_pose = self.dataset.points.pose
         _, first, profile = np.unique(of_pose * len(self.names) + self.ball, return_index=True, return_inverse=True)
@@ -88,6 +93,7 @@ class Profile(Sensor):
         for candidate in range(max(len(seen), len(T_base_flange))):
             centre, radius, enough = circles(seen[candidate % len(seen)][:, ::2], profile.reshape(-1))
             some = np.flatnonzero(enough)
+            self._check_seen(self.ball[first[some]])
             some = some[evenly(len(some), ENOUGH_PROFILES)]
             ball, cut = self.ball[first[some]], radius[some]
             radii = self._radii({_radius(name): _of_largest(cut[ball == i]) for i, name in enumerate(self.names)})[0]
@@ -98,6 +104,19 @@ class Profile(Sensor):
         R, shift, balls, radii = (np.stack(parts) for parts in zip(*found, strict=True))
         sizes = dict(zip(map(_radius, self.names), radii.T, strict=True))
         return six_of(inverse(pose(R, shift)), "hand_eye") | places_by_name(balls, "ball", self.names) | sizes
+
+    def _check_seen(self, balls: Ints) -> None:
+        """See that each ball is among those of profiles that give a circle.
+
+        Raises:
+            EstimationError: One is not.
+        """
+        unseen = [name for number, name in enumerate(self.names) if number not in balls]
+        if unseen:
+            raise EstimationError(
+                f"No profile of ball {', '.join(unseen)} has {LEAST_ROWS} points or more, from which its centre could"
+                " be found. Add the other points of the profiles to points.csv, or delete the rows on this ball."
+            )
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Distance of each point from its ball's surface, positive outside, (c, m, 1) [m]."""

@@ -134,7 +134,7 @@ def test_it_is_saved_and_loaded_and_its_quaternions_are_checked(tmp_path: Path) 
     points = tmp_path / "cell" / "points.csv"
     header, first, *rest = points.read_text().splitlines()
     points.write_text("\n".join([header, ",".join([*first.split(",")[:-1], "3.0"]), *rest]))
-    with pytest.raises(DataError, match=r"points\.csv, row 2: the quaternion .* has length"):
+    with pytest.raises(DataError, match=r"points\.csv, row 2, columns qx qy qz qw: the quaternion .* has length"):
         robolaser.load(tmp_path / "cell")
 
 

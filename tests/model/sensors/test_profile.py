@@ -125,6 +125,15 @@ def test_a_flange_that_keeps_its_orientation_is_refused_in_a_sentence() -> None:
         calibrate(fixed)
 
 
+@pytest.mark.parametrize(("balls", "named"), [([0], "ball 0 "), ([1], "ball 1 "), ([0, 1], "ball 0, 1 ")])
+def test_a_ball_whose_profiles_are_too_short_for_a_circle_is_named(balls: list[int], named: str) -> None:
+    made = cell().dataset
+    before = np.r_[True, (np.diff(made.points.pose) != 0) | (np.diff(made.points.number) != 0)]
+    short = replace(made, points=made.points.take(before | ~np.isin(made.points.number, balls)))
+    with pytest.raises(EstimationError, match=f"No profile of {named}has 3 points"):
+        calibrate(short)
+
+
 @pytest.mark.parametrize("mount", ["flange", "base"])
 def test_it_is_saved_and_loaded(mount: str, tmp_path: Path) -> None:
     made = cell(mount=mount, repeats=2, poses=8).dataset
