@@ -80,6 +80,14 @@ def test_diagnose_writes_what_the_schema_says_a_page_and_a_table_for_simulators(
     assert "stiffness" in words["lag"][0]
 
 
+def test_files_lists_what_the_folder_holds_for_others(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _, found = run(capsys, "diagnose", str(folder / "log"), "--output", str(folder / "files"), "--seed", "0")
+    (table,) = found["files"]
+    pairs = [[one["effect"], one["where"]] for one in found["effects"]]
+    assert table == {"file": "servos.csv", "held_out_mm": None, "contains": pairs, "lacks": []}
+    assert (folder / "files" / table["file"]).exists()
+
+
 def test_view_says_what_a_motion_is_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["view", str(folder / "log")]) != 0
     told = capsys.readouterr().err
