@@ -3,7 +3,7 @@
 import math
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -38,6 +38,16 @@ class Localization:
     likelihood_ratio: float
     p_value: float
     unknown: bool = True
+
+    def beside(self, other: "Localization") -> "Localization":
+        """Both as one place."""
+        return replace(
+            self,
+            share=min(1.0, self.share + other.share),
+            likelihood_ratio=self.likelihood_ratio + other.likelihood_ratio,
+            p_value=min(self.p_value, other.p_value),
+            unknown=self.unknown or other.unknown,
+        )
 
 
 def likelihood_ratio(normal: Array, gradient: Array, most: float = np.inf) -> tuple[float, float]:
@@ -130,6 +140,15 @@ def localize(fit: Fit) -> list[Localization]:
         for site in [one.site]
     ]
     return sorted(found, key=lambda one: -one.share)
+
+
+def merged(places: Iterable[Localization]) -> list[Localization]:
+    """Each site and coordinate once, with all that lies there."""
+    whole: dict[tuple[str, str], Localization] = {}
+    for one in places:
+        before = whole.get(key := (one.site, one.coordinate))
+        whole[key] = one if before is None else before.beside(one)
+    return sorted(whole.values(), key=lambda one: -one.share)
 
 
 def unmodelled_chi2(fit: Fit, where: str = "") -> float:

@@ -27,7 +27,7 @@ from robolaser.diagnosis.gross_errors import rows_sentence
 from robolaser.diagnosis.held_out_gap import HeldOut, is_lower
 from robolaser.diagnosis.held_parameters import with_parameters_free
 from robolaser.diagnosis.judgement import judged
-from robolaser.diagnosis.localization import Localization, localize
+from robolaser.diagnosis.localization import Localization, localize, merged
 from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pose_scatter import beside
 from robolaser.diagnosis.preparation import Preparation
@@ -134,6 +134,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     where = _where(verdict, refits, final, evidence, classes, left)
     if verdict == "explained" and unknown_instead(classes):
         verdict, where = "unexplained", localize(start) or where
+    where = merged(where)
     if scatter:
         where = beside(where, scatter.located(gap.after_m, gap.noise_floor_m))
     progress("predicting held-out poses", 0.85)

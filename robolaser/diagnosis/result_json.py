@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from robolaser.diagnosis.cause_classes import at_least_one
 from robolaser.diagnosis.gross_errors import probability
 from robolaser.diagnosis.pose_scatter import CLASS, NAME, PartScatter
 from robolaser.diagnosis.repeatability import NoiseSource
@@ -46,10 +47,10 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
         + [_finding(found) for found in diagnosis.findings]
         + ([_pose_scatter(diagnosis.pose_scatter, gap)] if diagnosis.pose_scatter else [])
         + ([_outliers(diagnosis)] if len(diagnosis.outliers) else []),
-        "kinds": [_kind(one) for one in diagnosis.kinds]
+        "kinds": ([_kind_of_input(diagnosis.wrong_input)] if diagnosis.wrong_input else [])
+        + [_kind(one) for one in diagnosis.kinds]
         + ([_scatter_kind(diagnosis.pose_scatter)] if diagnosis.pose_scatter else []),
-        "classes": ([_class_of_input(diagnosis.wrong_input)] if diagnosis.wrong_input else [])
-        + [_class(one, diagnosis.pose_scatter) for one in diagnosis.classes],
+        "classes": _classes(diagnosis),
         "gross_errors": diagnosis.outliers.tolist(),
         "not_testable": [{"effect": name, "reason": reason} for name, reason in diagnosis.not_testable.items()],
         "next_poses": [dict(pose) for pose in diagnosis.next_poses],
@@ -182,15 +183,35 @@ def _wrong_input(found: WrongInput) -> dict[str, Any]:
     return _effect(named, found.probability, _numbers(found.parameters), gaps, [*map(_pair, found.alternatives)])
 
 
-def _class_of_input(found: WrongInput) -> dict[str, Any]:
+def _kind_of_input(found: WrongInput) -> dict[str, Any]:
     return {
-        "class": found.cause,
+        "effect": found.name,
+        "where": [found.where],
         "probability": found.probability,
         "gap_mm_without": _mm(found.gap_before_m),
-        "gap_mm_with": _mm(found.gap_after_m),
-        "members": [{"effect": found.name, "where": found.where, "probability": found.probability}],
-        "credible_sets": [[[found.name, found.where], *map(_pair, found.alternatives)]],
     }
+
+
+def _classes(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Each class once; that of what is wrong with the data set comes first, with the effects of that class."""
+    found = diagnosis.wrong_input
+    classes = [_class(one, diagnosis.pose_scatter) for one in diagnosis.classes]
+    if found is None:
+        return classes
+    own = [one for one in classes if one["class"] == found.cause]
+    member = {"effect": found.name, "where": found.where, "probability": found.probability}
+    members = [member, *(each for one in own for each in one["members"])]
+    gaps_mm = [_mm(found.gap_before_m), *(one["gap_mm_without"] or 0.0 for one in own)]
+    credible_set = [[found.name, found.where], *map(_pair, found.alternatives)]
+    whole = {
+        "class": found.cause,
+        "probability": at_least_one([found.probability, *(one["probability"] for one in own)]),
+        "gap_mm_without": max(gaps_mm),
+        "gap_mm_with": _mm(diagnosis.gap.after_m),
+        "members": sorted(members, key=lambda one: -one["probability"]),
+        "credible_sets": [credible_set, *(each for one in own for each in one["credible_sets"])],
+    }
+    return [whole, *(one for one in classes if one not in own)]
 
 
 def _outliers(diagnosis: Diagnosis) -> dict[str, Any]:

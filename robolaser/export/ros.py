@@ -66,7 +66,8 @@ def camera_yaml(calibration: Calibration) -> str | None:
 
     A camera's own parameters are plumb_bob's. A scanner's radial term maps distorted pixels to rays, plumb_bob's maps
     rays to distorted pixels: the coefficients are those that agree best over the image, and a comment states the
-    largest disagreement. None where the sensor has no camera or the image size is unknown.
+    largest disagreement. A lens that breathes is as it is at the mean distance. None where the sensor has no camera or
+    the image size is unknown.
     """
     model, dataset = calibration.model, calibration.model.dataset
     camera = calibration.in_cell.camera
@@ -75,7 +76,8 @@ def camera_yaml(calibration: Calibration) -> str | None:
     if camera.distortion is not None:
         distortion, remark = camera.distortion, "# plumb_bob is the calibrated camera's own model."
     else:
-        bent = any(candidate_effect.effect.stage is Stage.IMAGE for candidate_effect in model.effects)
+        lens = (one.effect for one in model.effects if one.effect.stage is Stage.IMAGE)
+        bent = any(not effect.depends_on_trajectory for effect in lens)
         distortion, error_px = plumb_bob(camera, dataset.image_px, decentred=bent)
         remark = f"# plumb_bob agrees with the calibrated lens within {error_px:.2g} px over the image."
     K = camera.K

@@ -1,6 +1,6 @@
 """The stages at which effects can perturb a value on its way from encoder and image to a residual."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, final
@@ -38,6 +38,7 @@ class Perturbation:
 
     # what each effect does, and at which stage; those at one stage act in this order
     steps: tuple[tuple[Stage, Callable[[Array], Array]], ...] = ()
+    of_run: Collection[Callable[[Array], Array]] = ()  # those of them that depend on the other rows or poses of a run
 
     def __call__(self, stage: Stage, value: Array) -> Array:
         """What comes out of a stage."""
@@ -50,9 +51,15 @@ class Perturbation:
         """Whether any effect is at one of these stages."""
         return any(at in stages for at, _ in self.steps)
 
+    @property
+    def of_lens(self) -> "Perturbation":
+        """What is left for pixels that belong to no row, such as those on a grid over the image."""
+        return Perturbation(tuple((at, act) for at, act in self.steps if act not in self.of_run))
+
     def of_rows(self, rows: Ints, count: int) -> "Perturbation":
         """The same for a sensor that sees only some rows (m,) of as many as there are, and all poses."""
-        return Perturbation(tuple((at, on_rows(at, act, rows, count)) for at, act in self.steps))
+        acts = {act: on_rows(at, act, rows, count) for at, act in self.steps}
+        return Perturbation(tuple((at, acts[act]) for at, act in self.steps), [acts[act] for act in self.of_run])
 
 
 def on_rows(stage: Stage, act: Callable[..., Array], rows: Ints, count: int) -> Callable[..., Array]:

@@ -8,7 +8,7 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.arrays import Array, Progress
-from robolaser.errors import EffectError, near
+from robolaser.errors import EffectError, UsageError, near
 from robolaser.motion.effect import At
 from robolaser.motion.effects import library_of
 from robolaser.motion.gap import KindGap, at_flange
@@ -65,8 +65,8 @@ def calibrate_motion(
         progress: Called with the current step and its finished share.
 
     Raises:
-        UsageError: There is no effect of that name.
-        EffectError: It has no such place, or these rows do not show it.
+        UsageError: There is no effect of that name, or it has no such place.
+        EffectError: These rows do not show it.
         DataError: Nothing can be compared.
     """
     began = time.monotonic()
@@ -76,7 +76,7 @@ def calibrate_motion(
         own = {one.site for one in library if one.name == name}
         sites = [*(log.joints if "joint" in own else ()), *sorted(own - {"joint"})]
         if where and where not in sites:
-            raise EffectError(f"{name} has no place '{where}'.{near(where, sites)}")
+            raise UsageError(f"{name} has no place '{where}'.{near(where, sites)}")
 
     def searching(candidates: Sequence[At], least_share: float, start: tuple[At, ...]) -> EffectSearch:
         return chosen([at for at in candidates if _is_asked(at, asked)])

@@ -23,6 +23,7 @@ MOST_ROWS = 6_000
 INERTIA_ROWS = 50
 HALF_NORMAL = 0.6745  # median of the size of a normal deviate
 JERKS = 6.0  # times the usual
+MISSES = 1.5  # times the usual step, from which on rows are missing
 
 
 @final
@@ -133,8 +134,10 @@ def quantities(log: MotionLog, kind: str) -> Quantities:
 def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
     """Velocities and accelerations of the joints by the parabolas through their readings (Savitzky, Golay 1964).
 
+    Stamps that jitter are those of an even grid; where rows are missing, the parabolas are along the stamps.
+
     Returns:
-        Both (n, j), NaN in runs that are too short and where a reading is missing; which rows are away from the ends
+        Both (n, j), NaN in runs that are too short and where readings are missing; which rows are away from the ends
         of their runs, (n,); and the noise of the accelerations, (j,) [rad/s²].
     """
     from scipy.signal import savgol_coeffs, savgol_filter  # noqa: PLC0415 - takes seconds to import, and only some rows need it
@@ -148,15 +151,35 @@ def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
             continue
         q = np.nan_to_num(filled(log.q[rows]))
         unknown = np.apply_along_axis(np.convolve, 0, np.isnan(log.q[rows]), np.ones(width), "same") > 0.5
-        for derivative, out in ((1, speed), (2, acceleration)):
-            read = savgol_filter(q, width, 3, deriv=derivative, delta=log.step_s, axis=0)
-            out[rows] = np.where(unknown, np.nan, read)
-        rough[rows] = np.where(unknown, np.nan, q - savgol_filter(q, width, 3, axis=0))
+        read = [savgol_filter(q, width, 3, deriv=n, delta=log.step_s, axis=0) for n in range(3)]
+        late = np.diff(log.time_s[rows], prepend=log.time_s[rows.start]) > MISSES * log.step_s
+        odd = np.flatnonzero(np.convolve(late, np.ones(width), "same") > 0.5)
+        odd = odd[(odd >= edge) & (odd < len(q) - edge)]
+        for some in np.array_split(odd, 1 + len(odd) // MOST_ROWS):
+            around = some[:, None] + np.arange(-(width // 2), width // 2 + 1)
+            along = _along_stamps(log.time_s[rows][around] - log.time_s[rows][some, None], q[around], log.step_s)
+            for values, better in zip(read, along, strict=True):
+                values[some] = better
+        smooth, speed[rows], acceleration[rows] = (np.where(unknown, np.nan, values) for values in read)
+        rough[rows] = q - smooth
         inner[rows.start + edge : rows.stop - edge] = True
     inner &= ~_jerks(rough, width)
     kept, bend = savgol_coeffs(width, 3), savgol_coeffs(width, 3, deriv=2, delta=log.step_s)
     noise = root_mean_squares(rough[inner]) / np.sqrt(1.0 - kept.max()) * np.linalg.norm(bend)
     return speed, acceleration, inner, noise
+
+
+def _along_stamps(time_s: Array, q: Array, step_s: float) -> tuple[Array, Array, Array]:
+    """Values and derivatives at time zero of the cubics through readings (n, w, j) at times (n, w), (n, j) each.
+
+    NaN where they span twice the time that as many even steps take: there a cubic knows nothing of what is between.
+    """
+    width = q.shape[1]
+    reach = 0.5 * (width - 1) * step_s
+    powers = (time_s / reach)[..., None] ** np.arange(4)
+    coefficients = np.linalg.pinv(powers) @ q
+    coefficients[np.ptp(time_s, axis=1) > 4.0 * reach] = np.nan
+    return coefficients[:, 0], coefficients[:, 1] / reach, 2.0 * coefficients[:, 2] / reach**2
 
 
 def smoothed_rows(step_s: float) -> int:

@@ -114,7 +114,7 @@ def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] =
             gain.update((one, model.score - fit.score) for one, fit in zip(tried, fits, strict=True))
             worth = [fit for fit in fits if is_worth(fit, model)]
             if worth:
-                found = min(worth, key=lambda fit: fit.score)
+                found = min(worth, key=_by_evidence)
                 break
         following = found or (yield from _reduced(model, is_worth))
         if following.names in passed:
@@ -130,7 +130,7 @@ def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] =
         ]
         asked = [effects for group in swaps for effects in group]
         fits = (yield asked) if asked else []
-        best = min(fits, key=lambda fit: fit.score, default=model)
+        best = min(fits, key=_by_evidence, default=model)
         if best.score < model.score - MIN_EXCHANGE:
             model = best
             continue
@@ -150,6 +150,11 @@ def chosen(effects: Sequence[At]) -> EffectSearch:
     without = yield [tuple(other for other in effects if other != one) for one in effects]
     findings = [SelectedEffect(one, 1.0, 0.0, less, ()) for one, less in zip(effects, without, strict=True)]
     return Selection(ideal, model, tuple(findings))
+
+
+def _by_evidence(fit: Fitted) -> tuple[float, float]:
+    """What sorts models, the best first: of those that leave no more than a model may err by, by what they leave."""
+    return fit.score, float(fit.squares.sum())
 
 
 def _with(effects: tuple[At, ...], one: At) -> tuple[At, ...]:
@@ -179,7 +184,7 @@ def _reduced(model: Fitted, is_worth: Callable[[Fitted, Fitted], bool]) -> Gener
         idle = [fit for fit in fits if fit.score < float("inf") and not is_worth(model, fit)]
         if not idle:
             break
-        model = min(idle, key=lambda fit: fit.score)
+        model = min(idle, key=_by_evidence)
     return model
 
 

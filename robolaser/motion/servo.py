@@ -93,7 +93,8 @@ class CommandSeries:
         answer = _Answer.of(passed, of["time"], of["second"])
         limited, plays = bool(np.isfinite(of["speed"]).any()), bool(of["lost"].any())
         flat = wanted.reshape(rows, -1)
-        followed = self.start[joint].T.ravel().copy()
+        begun = np.clip(self.start[joint], of["lower"][:, None], of["upper"][:, None])  # where a joint can be
+        followed = begun.T.ravel().copy()
         shown, speed = followed.copy(), np.zeros_like(followed)
         off, part = np.empty_like(followed), np.empty_like(followed)
         going = np.searchsorted(-self.length, -np.arange(rows), side="left") * len(joint)

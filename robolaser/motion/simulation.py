@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.errors import EffectError, near
-from robolaser.motion.effect import At, RowKind
-from robolaser.motion.effects import MOTION_EFFECTS
+from robolaser.errors import UsageError, near
+from robolaser.motion.effect import At, MotionEffect, RowKind
+from robolaser.motion.effects import library_of
 from robolaser.motion.linear_rows import LinearRows
 from robolaser.motion.log import ENCODER_RAD, MotionLog
 from robolaser.motion.quantities import Quantities, derivatives
@@ -38,13 +38,13 @@ def simulate_motion(
     Args:
         robot: Any arm; without masses in its URDF its torques are those of friction alone.
         series: Number of runs.
-        effects: Sizes by `NAME[:WHERE][.NUMBER]`, of the effect's first number where none is named [SI]. Without a
+        effects: Sizes by `NAME[:WHERE[.NUMBER]]`, of the effect's first number where none is named [SI]. Without a
             place an effect sits at every joint where it can.
         seed: Of motions and noise.
         name: Of the log.
 
     Raises:
-        EffectError: There is no such effect, place or number.
+        UsageError: There is no such effect, place or number, or it cannot be of this size.
     """
     rng = np.random.default_rng(seed)
     n = round(DURATION_S * RATE_HZ)
@@ -95,18 +95,15 @@ def _motion(kind: int, time: Array, middle: Array, half: Array, rng: np.random.G
 def _requested(robot: Robot, sizes: Mapping[str, float]) -> dict[RowKind, list[tuple[At, dict[str, float]]]]:
     """Effects at their places with their numbers."""
     found: dict[RowKind, dict[str, tuple[At, dict[str, float]]]] = {"tracking": {}, "torque": {}, "load": {}}
-    names = list(dict.fromkeys(one.name for one in MOTION_EFFECTS))
     for text, size in sizes.items():
         name, _, place = text.partition(":")
         where, _, number = place.partition(".")
-        kinds = [one for one in MOTION_EFFECTS if one.name == name]
-        if not kinds:
-            raise EffectError(f"There is no effect '{name}' on moving arms.{near(name, names)}")
+        kinds = library_of([name])
         there = {one: list(robot.joints) if one.site == "joint" else [one.site] for one in kinds}
         fitting = [one for one in kinds if not where or where in there[one]]
         if not fitting:
             every = dict.fromkeys(place for places in there.values() for place in places)
-            raise EffectError(f"{name} has no place '{where}'.{near(where, list(every))}")
+            raise UsageError(f"{name} has no place '{where}'.{near(where, list(every))}")
         effect = next((one for one in fitting if number in {each.name for each in one.numbers}), fitting[0])
         for one in [where] if where else there[effect]:
             joint = robot.joints.index(one) if one in robot.joints else 0
@@ -114,9 +111,20 @@ def _requested(robot: Robot, sizes: Mapping[str, float]) -> dict[RowKind, list[t
             _, numbers = found[effect.rows].setdefault(str(at), (at, {}))
             known = [each.name for kind in kinds for each in kind.numbers]
             if number and number not in known:
-                raise EffectError(f"{name} has no number '{number}'.{near(number, known)}")
-            numbers[number or known[0]] = float(size)
+                raise UsageError(f"{name} has no number '{number}'.{near(number, known)}")
+            numbers[number or known[0]] = _within_bounds(effect, number or known[0], float(size))
     return {kind: list(group.values()) for kind, group in found.items()}
+
+
+def _within_bounds(effect: MotionEffect, number: str, size: float) -> float:
+    """The size of one of an effect's numbers, where it can be that large."""
+    one = next((one for one in effect.numbers if one.name == number), None)
+    if one is not None and not one.lower <= size <= one.upper:
+        unit = f" {one.unit}".rstrip()
+        raise UsageError(
+            f"{effect.name}: {number} is {size:g}{unit}, but its bounds are {one.lower:g} and {one.upper:g}{unit}."
+        )
+    return size
 
 
 def _followed(robot: Robot, runs: list[Array], time: Array, asked: list[tuple[At, dict[str, float]]]) -> Array:

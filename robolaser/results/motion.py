@@ -1,6 +1,6 @@
 """Diagnoses of moving arms that were just made."""
 
-from typing import TYPE_CHECKING, Final, final
+from typing import TYPE_CHECKING, Any, Final, final
 
 from robolaser.data.result_folder import json_text
 from robolaser.export import servo_table
@@ -30,7 +30,8 @@ class MotionResult(FittedResult):
     command = "diagnose"
 
     def __init__(self, made: MotionDiagnosis) -> None:
-        super().__init__(motion_json(made))
+        contents = motion_json(made)
+        super().__init__(contents | {"files": _delivered(contents)})
         self.diagnosis = made
 
     def files(self, *, command: str = "") -> Files:
@@ -44,6 +45,14 @@ class MotionResult(FittedResult):
 
     def _document(self, *, brief: bool) -> Document:
         return of_motion.document(self.diagnosis.fit, self.diagnosis)
+
+
+def _delivered(found: dict[str, Any]) -> list[dict[str, Any]]:
+    """The table of the servos' numbers, which has them all and which nothing reads back, as `files` has others."""
+    pairs = dict.fromkeys((one["effect"], one["where"]) for one in found["effects"])
+    return (
+        [{"file": servo_table.FILE, "held_out_mm": None, "contains": [*map(list, pairs)], "lacks": []}] if pairs else []
+    )
 
 
 @final

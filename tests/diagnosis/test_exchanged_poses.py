@@ -1,8 +1,11 @@
 """Rows that lie at each other's poses are told from gross errors, and used where they belong."""
 
+import json
 from dataclasses import replace
 from functools import cache
+from importlib.resources import files
 
+import jsonschema
 import numpy as np
 import pytest
 
@@ -17,6 +20,7 @@ from robolaser.simulation import CellOptions, simulate
 
 NOISE = {"camera": Noise(pixel_px=0.15), "point": Noise(point_m=5e-5), "stripe": Noise(pixel_px=0.2)}
 FEW = ["joint_offset", "link_geometry", "backlash", "radial_distortion", "hand_eye_drift"]
+SCHEMA = json.loads(files("robolaser.schemas").joinpath("diagnosis.schema.json").read_text())
 POINTS = {"camera": 15, "point": 3, "stripe": 6}
 
 
@@ -45,6 +49,7 @@ def test_exchanged_poses_are_named_and_no_row_is_lost(kind: str, to: dict[int, i
     assert (found.effect, found.where, found.parameters["poses"].value) == ("mispaired", "image", len(to))
     assert all(str(pose) in why.sentence for pose in to)
     assert (why.verdict, why.gross_errors) == ("no_gap", [])
+    jsonschema.validate(why.to_dict(), SCHEMA)
 
 
 @pytest.mark.parametrize("kind", ["camera", "point"])

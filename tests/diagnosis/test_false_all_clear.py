@@ -126,7 +126,7 @@ def test_noise_that_is_stated_too_large_is_not_what_the_error_would_be_below() -
     found = examine(dataset, effects=[], seed=0)
     assert found.gap.after_ci95_m[1] < found.gap.noise_floor_m
     assert "noise alone" not in found.sentence
-    assert "mm of the assumed noise" in found.sentence
+    assert f"less than the assumed noise ({1e3 * found.gap.noise_floor_m:.3g} mm)" in found.sentence
 
 
 @pytest.mark.parametrize("form", ["drift", "step"])

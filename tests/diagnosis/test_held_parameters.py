@@ -61,6 +61,17 @@ def test_a_wrong_focal_length_is_named_whether_fixed_or_bounded_narrowly(room: f
     assert why.gap_mm.after < 1.1 * why.gap_mm.noise_floor < why.gap_mm.calibrated
 
 
+def test_it_is_a_kind_and_shares_its_class_with_the_effects_of_that_class() -> None:
+    dataset = held(seen({"focus_breathing": 0.03}), {"k1": 0.5})
+    why = robolaser.diagnose(dataset, effects=["focus_breathing", "joint_offset"], seed=0)
+    found = ["held_parameter", "focus_breathing"]
+    assert [one.effect for one in why.effects] == [one.effect for one in why.kinds] == found
+    (camera,) = why.classes
+    assert [one.effect for one in camera.members] == found
+    assert camera.gap_mm_without == why.gap_mm.calibrated
+    assert camera.gap_mm_with == why.gap_mm.after
+
+
 def test_further_poses_do_not_make_a_held_parameter_right() -> None:
     made = held(seen(), dict.fromkeys(FOCAL, 1.02))
     last = np.arange(len(made.poses)) >= len(made.poses) - 3

@@ -180,3 +180,13 @@ def test_a_base_that_creeps_is_found_at_the_base() -> None:
     found = examine(replace(cell, points=replace(cell.points, xyz=cell.points.xyz + creep)), seed=1)
     assert found.verdict == "unexplained"
     assert (found.where[0].site, found.where[0].coordinate) == ("base", "time")
+
+
+def test_a_place_is_listed_once() -> None:
+    noise = Noise(pixel_px=0.1, target_m=2e-5)
+    effects = {"radial_distortion": 2e8}
+    made = simulate(find_robot("ur5e"), poses=60, noise=noise, effects=effects, seed=5)
+    found = examine(made.dataset, without=["radial_distortion"], seed=1)
+    places = [(one.site, one.coordinate) for one in found.where]
+    assert places[0] == ("camera", "image position")
+    assert len(set(places)) == len(places)

@@ -18,6 +18,7 @@ from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, simulate
 
 NOISE, UNPLACED = Noise(pixel_px=0.1), CellOptions(placed=False)
+DRIFT = next(one for one in EFFECTS if one.name == "camera_drift")
 
 
 def names(found: Diagnosis) -> list[str]:
@@ -171,8 +172,15 @@ def test_a_camera_that_warms_up_is_no_bracket_that_creeps_for_certain() -> None:
 def test_a_camera_that_stands_in_the_cell_may_as_well_have_a_stand_that_creeps() -> None:
     mounts = [CellOptions(mount="flange"), CellOptions(mount="base", placed=False)]
     cells = [simulate(find_robot("ur5"), kind="camera", options=one, poses=8).dataset for one in mounts]
-    drift = next(one for one in EFFECTS if one.name == "camera_drift")
-    assert [drift.locations(cell) for cell in cells] == [("camera",), ()]
+    assert [DRIFT.locations(cell) for cell in cells] == [("camera",), ()]
+
+
+def test_a_scanner_s_camera_has_the_laser_beside_it_also_where_it_sees_corners() -> None:
+    made = simulate(find_robot("ur5"), kind="stripe+camera", poses=8).dataset
+    assert DRIFT.locations(made) == ()
+    corners, stripe = sorted(made.members, key=lambda one: one.data.kind)
+    apart = replace(made, members=(stripe, replace(corners, camera="another")))
+    assert DRIFT.locations(apart) == ("camera",)
 
 
 def test_of_a_camera_that_turns_neither_bracket_nor_camera_is_certain() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio
 import pytest
 import yaml
-from calibrated import KINDS, arm, point, socket, stripe
+from calibrated import KINDS, arm, bent, point, socket, stripe
 from cells import project
 
 from robolaser.calibration.calibrate import calibrate
@@ -194,6 +194,13 @@ def test_camera_info_has_a_cameras_own_lens(camera):
     names = ("k1", "k2", "p1", "p2", "k3")
     assert info["distortion_coefficients"]["data"] == pytest.approx([camera.value(name) for name in names], rel=1e-9)
     assert info["camera_matrix"]["data"][::4] == pytest.approx([camera.value("fx"), camera.value("fy"), 1.0])
+
+
+@pytest.mark.parametrize("kind", ["stripe", "camera", "stripe+camera"])
+def test_camera_info_of_a_lens_that_breathes_is_that_at_the_mean_distance(kind):
+    dataset = simulate(find_robot("ur5"), kind=kind, poses=8, seed=3).dataset
+    breathing = bent(dataset, {"focus_breathing:camera.breathing": 0.02})
+    assert camera_yaml(breathing) == camera_yaml(bent(dataset, {}))
 
 
 def test_a_published_transform_and_easy_handeye2s_file_are_the_hand_eye(camera):

@@ -79,3 +79,17 @@ def test_zeros_that_differ_from_run_to_run_change_no_lag(log: MotionLog) -> None
     lags, errors = zip(*((fit.findings[0].numbers["time"][0], fit.gaps[0].calibrated) for fit in fits), strict=True)
     assert lags == pytest.approx([0.03, 0.03], rel=0.02)
     assert errors[1] == pytest.approx(errors[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.02, 0.3])
+def test_rows_that_were_lost_change_no_torque(log: MotionLog, share: float) -> None:
+    some = log.of_rows(np.random.default_rng(0).random(len(log)) > share)
+    whole, less = (quantities(one, "torque") for one in (log, some))
+    assert len(less.q) > 0.9 * (1.0 - share) * len(whole.q)
+    assert np.nanstd(less.measured - less.rigid) == pytest.approx(np.nanstd(whole.measured - whole.rigid), rel=0.02)
+
+
+def test_a_pause_has_no_velocity(log: MotionLog) -> None:
+    some = log.of_rows((log.time_s < 8.0) | (log.time_s > 8.9))
+    whole, less = (quantities(one, "torque") for one in (log, some))
+    assert np.nanstd(less.measured - less.rigid) == pytest.approx(np.nanstd(whole.measured - whole.rigid), rel=0.02)

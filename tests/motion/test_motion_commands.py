@@ -80,18 +80,35 @@ def test_diagnose_writes_what_the_schema_says_a_page_and_a_table_for_simulators(
     assert "stiffness" in words["lag"][0]
 
 
+def test_files_lists_what_the_folder_holds_for_others(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _, found = run(capsys, "diagnose", str(folder / "log"), "--output", str(folder / "files"), "--seed", "0")
+    (table,) = found["files"]
+    pairs = [[one["effect"], one["where"]] for one in found["effects"]]
+    assert table == {"file": "servos.csv", "held_out_mm": None, "contains": pairs, "lacks": []}
+    assert (folder / "files" / table["file"]).exists()
+
+
 def test_view_says_what_a_motion_is_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["view", str(folder / "log")]) != 0
     told = capsys.readouterr().err
     assert "Traceback" not in told
 
 
-def test_an_unknown_effect_is_answered_with_the_nearest_name(
-    folder: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+@pytest.mark.parametrize(
+    ("effect", "said"),
+    [
+        ("lagg:lift=0.06", "'lag'"),
+        ("lag:lif=0.06", "'lift'"),
+        ("lag:lift.tim=0.06", "'time'"),
+        ("lag:lift=-0.1", "time is -0.1 s, but its bounds are 0 and 2 s"),
+    ],
+)
+def test_an_effect_that_cannot_be_is_wrong_usage(
+    folder: Path, effect: str, said: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     asked = ["simulate", "--sensor", "motion", "--robot", str(folder / "arm.urdf"), "--flange", "tool"]
-    assert main([*asked, "--effect", "lagg:lift=0.06", "--output", str(tmp_path / "log")]) != 0
-    assert "'lag'" in capsys.readouterr().err
+    assert main([*asked, "--effect", effect, "--output", str(tmp_path / "log")]) == 2
+    assert said in capsys.readouterr().err
 
 
 def test_calibrate_finds_the_numbers_of_what_is_asked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -110,18 +127,18 @@ def test_calibrate_finds_the_numbers_of_what_is_asked(folder: Path, capsys: pyte
 
 
 @pytest.mark.parametrize(
-    ("asked", "said"),
+    ("asked", "code", "said"),
     [
-        ("lagg", "'lag'"),
-        ("lag:lif", "'lift'"),
-        ("clock_shift:lift", "no place 'lift'"),
-        ("range_limit:pan", "range_limit at pan"),
+        ("lagg", 2, "'lag'"),
+        ("lag:lif", 2, "'lift'"),
+        ("clock_shift:lift", 2, "no place 'lift'"),
+        ("range_limit:pan", 1, "range_limit at pan"),
     ],
 )
 def test_calibrate_says_why_an_effect_cannot_be_fitted(
-    folder: Path, asked: str, said: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    folder: Path, asked: str, code: int, said: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    assert main(["calibrate", str(folder / "log"), "--with", asked, "--output", str(tmp_path / "out")]) != 0
+    assert main(["calibrate", str(folder / "log"), "--with", asked, "--output", str(tmp_path / "out")]) == code
     assert said in capsys.readouterr().err
 
 

@@ -53,3 +53,11 @@ def test_a_mass_on_a_joint_s_axis_is_certain_as_a_kind_and_may_be_either_link_s(
     assert one["probability"] <= 0.5
     assert (kind["effect"], kind["probability"]) == ("link_inertia", pytest.approx(1.0, abs=1e-2))
     assert f" or {joint})" in found["sentence"] or f"({joint} or " in found["sentence"]
+
+
+def test_a_dead_time_of_less_than_half_a_row_is_no_longer_lag() -> None:
+    log = simulate_motion(find_robot("ur5e"), effects={"dead_time:elbow_joint": 0.003}, seed=4)
+    (one,) = robolaser.diagnose(log, seed=0).to_dict()["effects"]
+    assert (one["effect"], one["where"]) == ("dead_time", "elbow_joint")
+    assert one["parameters"]["delay"]["value"] == pytest.approx(0.003, rel=1e-3)
+    assert one["indistinguishable_from"] == [["lag", "elbow_joint"]]

@@ -14,6 +14,8 @@ from robolaser.motion.kind_diagnosis import KindDiagnosis
 from robolaser.motion.log import MotionLog
 from robolaser.motion.quantities import quantities
 from robolaser.motion.selection import SelectedEffect
+from robolaser.motion.simulation import simulate_motion
+from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
 
 LIMIT = next(one for one in TRACKING if one.name == "range_limit")
@@ -114,3 +116,11 @@ def test_a_gap_is_not_explained_by_what_is_less_likely_than_an_unknown_cause(non
     numbers = {"half_width": (0.02, 1e-4, "rad")}
     finding = SelectedEffect(at, 0.4, none, None, (), numbers, np.array([0.99]))  # type: ignore[arg-type]
     assert KindDiagnosis(gap, (at,), (finding,), run, before, after, {}, np.zeros(1)).verdict == verdict
+
+
+def test_a_joint_is_within_its_limit_also_where_it_begins() -> None:
+    effects = {"range_limit:elbow_joint": -0.3, "lag:elbow_joint": 0.05}
+    log = simulate_motion(find_robot("ur5e"), effects=effects, seed=15)
+    elbow = log.joints.index("elbow_joint")
+    assert log.command[log.starts, elbow].min() < -0.3
+    assert log.q[:, elbow].min() == pytest.approx(-0.3, abs=1e-3)

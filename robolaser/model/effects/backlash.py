@@ -63,7 +63,7 @@ class Backlash(Effect):
         ends = (replace(self, start=np.array([end])) for end in (-1.0, 1.0))
         return CarryOver(
             replace(self, start=np.zeros(1)),
-            "the joint's position within its play before the first pose is not known; until it has reversed",
+            "until the joint has reversed, its position within its play is not known",
             alternatives=tuple(ends),
         )
 

@@ -268,7 +268,9 @@ class CandidateEffect:
 
 def perturb_with(effects: tuple[Effect, ...], run: Run) -> Perturbation:
     """The effects of a model, each at its stage; at a shared stage they act in the order of the list."""
-    return Perturbation(tuple((effect.stage_in(run.dataset), partial(_acted, effect, run)) for effect in effects))
+    steps = tuple((effect.stage_in(run.dataset), partial(_acted, effect, run)) for effect in effects)
+    of_run = [act for effect, (_, act) in zip(effects, steps, strict=True) if effect.depends_on_trajectory]
+    return Perturbation(steps, of_run)
 
 
 def _acted(effect: Effect, run: Run, value: Array) -> Array:

@@ -7,7 +7,7 @@ from robolaser.data.path_velocities import known_velocities, without_velocity
 from robolaser.model.effects.joints import turning_joints
 from robolaser.model.effects.run import gravity_of, temperature_rise
 from robolaser.model.effects.target_plane import THIN, plane_of
-from robolaser.model.sensors import fitted_lens, sensor_class
+from robolaser.model.sensors import fitted_lens, is_of_scanner, sensor_class
 from robolaser.model.sensors.in_cell import stands
 from robolaser.model.stages import Stage
 
@@ -94,7 +94,7 @@ def laser_plane(dataset: Dataset) -> str:
 
 def camera_alone_on_flange(dataset: Dataset) -> str:
     """The camera's rival is its bracket: a laser plane beside it, or a stand in the cell, would drift likewise."""
-    is_alone = bool(laser_plane(dataset)) and not stands(dataset)
+    is_alone = bool(laser_plane(dataset)) and not is_of_scanner(dataset) and not stands(dataset)
     return "" if is_alone else SensorLacks("what else is fixed to the camera drifts likewise")
 
 

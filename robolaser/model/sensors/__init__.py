@@ -54,6 +54,11 @@ def parts_with_lens(dataset: Dataset) -> tuple[Dataset, ...]:
     return tuple(replace(one.data, parameters=_stated_lens(dataset, one)) for one in dataset.sensors)
 
 
+def is_of_scanner(part: Dataset) -> bool:
+    """Whether what a camera saw, of `parts_with_lens`, was seen by a stripe scanner's camera."""
+    return part.parameters is NOT_THE_SCANNERS
+
+
 def fitted_lens(part: Dataset) -> frozenset[str]:
     """Parameters of the lens beyond the first radial term that a sensor fits: those that are not stated to be fixed."""
     fixed = {name for name, item in part.parameters.items() if item.fixed}

@@ -147,6 +147,7 @@ class CameraSensor(Sensor):
 
     def _view(self, values: Values, perturb: Perturbation) -> CameraView:
         """One candidate, effects of the lens included."""
+        perturb = perturb.of_lens
         one = {name: values[name] for name in INTRINSICS}
         metres = self._metres(one)
 

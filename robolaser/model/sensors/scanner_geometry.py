@@ -47,6 +47,7 @@ def view_of(dataset: Dataset, values: Values) -> View:
 
 def camera_view(values: Values, perturb: Perturbation) -> CameraView:
     """The scanner's camera, one candidate; effects of the lens are in it, what biases the stripe's centre is not."""
+    perturb = perturb.of_lens
     f, s_u, s_v, u_0, v_0 = (float(values[name][0]) for name in ("f", "s_u", "s_v", "u_0", "v_0"))
 
     def slopes(pixel: Array) -> Array:
