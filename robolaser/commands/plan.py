@@ -83,7 +83,7 @@ def _warn_of_collisions(dataset: "Dataset", terminal: Terminal) -> None:
     for name, q in zip(dataset.poses.names, dataset.arm[1], strict=True):
         for _, hit in collisions(bodies, 0.0, q[None]):
             terminal.warn(
-                f"{name}: {hit}. Leave the pose out if links are as thick as that (see [limits] of cell.toml)."
+                f"pose {name}: {hit}. Leave it out if links are as thick as that (see [limits] of cell.toml)."
             )
 
 

@@ -1,6 +1,7 @@
 """What several reports say: of noise, of what could not be tested, of files, and of where the data are from."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from importlib.util import find_spec
 from typing import Any
 
 from robolaser.data.dataset import Dataset
@@ -56,6 +57,14 @@ def origin(dataset: Dataset) -> str:
     return f"{source} Licence of the data: {dataset.licence}." if dataset.licence else source
 
 
+def _error(file: Mapping[str, Any]) -> TableCell | str:
+    """Of a file on new poses; what would tell, where the program that it is for is not there."""
+    if file["held_out_mm"] is not None:
+        return millimetres(file["held_out_mm"] / 1e3)
+    is_unread = file["file"] == "robot_corrected.xml" and find_spec("mujoco") is None
+    return TableCell("not known", note="needs `pip install 'robolaser[mujoco]'`" if is_unread else "")
+
+
 def files_section(files: Sequence[Mapping[str, Any]]) -> Section:
     """The error of each of `files` of a result's JSON on new poses, read by the program that it is for."""
 
@@ -65,7 +74,7 @@ def files_section(files: Sequence[Mapping[str, Any]]) -> Section:
     rows: list[tuple[TableCell | str, ...]] = [
         (
             TableCell(one["file"], link=one["file"]),
-            "not known" if one["held_out_mm"] is None else millimetres(one["held_out_mm"] / 1e3),
+            _error(one),
             named(one["contains"]),
             named(one["lacks"]),
         )
@@ -77,5 +86,8 @@ def files_section(files: Sequence[Mapping[str, Any]]) -> Section:
         Column("Contains"),
         Column("Lacks", brief="lacks"),
     ]
-    note = "Each was written from a fit without some poses, read back and compared with these; base and tool re-fitted."
+    note = (
+        "Each was written from a fit without some poses, read back and compared with these; base and tool are fitted"
+        " to others."
+    )
     return Section("Files of the corrected arm", [Table(columns, rows, note=note, printed=3)])

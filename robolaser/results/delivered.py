@@ -11,12 +11,14 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.calibration.result import Calibration, rms
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.subsampling import evenly
+from robolaser.data.subsampling import rows_of_each
+from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.validation import Transfer
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import fit_by_noise
 from robolaser.estimation.plain_fit import fit
+from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.export.controller_table import flange_by_table
 from robolaser.export.corrected_arm import CorrectedArm
 from robolaser.export.files import EXPORTED, is_withheld
@@ -36,7 +38,9 @@ Reader = Callable[[str, Dataset, Bools], Array]
 UNSEEN_POSES: Final = 150
 """On which errors are measured: no further fold is, once there are so many; more say no more."""
 PLACING_POSES: Final = 60
-"""Beside the unseen ones, to which base and tool are fitted: they are in no file, and each fold has them elsewhere."""
+"""To which base and tool are fitted: they are in no file, and each fold has them elsewhere."""
+PLACING_SESSION: Final = 12
+"""Of these at least so many in each session that has unseen poses, whose base is its own. A judgement."""
 ALIKE: Final = 1e-7
 """[m, 1] Up to which two files have the flange at the same place: tables have six digits of a millimetre."""
 BEFORE: Final = 3
@@ -71,7 +75,7 @@ class Delivered:
 
 
 def delivered(calibration: Calibration) -> list[Delivered]:
-    """The files of the corrected arm with their errors on unseen poses, base and tool fitted.
+    """The files of the corrected arm with their errors on unseen poses, base and tool fitted to others.
 
     What a file cannot hold, the rest of the model leans on: where one fitted without it delivers more, the file is of
     that one.
@@ -145,7 +149,8 @@ class _Fold:
     without: Calibration
     looked_at: Bools
     part: Dataset
-    rows: Bools
+    unseen: Bools  # rows of the fold's poses, (m,)
+    rows: Bools  # those whose errors count, (m,)
     known: list[tuple[Array, Array]]
 
     def errors(self, flange: Array) -> Array:
@@ -153,7 +158,7 @@ class _Fold:
         for there, errors in self.known:
             if np.abs(there - flange).max() < ALIKE:
                 return errors
-        self.known.append((flange, _placed_anew(self.without, self.part, flange)[self.rows]))
+        self.known.append((flange, _placed_anew(self.without, self.part, flange, self.unseen)[self.rows]))
         return self.known[-1][1]
 
 
@@ -186,16 +191,18 @@ def _folds(calibration: Calibration) -> Iterator[_Fold]:
         if count >= UNSEEN_POSES:
             return
         held: Bools = np.isin(np.arange(len(data.poses)), data.points.pose[unseen.of_row == number])
-        others, looked_at = np.flatnonzero(~held), held.copy()
-        looked_at[others[evenly(len(others), PLACING_POSES)]] = True
+        looked_at, session = held.copy(), data.session_of_pose
+        others = np.setdiff1d(data.points.pose[np.isin(session[data.points.pose], session[held])], np.flatnonzero(held))
+        most = max(PLACING_POSES // len(np.unique(session[held])), PLACING_SESSION)
+        looked_at[others[rows_of_each(session[others], most)]] = True
         part = data.of_poses(looked_at)
-        rows = (held & is_known)[np.flatnonzero(looked_at)[part.points.pose]]
+        of_row = np.flatnonzero(looked_at)[part.points.pose]
         count += int(held.sum())
-        yield _Fold(replace(calibration, x=x), looked_at, part, rows, [])
+        yield _Fold(replace(calibration, x=x), looked_at, part, held[of_row], (held & is_known)[of_row], [])
 
 
-def _placed_anew(calibration: Calibration, part: Dataset, flange: Array) -> Array:
-    """Errors of rows seen from given flange poses, (m, j) [m]; where base, tool and target are is fitted to them."""
+def _placed_anew(calibration: Calibration, part: Dataset, flange: Array, unseen: Bools) -> Array:
+    """Errors of rows seen from given flange poses, (m, j) [m]; base, tool and target are fitted to those not unseen."""
     model = calibration.model
     poses = Poses(part.poses.names, time_s=part.poses.time_s, session=part.poses.session, T_base_flange=flange)
     sensor = tuple(one for one in model.effects if one.effect.stage not in OF_THE_ARM)
@@ -210,8 +217,13 @@ def _placed_anew(calibration: Calibration, part: Dataset, flange: Array) -> Arra
     }  # no closed form need find it
     given = {**part.parameters, **known}
     seen = AveragedData.single(replace(part, robot=None, poses=poses, parameters=given))
-    fit = Transfer.of(seen, RunSummary.of(model.dataset), sensor, held).fit()
-    return np.asarray(fit.in_metres(fit.at.plain))
+    placing = Transfer.of(seen, RunSummary.of(model.dataset), sensor, held)
+    problem = placing.problem
+    x = solve(problem, placing.x[None], kept=~unseen[None], tol=SHARE, enough=ENOUGH).x
+    errors = problem.plain(x)[0]
+    if problem.model.blocks.held_out_groups is not None:
+        errors = problem.model.blocks.located_apart(errors)
+    return np.asarray(Fit(problem, x[0]).in_metres(errors))
 
 
 def _by_module(text: str, data: Dataset, held: Bools) -> Array:

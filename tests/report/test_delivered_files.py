@@ -14,6 +14,9 @@ import pytest
 import robolaser
 from robolaser.data.dataset import Poses
 from robolaser.data.stated_noise import Noise
+from robolaser.report.console import printed
+from robolaser.report.document import Document
+from robolaser.report.setting import files_section
 from robolaser.results.delivered import _by_mujoco
 from robolaser.results.diagnosis import DiagnosisResult
 from robolaser.robot.by_name import find_robot
@@ -63,6 +66,14 @@ def test_corrected_py_does_not_hold_what_happened_in_one_of_several_sessions() -
 def test_mujoco_is_asked_where_it_is_installed(why: DiagnosisResult) -> None:
     pytest.importorskip("mujoco")
     assert by_name(why)["robot_corrected.xml"]["held_out_mm"] == pytest.approx(why.gap_mm.after, rel=0.2)
+
+
+def test_where_mujoco_is_not_installed_the_page_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    unread = {"file": "robot_corrected.xml", "held_out_mm": None, "contains": [], "lacks": []}
+    monkeypatch.setattr("robolaser.report.setting.find_spec", lambda name: None)
+    assert "not known; needs `pip install 'robolaser[mujoco]'`" in printed(
+        Document("", "", "", "", "", [], [files_section([unread])])
+    )
 
 
 def test_the_schema_knows_them_and_the_page_leads_to_each(why: DiagnosisResult, tmp_path: Path) -> None:
@@ -213,3 +224,23 @@ def test_an_arm_that_flies_apart_in_mujoco_is_nowhere_and_leaves_no_trace(
     too_stiff = re.sub(r' stiffness="[^"]*"', ' stiffness="1e20"', text)
     assert np.isnan(_by_mujoco(too_stiff, data, some)).all()
     assert [one.name for one in tmp_path.iterdir()] == ["found"]
+
+
+def test_base_and_tool_are_not_fitted_to_the_poses_that_a_file_must_predict() -> None:
+    """With few poses they would imitate much of the effect that a file lacks, and of the noise."""
+    effects = {"encoder_eccentricity:shoulder_lift_joint": 1e-3}
+    data = simulate("ur5", kind="point", poses=12, noise=Noise(point_m=3e-5), effects=effects, seed=3).dataset
+    found = robolaser.calibrate(data, effects=list(effects), weights="noise", seed=0)
+    without = robolaser.calibrate(data, weights="noise", seed=0)
+    delivered = {one["file"]: one["held_out_mm"] for one in found["files"]}
+    assert delivered["corrected.py"] == pytest.approx(1e3 * found.held_out_rms_m, rel=0.02)
+    assert delivered["robot_corrected.sdf"] == pytest.approx(1e3 * without.held_out_rms_m, rel=0.02)
+
+
+def test_base_is_placed_in_each_of_many_short_sessions() -> None:
+    effects, sessions = {"joint_offset:elbow_joint": 4e-3}, CellOptions(sessions=25)
+    noise = Noise(point_m=3e-5)
+    data = simulate("ur5", kind="point", poses=6, noise=noise, effects=effects, options=sessions, seed=1).dataset
+    found = robolaser.calibrate(data, effects=list(effects), weights="noise", seed=0)
+    delivered = {one["file"]: one["held_out_mm"] for one in found["files"]}
+    assert delivered["robot_corrected.urdf"] == pytest.approx(1e3 * found.held_out_rms_m, rel=0.05)

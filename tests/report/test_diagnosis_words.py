@@ -240,7 +240,7 @@ def test_joints_are_listed_shortly():
 def test_no_images_are_to_be_looked_at_where_there_are_none():
     for one, what in ((unexplained(), "measurements"), (MADE["no_gap"](), "images")):
         said = to_do(replace(one, outliers=np.array([0])))
-        assert f"Look at the {what} of the gross errors listed below; they are excluded here." in said
+        assert f"Look at the {what} of the `gross_errors` in `diagnosis.json`; they are excluded here." in said
 
 
 def test_the_terminal_cuts_no_name_however_long_the_caveat():

@@ -102,7 +102,7 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
     if len(diagnosis.outliers):
         what = "measurements" if diagnosis.dataset.points.pixel is None else "images"
         poses = outlying_poses(diagnosis.dataset, diagnosis.outliers)
-        odd = f"pose{'s' * (len(poses) > 1)} {shortened(poses)}" if poses else "the gross errors listed below"
+        odd = f"pose{'s' * (len(poses) > 1)} {shortened(poses)}" if poses else "the `gross_errors` in `diagnosis.json`"
         said.append(f"Look at the {what} of {odd}; they are excluded here.")
     if diagnosis.model.effects:
         beware = " They only imitate the cause: use it at poses like those measured." if only_imitate else ""
