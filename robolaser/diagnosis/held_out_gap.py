@@ -75,10 +75,10 @@ class HeldOut:
         """Of the model that these errors are of, (d,)."""
         return self._of(fit).x
 
-    def turn(self, fit: Fit) -> float:
-        """Root mean square of those numbers of the rows that are angles [rad]."""
+    def turns(self, fit: Fit) -> Array:
+        """Those numbers of each row that are angles, (m, j) [rad]."""
         row_format = fit.model.dataset.format
-        return rms(self._of(fit).rows[:, row_format.numbers - row_format.angles :])
+        return self._of(fit).rows[:, row_format.numbers - row_format.angles :]
 
     def gap(self, fit: Fit) -> float:
         """Their root mean square [m]."""

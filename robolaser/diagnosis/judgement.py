@@ -99,4 +99,5 @@ def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, no
         spread=final.spread,
         over_stated=over_stated(noise),
         rotations=gap.turns_rad[1] / final.rotation_of(noise) if gap.turns_rad else 0.0,
+        least_rotations=gap.least_turn_rad / final.rotation_of(noise) if gap.turns_rad else 0.0,
     )

@@ -155,6 +155,7 @@ class Gap:
         nominal_m: Of the sim as given; None where none was given.
         turns_rad: The same of rotations, after the ordinary parameters were fitted and with all that was found; None
             where none are measured.
+        least_turn_rad: The lower end of the 95 % interval of the latter.
         is_held_out: Whether any pose was held out; else all errors are of the poses that were fitted.
     """
 
@@ -164,6 +165,7 @@ class Gap:
     noise_floor_m: float
     after_ci95_m: tuple[float, float]
     turns_rad: tuple[float, float] | None = None
+    least_turn_rad: float = 0.0
     is_held_out: bool = True
 
 

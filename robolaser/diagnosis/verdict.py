@@ -117,6 +117,7 @@ class Evidence:
         has_effects: Whether any effect was found.
         estimated_m: Size of noise that is estimated from residuals alone [m]; centimetres mean that the model is wrong.
         rotations: Held-out error of rotations over that of a row by noise; 0 where none are measured.
+        least_rotations: The lower end of its interval.
         spread: Root mean square of whitened rows over what their median lets expect, see `spread_of`.
         over_stated: Largest ratio of a size of rows' noise that residuals gave to the stated one; 0 where none is.
     """
@@ -132,6 +133,7 @@ class Evidence:
     has_effects: bool
     estimated_m: float
     rotations: float = 0.0
+    least_rotations: float = 0.0
     spread: float = 1.0
     over_stated: float = 0.0
 
@@ -153,7 +155,8 @@ class Evidence:
 
     @property
     def _rotations_at_floor(self) -> bool:
-        return self.rotations * self.floor_m <= GAP_OVER_FLOOR * max(self.floor_m, self.expected_m)
+        expected = max(self.floor_m, self.expected_m)
+        return min(self.rotations / GAP_OVER_FLOOR, self.least_rotations) * self.floor_m <= expected
 
     @property
     def is_closed(self) -> bool:

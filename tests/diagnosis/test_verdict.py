@@ -144,6 +144,12 @@ def test_a_gap_near_the_noise_or_that_chance_may_make_is_none() -> None:
     assert judge(replace(CLEAN, gap_m=1.3e-4, least_m=1.1e-4, expected_m=1.15e-4)) == "no_gap"
 
 
+def test_rotations_above_the_noise_are_a_gap_only_where_chance_does_not_make_them() -> None:
+    assert judge(replace(CLEAN, rotations=1.2, least_rotations=0.95)) == "no_gap"
+    assert judge(replace(CLEAN, rotations=1.2, least_rotations=1.05)) == "unexplained"
+    assert judge(replace(CLEAN, rotations=1.09, least_rotations=1.05)) == "no_gap"
+
+
 def test_effects_that_leave_noise_explain_the_gap():
     assert judge(EXPLAINED) == "explained"
 
