@@ -154,7 +154,7 @@ def test_one_trajectory_is_not_enough(tmp_path: Path) -> None:
     ("text", "expected"),
     [
         ("1 2 3\n", "row 1: expected eight numbers"),
-        ("1 0 0 0 0 0 0 1\n\n# x\n2 0 0 0 0 0 0 2\n", "row 4: the quaternion"),
+        ("1 0 0 0 0 0 0 1\n\n# x\n2 0 0 0 0 0 0 2\n", "row 4, columns qx qy qz qw: the quaternion"),
         ("1 0 0 0 0 0 0 nan\n", "row 1, column qw: 'nan', expected a finite number"),
         ("# nothing\n", "no line of numbers"),
     ],
