@@ -1,5 +1,6 @@
 """A data set's check says what it allows and what is missing for the rest, and agrees with the diagnosis."""
 
+import copy
 import json
 import time
 from dataclasses import replace
@@ -13,7 +14,7 @@ from robolaser.cli import main
 from robolaser.data.dataset import Dataset
 from robolaser.data.writing import save
 from robolaser.diagnosis.data_check import DataCheck, check_data
-from robolaser.model.effects.requirements import SensorLacks
+from robolaser.model.effects.requirements import NO_JOINTS, SensorLacks
 from robolaser.simulation import simulate
 
 
@@ -118,3 +119,8 @@ def test_radial_terms_that_a_camera_fits_itself_are_no_effect() -> None:
     }
     assert said[True].reason == "the sensor's own k1, k2 and k3 are fitted and describe it"
     assert said[False].locations == ("camera",)
+
+
+def test_a_reason_is_copied_with_its_remedy() -> None:
+    copied = copy.deepcopy(NO_JOINTS)
+    assert (copied, copied.remedy) == (NO_JOINTS, NO_JOINTS.remedy)

@@ -42,6 +42,10 @@ class DataLack(str):
         made.remedy = remedy
         return made
 
+    def __reduce__(self) -> tuple[type["DataLack"], tuple[str, str]]:
+        """What a copy is made of."""
+        return DataLack, (str(self), self.remedy)
+
 
 NO_JOINTS = DataLack(
     "no joint angles in the data, only poses of the flange",
