@@ -81,8 +81,9 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
     after = held_out.errors(final)
     floor = final.size_of(noise)
     has_turns = start.model.dataset.format.angles > 0
-    turns = (rms(held_out.turns(start)), rms(held_out.turns(final))) if has_turns else None
-    least_turn = interval(held_out.turns(final), pose, seed)[0] if has_turns else 0.0
+    rotated = held_out.rotation_errors(final)
+    turns = (rms(held_out.rotation_errors(start)), rms(rotated)) if has_turns else None
+    least_turn = interval(rotated, pose, seed)[0] if has_turns else 0.0
     nominal, calibrated = _nominal_gap(start, held_out), held_out.calibrated(start)
     is_held_out = held_out.unseen(final) is not None
     return Gap(nominal, calibrated, rms(after), floor, interval(after, pose, seed), turns, least_turn, is_held_out)

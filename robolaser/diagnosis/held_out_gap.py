@@ -75,8 +75,8 @@ class HeldOut:
         """Of the model that these errors are of, (d,)."""
         return self._of(fit).x
 
-    def turns(self, fit: Fit) -> Array:
-        """Those numbers of each row that are angles, (m, j) [rad]."""
+    def rotation_errors(self, fit: Fit) -> Array:
+        """Of each row, those of its numbers that are angles, (m, j) [rad]."""
         row_format = fit.model.dataset.format
         return self._of(fit).rows[:, row_format.numbers - row_format.angles :]
 

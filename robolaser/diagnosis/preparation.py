@@ -165,7 +165,8 @@ class Preparation:
             noise = shots.at({name: size for name, size in sizes.items() if name in names})
             return outliers_of(problem_of(model, noise, final.sensor), final.x)
 
-        return far(of_rows) & far({source.name for source in shots.sources})
+        found = far(of_rows)
+        return found & far({source.name for source in shots.sources}) if found.any() else found
 
     def _left(self, data: AveragedData, final: Fit, *, smooth: bool) -> NoiseModel:
         return self._noise(NoiseEstimate.of(data, final.model, final.x, explained(final, smooth=smooth)), final)
