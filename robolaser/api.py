@@ -115,7 +115,7 @@ def diagnose(
     Args:
         data: A data set, or the log of a moving arm; or its folder.
         effects: The library of effects, classes or names; `[*robolaser.EFFECTS, Mine]` extends the default.
-        seed: Seed of folds and resampling; the same seed gives the same answer.
+        seed: Seed of folds and resampling; 1 by default. The same seed gives the same answer.
         without: Names of effects to remove from the library.
         validate: Other data of the same arm, on which the result is tested.
         progress: Called with the current step and its finished share.
@@ -132,6 +132,7 @@ def diagnose(
         >>> why.verdict
         'no_gap'
     """
+    seed = 1 if seed is None else seed
     if _is_motion(data):
         from robolaser.motion.diagnosis import diagnose_motion  # noqa: PLC0415 - measured poses need none of it
         from robolaser.results.motion import MotionResult  # noqa: PLC0415
@@ -144,7 +145,7 @@ def diagnose(
     kinds = None if effects is None else _kinds(effects)
     others = [_data_set(one) for one in validate]
     again = partial(examine, effects=kinds, seed=seed, without=without, validate=others, progress=progress)
-    return DiagnosisResult.of(again(_data_set(data)), seed or 0, again)
+    return DiagnosisResult.of(again(_data_set(data)), seed, again)
 
 
 def compare(
@@ -193,7 +194,7 @@ def check(data: Data) -> DataCheck:
     return check_data(_data_set(data))
 
 
-def plan(data: Data, *, points: int | None = None, seed: int = 0) -> PosePlan:
+def plan(data: Data, *, points: int | None = None, seed: int = 1) -> PosePlan:
     """Show which effects could be detected and distinguished at planned poses.
 
     Args:

@@ -51,7 +51,7 @@ def examine(
     dataset: Dataset,
     effects: Sequence[type[Effect]] | None = None,
     *,
-    seed: int | None = None,
+    seed: int = 1,
     without: Sequence[str] = (),
     validate: Sequence[Dataset] = (),
     progress: Progress | None = None,
@@ -83,13 +83,13 @@ def examine(
         kinds = _kinds(effects, without)
 
         def examined(data: Dataset) -> Diagnosis:
-            return _examine(data, kinds, seed or 0, tell, began)
+            return _examine(data, kinds, seed, tell, began)
 
-        found = with_gravity_turned(with_parameters_free(examined(dataset), examined, seed or 0), examined)
+        found = with_gravity_turned(with_parameters_free(examined(dataset), examined, seed), examined)
         if not validate:
             return found
         tell("predicting other data", 0.9)
-        found = validated(found, validate, seed or 0)
+        found = validated(found, validate, seed)
     return replace(found, seconds=time.perf_counter() - began)
 
 

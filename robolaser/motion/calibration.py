@@ -36,7 +36,7 @@ class MotionFit:
         log: MotionLog,
         parts: Sequence[KindDiagnosis],
         findings: Sequence[SelectedEffect],
-        seed: int | None,
+        seed: int,
         seconds: float,
     ) -> "MotionFit":
         """From what each kind of rows says."""
@@ -54,7 +54,7 @@ class MotionFit:
 
 
 def calibrate_motion(
-    log: MotionLog, effects: Sequence[str] = (), seed: int | None = None, progress: Progress | None = None
+    log: MotionLog, effects: Sequence[str] = (), seed: int = 1, progress: Progress | None = None
 ) -> MotionFit:
     """Find the numbers of effects.
 

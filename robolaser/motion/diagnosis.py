@@ -48,7 +48,7 @@ def diagnose_motion(
     log: MotionLog,
     effects: Sequence[str] | None = None,
     without: Sequence[str] = (),
-    seed: int | None = None,
+    seed: int = 1,
     progress: Progress | None = None,
 ) -> MotionDiagnosis:
     """Say why a moving arm does not do what its model says.

@@ -101,9 +101,7 @@ def resolution(readings: Array) -> float | None:
     return step if float(np.mean(off < 0.05)) > 0.95 else None
 
 
-def at_flange(
-    log: MotionLog, gap: KindGap, before: Array, after: Array, seed: int | None
-) -> tuple[dict[str, Any], Array]:
+def at_flange(log: MotionLog, gap: KindGap, before: Array, after: Array, seed: int) -> tuple[dict[str, Any], Array]:
     """The tracking error as that of the flange's place, in the words of JSON files.
 
     Args:

@@ -30,7 +30,7 @@ def simulate_motion(
     *,
     series: int = 6,
     effects: Mapping[str, float] | None = None,
-    seed: int | None = None,
+    seed: int = 1,
     name: str = "",
 ) -> MotionLog:
     """Move an arm along sines, from rest to rest and at constant speeds; log commands, both encoders and torques.

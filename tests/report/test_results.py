@@ -9,6 +9,7 @@ import jsonschema
 import pytest
 
 import robolaser
+from robolaser.cli import main
 from robolaser.data.dataset import Dataset
 from robolaser.errors import OutputError, UsageError
 from robolaser.report.plots import VEGA_LITE
@@ -91,6 +92,16 @@ def test_a_diagnosis_reads_like_its_file_and_is_read_back_as_the_same(tmp_path: 
         assert one.effects[0].parameters["offset"].value == one["effects"][0]["parameters"]["offset"]["value"]
         assert one.value("joint_offset.joint_2.offset") == pytest.approx(0.01, rel=0.1)
     is_the_same(read, why, tmp_path, "diagnosis")
+
+
+@pytest.mark.parametrize("kind", ["point", "motion"])
+def test_without_a_seed_python_says_what_the_command_says(tmp_path: Path, kind: str) -> None:
+    data, found = tmp_path / "data", tmp_path / "found"
+    size = ["--sessions", "2"] if kind == "motion" else ["--poses", "12"]
+    assert main(["simulate", "--robot", "ur5e", "--sensor", kind, *size, "--output", str(data)]) == 0
+    assert main(["diagnose", str(data), "--output", str(found)]) == 0
+    commanded = json.loads((found / "diagnosis.json").read_text())
+    assert robolaser.diagnose(data)["gap_mm"] == commanded["gap_mm"]
 
 
 def is_the_same(read: Any, made: Any, folder: Path, kind: str) -> None:
