@@ -128,8 +128,8 @@ def aliases(refits: Refits, final: Fit, held_out: HeldOut) -> list[CandidateEffe
     largest = max(explained.values(), default=0.0)
 
     def predicts(one: CandidateEffect) -> bool:
-        without = held_out.errors(refits.refit(final, removed=one))
-        return is_lower(without, held_out.errors(final), final.model.dataset.points.pose)
+        without = held_out.all_errors(refits.refit(final, removed=one))
+        return is_lower(without, held_out.all_errors(final), final.model.dataset.points.pose)
 
     return [
         one

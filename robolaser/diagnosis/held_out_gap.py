@@ -45,6 +45,8 @@ class HeldOut:
         self._folds = assign_folds(start.model, seed)
         self._known: dict[Fit, _Errors] = {}
         self._calibration = calibration
+        noise = start.noise
+        self._lever = start.size_of(noise) / start.rotation_of(noise) if start.model.dataset.format.angles else 0.0
 
     def _of(self, fit: Fit) -> _Errors:
         if fit not in self._known:
@@ -81,8 +83,16 @@ class HeldOut:
         return self._of(fit).rows[:, row_format.numbers - row_format.angles :]
 
     def gap(self, fit: Fit) -> float:
-        """Their root mean square [m]."""
+        """Root mean square of those at the points' places [m]."""
         return rms(self.errors(fit))
+
+    def all_errors(self, fit: Fit) -> Array:
+        """Of each row, (m, j'), rotations counted in: times the lever at which their noise is that of positions [m]."""
+        return np.hstack([self.errors(fit), self._lever * self.rotation_errors(fit)])
+
+    def misfit(self, fit: Fit) -> float:
+        """Root mean square of these [m]: what an effect must lower."""
+        return rms(self.all_errors(fit))
 
     def calibrated(self, start: Fit) -> float:
         """The calibration's own [m], also where a search left out other rows; without one, that of the start."""

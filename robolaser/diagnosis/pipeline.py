@@ -226,7 +226,7 @@ def _only_imitate(
     if not any(one.probability >= LEAST_PROBABILITY or class_of(one.candidate_effect) in likely for one in evidence):
         return True
     pose = final.model.dataset.points.pose
-    return verdict == "unexplained" and not is_lower(held_out.errors(start), held_out.errors(final), pose)
+    return verdict == "unexplained" and not is_lower(held_out.all_errors(start), held_out.all_errors(final), pose)
 
 
 def _where(

@@ -99,7 +99,7 @@ def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequenc
     One that does not lower the gap waits for the others: many do so only beside them. Effects that are too improbable
     to be listed come last.
     """
-    gaps = {one: held_out.gap(refits.refit(final, removed=one)) for one in final.effects}
+    gaps = {one: held_out.misfit(refits.refit(final, removed=one)) for one in final.effects}
     folded = {one.candidate_effect for one in evidence if one.probability < LEAST_PROBABILITY}
     remaining = sorted(
         refits.tests_of(final), key=lambda test: (test.candidate_effect in folded, -gaps[test.candidate_effect])
@@ -108,7 +108,7 @@ def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequenc
     while remaining:
         test = remaining.pop(0)
         fit = refits.of(fits[-1], [test]) if remaining else final
-        if waiting < len(remaining) and held_out.gap(fit) >= held_out.gap(fits[-1]):
+        if waiting < len(remaining) and held_out.misfit(fit) >= held_out.misfit(fits[-1]):
             remaining.append(test)
             waiting += 1
         else:
@@ -122,7 +122,7 @@ def _not_lowering(nested: Sequence[Fit], held_out: HeldOut) -> list[CandidateEff
     rises = {}
     for before, after in pairwise(nested):
         (added,) = set(after.effects) - set(before.effects)
-        rises[added] = held_out.gap(after) - held_out.gap(before)
+        rises[added] = held_out.misfit(after) - held_out.misfit(before)
     return sorted((one for one in rises if rises[one] >= 0.0), key=lambda one: -rises[one])
 
 
@@ -140,7 +140,7 @@ def needed_again(refits: Refits, selected: Fit, final: Fit, held_out: HeldOut) -
             continue
         fit = refits.of(final, [test])
         costs_less = refits.cost(fit) < refits.cost(final) and not fit.exceeds_bounds(one)
-        if costs_less and held_out.gap(fit) < held_out.gap(final) and _unmodelled(refits, fit, one) <= EVEN:
+        if costs_less and held_out.misfit(fit) < held_out.misfit(final) and _unmodelled(refits, fit, one) <= EVEN:
             return fit
     return None
 
@@ -160,7 +160,7 @@ def _plausible(refits: Refits, final: Fit) -> Fit:
 def exchanged(final: Fit, evidence: EffectEvidence, held_out: HeldOut) -> Fit | None:
     """The fit with an effect replaced by one more probable than not that predicts new poses as well."""
     probable = (fit for other, fit in evidence.alternatives if evidence.weights[other] > EVEN)
-    return next((fit for fit in probable if held_out.gap(fit) <= held_out.gap(final)), None)
+    return next((fit for fit in probable if held_out.misfit(fit) <= held_out.misfit(final)), None)
 
 
 def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -> float:
@@ -196,14 +196,14 @@ def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Announce) 
 
     And without any, where all of them together do not.
     """
-    gap = held_out.gap(final)
+    error = held_out.misfit(final)
     while final.effects:
         progress(f"leaving out each of {len(final.effects)} effects")
         less = min((refits.refit(final, removed=one) for one in final.effects), key=lambda fit: fit.chi2)
-        if held_out.gap(less) > gap:
+        if held_out.misfit(less) > error:
             break
-        final, gap = less, held_out.gap(less)
-    return refits.start if final.effects and gap >= held_out.gap(refits.start) else final
+        final, error = less, held_out.misfit(less)
+    return refits.start if final.effects and error >= held_out.misfit(refits.start) else final
 
 
 def probable_remainder(

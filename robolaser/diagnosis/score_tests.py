@@ -14,7 +14,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.dense_grids import gains_of_steps, gains_of_waves
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit, best_amplitudes
-from robolaser.diagnosis.thresholds import INDEPENDENT_SHAPES
+from robolaser.diagnosis.thresholds import CHI2_PER_PARAMETER, INDEPENDENT_SHAPES
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import DataLack
 from robolaser.model.grouped_rows import group_sums
@@ -97,13 +97,24 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
             continue
         grid = one.effect.grid(fit.model.dataset, one.where)
         tried = len(grid)
-        if tried > DENSE_GRID and (one.effect.harmonics or one.effect.begins):
-            gains = _gains_of_waves if one.effect.harmonics else _gains_of_steps
-            grid = grid[[int(np.argmax(gains(fit, one, grid[:, 0], known)))]]
+        if tried > DENSE_GRID and one.effect.harmonics:
+            grid = _likeliest_wave(fit, one, grid[:, 0], known)
+        elif tried > DENSE_GRID and one.effect.begins:
+            grid = grid[[int(np.argmax(_gains_of_steps(fit, one, grid[:, 0], known)))]]
         elif tried > DENSE_GRID and grid.shape[1] == 1:
             grid = _nested(fit, one, grid, known)
         found.append(_best(fit, one, grid, tried, known))
     return found
+
+
+def _likeliest_wave(fit: Fit, wave: CandidateEffect, frequencies: Array, known: Columns) -> Array:
+    """The frequency that explains most, (1, 1); the double one where that of the first harmonic has no part in it."""
+    best = frequencies[int(np.argmax(_gains_of_waves(fit, wave, frequencies, known)))]
+    step = frequencies[1] - frequencies[0]
+    near = best + step * np.linspace(-0.5, 0.5, 9)
+    single, double = (_gains_of_waves(fit, wave, n * near, known).max() for n in (1, 2))
+    is_double = 2.0 * best <= frequencies[-1] and single < double + 2.0 * CHI2_PER_PARAMETER
+    return np.array([[2.0 * best if is_double else best]])
 
 
 def _gains_of_waves(fit: Fit, wave: CandidateEffect, frequencies: Array, known: Columns) -> Array:

@@ -77,7 +77,7 @@ def set_rivals(refits: Refits, fit: Fit, one: CandidateEffect, held_out: HeldOut
 
 def _limits(fit: Fit, rival: Fit, held_out: HeldOut) -> tuple[float, float]:
     """The least and the largest probability of a rival, by how well both predict held-out poses."""
-    pose, own, other = fit.model.dataset.points.pose, held_out.errors(fit), held_out.errors(rival)
+    pose, own, other = fit.model.dataset.points.pose, held_out.all_errors(fit), held_out.all_errors(rival)
     least = 0.0 if is_lower(other, own, pose) else 1.0 - LIKELY
     return least, 1.0 if is_lower(own, other, pose) else LIKELY
 

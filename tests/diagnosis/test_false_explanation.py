@@ -54,3 +54,16 @@ def test_a_joint_that_scatters_at_ten_poses_is_no_gear(arm: str, seed: int) -> N
     q[:, 1] += 7e-4 * np.random.default_rng(seed).standard_normal(len(q))
     found = examine(replace(made.dataset, poses=replace(made.dataset.poses, q=q)), seed=0)
     assert not [one for one in found.findings if one.probability >= 0.5]
+
+
+def test_what_lowers_only_the_error_of_rotations_is_an_explanation() -> None:
+    noise = Noise(point_m=5e-4, angle_rad=2e-5, joint_rad=1e-5)
+    made = simulate(find_robot("panda"), kind="pose", poses=40, noise=noise, seed=2).dataset
+    assert made.poses.q is not None
+    last = np.array([0, 0, 0, 0, 0, 0, 1])
+    read = replace(made, poses=replace(made.poses, q=made.poses.q * (1.0 - 3e-4 * last)))
+    found = examine(read, seed=1)
+    (one,) = found.findings
+    assert str(one.candidate_effect) == "encoder_scale at panda_joint7"
+    assert one.probability > 0.9
+    assert found.verdict == "explained"
