@@ -1,6 +1,7 @@
 """The model's error on poses that it was not fitted to."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy.special import ndtr, stdtrit
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import Calibration, rms
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.thresholds import EVEN
 from robolaser.estimation.folds import FoldFits, assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import FOLD_ENOUGH, FOLD_SHARE
 from robolaser.model.noise.covariance import NoiseModel
@@ -39,14 +41,30 @@ class HeldOut:
         seed: Assigns poses to folds.
         calibration: Of the model without effects, weighed by noise: of the same rows, its held-out errors are that
             model's.
+        selected: The model with all effects that cost less than they explain; without it, rotations do not count.
     """
 
-    def __init__(self, start: Fit, seed: int, calibration: Calibration | None = None) -> None:
+    def __init__(
+        self, start: Fit, seed: int, calibration: Calibration | None = None, selected: Fit | None = None
+    ) -> None:
         self._folds = assign_folds(start.model, seed)
         self._known: dict[Fit, _Errors] = {}
         self._calibration = calibration
-        noise = start.noise
-        self._lever = start.size_of(noise) / start.rotation_of(noise) if start.model.dataset.format.angles else 0.0
+        self._start, self._selected = start, selected
+
+    @cached_property
+    def _lever(self) -> float:
+        """At which the noise of rotations is that of positions [m].
+
+        0 where the effects selected leave most of the rotations' error: they may only imitate its cause.
+        """
+        start, selected = self._start, self._selected
+        if selected is None or not start.model.dataset.format.angles:
+            return 0.0
+        before, after = (rms(self.rotation_errors(fit)) for fit in (start, selected))
+        if after**2 > EVEN * before**2:
+            return 0.0
+        return start.size_of(start.noise) / start.rotation_of(start.noise)
 
     def _of(self, fit: Fit) -> _Errors:
         if fit not in self._known:
@@ -87,7 +105,7 @@ class HeldOut:
         return rms(self.errors(fit))
 
     def all_errors(self, fit: Fit) -> Array:
-        """Of each row, (m, j'), rotations counted in: times the lever at which their noise is that of positions [m]."""
+        """Of each row, (m, j'), rotations counted in, by their lever [m]."""
         return np.hstack([self.errors(fit), self._lever * self.rotation_errors(fit)])
 
     def misfit(self, fit: Fit) -> float:

@@ -113,7 +113,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     start = refits.start
 
     progress("weighing the evidence", 0.6)
-    held_out = HeldOut(start, seed, calibration)
+    held_out = HeldOut(start, seed, calibration, selected)
     nested, evidence, left = prune(refits, selected, held_out, lambda what: progress(what, 0.6))
     final = nested[-1]
 
@@ -143,7 +143,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     errors = standard_errors(final, refits.score_tests(final), evidence, whole)
     findings = findings_of(refits, nested, evidence, held_out, whole, errors)
     repeatability = repeatability_of(final, noise)
-    odd = rows_sentence(final, noise, verdict, dataset, outliers)
+    odd = "" if misread else rows_sentence(final, noise, verdict, dataset, outliers)
     moved = misread.shift if misread else len(preparation.belongs)
     return Diagnosis(
         dataset=dataset,

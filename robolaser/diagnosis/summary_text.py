@@ -10,7 +10,7 @@ from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, PartScatter
 from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Validation
-from robolaser.diagnosis.thresholds import CERTAIN, EVEN, GAP_OVER_FLOOR
+from robolaser.diagnosis.thresholds import CERTAIN, EVEN, GAP_OVER_FLOOR, LEAST_PROBABILITY
 
 NAMED = 3
 """Effects, classes or sets that a sentence names; the rest are counted."""
@@ -55,7 +55,7 @@ def sentence(
         text += f" The error of rotations on new poses is {after}" + (f", {before} without it." if findings else ".")
     if scatter:
         text += f" {scatters(scatter)}"
-    elif repeatability.is_most_of(gap.noise_floor_m):
+    elif not hindrance and repeatability.is_most_of(gap.noise_floor_m):
         limit = "the stated repeatability" if repeatability.is_stated else "the usual repeatability of arms"
         text += (
             f" Whole poses scatter by {millimetres(repeatability.at_sensor_m)}, with no cause visible in these data."
@@ -149,7 +149,7 @@ def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:
 
 def millimetres(length_m: float) -> str:
     """A length with the digits that an error has; rounding errors are no lengths."""
-    return "less than 1 nm" if length_m < 1e-9 else f"{1e3 * length_m:.3g} mm"
+    return "less than 1 nm" if length_m < 1e-9 else f"{float(f'{1e3 * length_m:.3g}'):g} mm"
 
 
 def _where_noise(gap: Gap) -> str:
@@ -178,11 +178,14 @@ def _unexplained(
         is_closed = gap.after_m <= GAP_OVER_FLOOR * gap.noise_floor_m
         imitated = _imitated(findings, classes, gap, lies.replace("remaining ", "") if is_closed else lies)
         return imitated or _causes("A part of the gap is explained", findings, classes, gap) + lies
-    floor = millimetres(gap.noise_floor_m)
-    beside = f"within the noise ({floor}), yet not random" if gap.after_m < gap.noise_floor_m else _where_noise(gap)
+    if gap.turns_rad is None and gap.after_m <= GAP_OVER_FLOOR * gap.noise_floor_m:
+        return (
+            "The error on new poses is about that of noise alone, yet it is not random, and no effect of the"
+            f" library explains it: {_with_noise(gap)}{lies}"
+        )
     return (
         f"The gap is real, and no effect of the library explains it: {millimetres(gap.after_m)} on new poses,"
-        f" {beside}.{lies}"
+        f" {_where_noise(gap)}.{lies}"
     )
 
 
@@ -256,8 +259,9 @@ def _doubts(doubtful: Sequence[Finding], sure: Sequence[CauseClass], *, is_all: 
     if len(either) >= len(doubtful):
         return text
     which = "which of these single effects are the cause" if is_all and not text else "which others are the cause"
-    if is_all and not text and len(doubtful) == 1:
-        which = f"whether {named(doubtful[0].candidate_effect)} or another one is the cause"
+    reported = [found for found in doubtful if found.probability >= LEAST_PROBABILITY]
+    if is_all and not text and len(reported) == 1:
+        which = f"whether {named(reported[0].candidate_effect)} or another one is the cause"
     return f"{text} These poses do not show {which}.".lstrip()
 
 

@@ -43,7 +43,10 @@ def weighed(weights: dict[CandidateEffect | None, float], credibility: float = 1
 
 
 def test_a_kind_is_told_where_its_effects_are_and_not_where_these_are_too_improbable() -> None:
-    refits, held_out = SimpleNamespace(without=lambda *_: None, of=lambda _: None), SimpleNamespace(gap=lambda _: 1.0)
+    refits, held_out = (
+        SimpleNamespace(without=lambda *_: None, of=lambda _: None),
+        SimpleNamespace(gap=lambda _: 1.0),
+    )
     evidence = [weighed({ELBOW: 0.999, None: 0.001}), weighed({GEAR: 0.001, None: 0.999})]
     assert [one.effect for one in cause_kinds(refits, None, evidence, held_out)] == ["joint_offset"]
 
@@ -119,7 +122,7 @@ def test_what_is_probable_in_a_place_takes_it_where_new_poses_are_predicted_as_w
         weighed({ELBOW: 1.0 - weight, WRIST: weight, None: 0.0}),
         alternatives=((WRIST, "with the wrist"),),  # type: ignore[arg-type]
     )
-    held_out = SimpleNamespace(gap=lambda fit: gaps[fit])
+    held_out = SimpleNamespace(misfit=lambda fit: gaps[fit])
     found = exchanged("final", evidence, held_out)  # type: ignore[arg-type]
     assert found == ("with the wrist" if takes else None)
 
