@@ -1,6 +1,6 @@
 """The model's error on poses that it was not fitted to."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
@@ -9,10 +9,12 @@ from scipy.special import ndtr, stdtrit
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import Calibration, rms
+from robolaser.diagnosis.effect_columns import prior_scales
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.thresholds import EVEN
 from robolaser.estimation.folds import FoldFits, assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import FOLD_ENOUGH, FOLD_SHARE
+from robolaser.estimation.problem import Problem
 from robolaser.model.noise.covariance import NoiseModel
 
 RESAMPLES = 2000
@@ -80,7 +82,8 @@ class HeldOut:
         if self._folds is None:
             return _Errors(fit.in_metres(fit.at.plain), fit.at.plain, None, fit.x)
         enough = max(FOLD_ENOUGH, FOLD_SHARE * fit.chi2)
-        folds = held_out(fit.problem, fit.x, self._folds, enough=enough, slopes=fit.at.slopes.T)
+        problem = _with_usual_sizes(fit) if self._folds.whole else fit.problem
+        folds = held_out(problem, fit.x, self._folds, enough=enough, slopes=fit.at.slopes.T)
         return _Errors(fit.in_metres(folds.errors), folds.errors, folds, fit.x)
 
     def errors(self, fit: Fit) -> Array:
@@ -116,6 +119,20 @@ class HeldOut:
         """The calibration's own [m], also where a search left out other rows; without one, that of the start."""
         known = self._calibration.held_out_rms_m if self._calibration else None
         return self.gap(start) if known is None else known
+
+
+def _with_usual_sizes(fit: Fit) -> Problem:
+    """A fit's problem with a prior for each effect: its numbers are as large as they are in all.
+
+    Without a whole socket, the others may say nothing of some of them, as of a turn about the line through two.
+    """
+    assert fit.problem.prior is not None  # `problem_of` has it
+    prior = fit.problem.prior.copy()
+    for one in fit.effects:
+        scales = prior_scales(one)
+        own = [fit.problem.parameters.names.index(name) for name in one.parameters.names[: len(scales)]]
+        prior[own] = np.minimum(prior[own], scales * np.sqrt(np.mean((fit.x[own] / scales) ** 2)))
+    return replace(fit.problem, prior=prior)
 
 
 def is_lower(before: Array, after: Array, pose: Ints) -> bool:

@@ -12,6 +12,7 @@ import robolaser
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.evidence import EffectEvidence
@@ -119,6 +120,15 @@ def test_held_out_errors_are_those_of_a_fit_without_the_fold(clean: tuple[Averag
 def test_held_out_errors_are_larger_than_those_of_the_fit(clean: tuple[AveragedData, Fit]) -> None:
     _, fitted = clean
     assert HeldOut(fitted, 0).gap(fitted) > rms(fitted.at.plain)
+
+
+@pytest.mark.parametrize("seed", [21, 22])
+def test_a_base_that_was_moved_is_found_though_two_of_three_sockets_do_not_show_how_it_turned(seed: int) -> None:
+    effects, noise = {"base_shift:base": 1.6e-4}, Noise(joint_rad=1e-5)
+    found = examine(simulate(find_robot("iiwa14"), kind="socket", noise=noise, effects=effects, seed=seed).dataset)
+    assert [str(one.candidate_effect) for one in found.findings] == ["base_shift at base"]
+    assert found.findings[0].probability > 0.9
+    assert found.gap.after_m < 0.3 * found.gap.calibrated_m
 
 
 @pytest.mark.parametrize(
