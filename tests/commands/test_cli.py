@@ -143,7 +143,7 @@ def test_every_promised_file_is_there_and_no_state_is_left(result: Path) -> None
     there = {path.name for path in result.iterdir()}
     assert there == {
         "calibration.json", "report.html", "robot.urdf", "camera.yaml", "robot_corrected.xml", "corrected.py",
-        "robot_corrected.sdf", MANIFEST,
+        "robot_corrected.sdf", "static_transform.sh", MANIFEST,
     }  # fmt: skip
 
 
