@@ -143,8 +143,8 @@ def diagnose(
         return MotionResult(diagnose_motion(log, names, without, seed, progress))
     kinds = None if effects is None else _kinds(effects)
     others = [_data_set(one) for one in validate]
-    again = partial(examine, effects=kinds, seed=seed, without=without, validate=others, progress=progress)
-    return DiagnosisResult.of(again(_data_set(data)), seed or 0, again)
+    again = partial(examine, effects=kinds, seed=seed, without=without, validate=others)
+    return DiagnosisResult.of(again(_data_set(data), progress=progress), seed or 0, again)
 
 
 def compare(

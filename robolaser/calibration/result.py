@@ -93,7 +93,7 @@ class Calibration:
         """The parameters by name, (1,) each."""
         return self.model.parameters.values(self.x[None])
 
-    @cached_property
+    @property
     def in_cell(self) -> InCell:
         """The sensors in the cell."""
         return in_cell(self.model.blocks, self.values, self.model.perturb(self.values))
