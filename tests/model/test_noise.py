@@ -9,6 +9,7 @@ from robolaser.data.board import Board
 from robolaser.data.stated_noise import Noise
 from robolaser.estimation.noise_estimate import known_sizes, noise_of
 from robolaser.model.derivatives import jacobian_matrix
+from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.likelihood import NoiseLikelihood, PoseErrors, condensed
@@ -321,3 +322,16 @@ def test_a_turn_about_the_only_ball_of_a_pose_is_no_source_of_noise():
     dataset = simulate(find_robot("scorbot_er7"), kind="profile", poses=12, noise=Noise(joint_rad=1e-5), seed=3).dataset
     model = Model(dataset)
     assert "flange_turn" not in noise_of(model, model.parameters.nominal).sigmas
+
+
+def test_a_source_that_moves_no_row_is_at_its_least_and_the_others_are_as_without_it():
+    cell = stripe_cell(np.random.default_rng(9), poses=30, points=8, robot="scorbot_er7")
+    shaken = cell.shaken(np.random.default_rng(10), pixel=0.1, target=3e-5, joint=2e-4)
+    model, x = shaken.model(), cell.truth(cell.model())
+    sources, J = error_sources(model, x), jacobian_matrix(model, x)
+    turn = ErrorSource("flange_turn", np.zeros((len(shaken.dataset.points), 3, 3)), shaken.dataset.points.pose, "rad")
+    found, without = (
+        NoiseLikelihood(chosen, shaken.dataset.points.pose, model.residuals(x[None])[0], J).likeliest({})[0]
+        for chosen in ((*sources, turn), sources)
+    )
+    assert found.sigmas == {**without.sigmas, "flange_turn": turn.least}
