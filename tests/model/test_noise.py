@@ -160,9 +160,20 @@ def test_gross_errors_do_not_pass_for_pixel_noise():
     assert pixel_repeats(replace(shaken.dataset, points=points)).sigma_px == pytest.approx(0.15, rel=0.2)
 
 
-def test_too_few_repeats_say_nothing():
+def test_whole_pixels_of_which_most_repeat_alike_are_not_without_noise():
+    cell = stripe_cell(np.random.default_rng(1), poses=10, points=8, repeats=3, robot="scorbot_er7")
+    shaken = cell.shaken(np.random.default_rng(2), pixel=0.15)
+    points = replace(shaken.dataset.points, pixel=np.round(shaken.dataset.points.pixel))
+    assert 0.15 < pixel_repeats(replace(shaken.dataset, points=points)).sigma_px < 0.45
+
+
+def test_too_few_repeats_say_nothing_nor_does_a_column_that_never_changes():
     cell = stripe_cell(np.random.default_rng(1), poses=2, points=4, repeats=2, robot="scorbot_er7")
     assert pixel_repeats(cell.dataset) is None
+    cell = stripe_cell(np.random.default_rng(1), poses=20, points=8, repeats=3)
+    shaken = cell.shaken(np.random.default_rng(2), pixel=0.15)
+    pixel = np.insert(shaken.dataset.points.pixel[:, 1:], 0, 63.1, axis=1)
+    assert pixel_repeats(replace(shaken.dataset, points=replace(shaken.dataset.points, pixel=pixel))) is None
 
 
 def sizes_of(cell: Cell, rng: np.random.Generator, count: int, **noise: float) -> dict[str, np.ndarray]:
