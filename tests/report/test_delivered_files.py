@@ -70,7 +70,7 @@ def test_mujoco_is_asked_where_it_is_installed(why: DiagnosisResult) -> None:
 
 def test_where_mujoco_is_not_installed_the_page_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     unread = {"file": "robot_corrected.xml", "held_out_mm": None, "contains": [], "lacks": []}
-    monkeypatch.setattr("robolaser.report.setting.find_spec", lambda name: None)
+    monkeypatch.setattr("robolaser.export.files.find_spec", lambda name: None)
     assert "not known; needs `pip install 'robolaser[mujoco]'`" in printed(
         Document("", "", "", "", "", [], [files_section([unread])])
     )
