@@ -82,7 +82,7 @@ def files_section(files: Sequence[Mapping[str, Any]]) -> Section:
     ]
     columns = [
         Column("File", "name", 24, "file"),
-        Column("Error on new poses", brief="error on new poses"),
+        Column("Error on new poses", brief="error on new poses, base and tool re-fitted"),
         Column("Contains"),
         Column("Lacks", brief="lacks"),
     ]

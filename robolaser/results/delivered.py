@@ -37,7 +37,7 @@ Reader = Callable[[str, Dataset, Bools], Array]
 UNSEEN_POSES: Final = 150
 """On which errors are measured: no further fold is, once there are so many; more say no more."""
 PLACING_POSES: Final = 60
-"""To which base and tool are fitted: they are in no file, and each fold has them elsewhere."""
+"""To which base and tool are fitted: few files have them, and each fold has them elsewhere."""
 PLACING_SESSION: Final = 12
 """Of these at least so many in each session that has unseen poses, whose base is its own. A judgement."""
 ALIKE: Final = 1e-7

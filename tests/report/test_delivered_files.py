@@ -80,7 +80,7 @@ def test_the_schema_knows_them_and_the_page_leads_to_each(why: DiagnosisResult, 
     why.save(tmp_path / "why")
     written = json.loads((tmp_path / "why" / "diagnosis.json").read_text(encoding="utf-8"))
     jsonschema.validate(written, json.loads(files("robolaser.schemas").joinpath("diagnosis.schema.json").read_text()))
-    assert "error on new poses" in str(why)
+    assert "error on new poses, base and tool re-fitted" in str(why)
     page = (tmp_path / "why" / "report.html").read_text(encoding="utf-8")
     for one in why["files"]:
         assert f'<a href="{one["file"]}">' in page
