@@ -144,8 +144,8 @@ def diagnose(
         return MotionResult(diagnose_motion(log, names, without, seed, progress))
     kinds = None if effects is None else _kinds(effects)
     others = [_data_set(one) for one in validate]
-    again = partial(examine, effects=kinds, seed=seed, without=without, validate=others, progress=progress)
-    return DiagnosisResult.of(again(_data_set(data)), seed, again)
+    again = partial(examine, effects=kinds, seed=seed, without=without, validate=others)
+    return DiagnosisResult.of(again(_data_set(data), progress=progress), seed, again)
 
 
 def compare(

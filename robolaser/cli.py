@@ -7,6 +7,7 @@ import shlex
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from itertools import pairwise
 
 from cyclopts import App, CycloptsError, Group, Parameter
 
@@ -118,8 +119,11 @@ def _run(tokens: Sequence[str]) -> None:
 
     Raises:
         CycloptsError: What was typed has no meaning.
-        RobolaserError: The command's own.
+        RobolaserError: The command's own, or that of a value that is empty.
     """
+    for before, token in pairwise(["robolaser", *tokens]):
+        if re.fullmatch(r"(--[\w-]+=)?", token):  # as a path it would be the current folder
+            raise UsageError(f"The value after {token or before} is empty. Is a variable of your shell not set?")
     command, bound, passed_in = app.parse_args(tokens, print_error=False, exit_on_error=False)
     words, apps, _ = app.parse_commands(tokens)
     if apps[-1].default_command is None and not {"--help", "-h"} & set(tokens):

@@ -47,6 +47,7 @@ class Misread:
 
     sentence: str
     shift: int  # by how many poses the rows of points.csv are off; 0 where something else is wrong
+    share: float  # of the mean squared error, which there is not when they are read so
 
 
 def misread(model: Model, rms_m: float) -> Misread | None:
@@ -80,6 +81,7 @@ def _tried(model: Model, *, in_every_way: bool) -> Misread | None:
     return Misread(
         f"{fault}{either}: with that corrected, the error is {_millimetres(best)}{instead}. Correct {where}.",
         found.shift,
+        float(1.0 - (best / as_read) ** 2),
     )
 
 

@@ -93,7 +93,7 @@ class Calibration:
         """The parameters by name, (1,) each."""
         return self.model.parameters.values(self.x[None])
 
-    @cached_property
+    @property
     def in_cell(self) -> InCell:
         """The sensors in the cell."""
         return in_cell(self.model.blocks, self.values, self.model.perturb(self.values))
@@ -233,6 +233,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "gravity": list(robot.gravity) if robot else None,
         "image": list(dataset.image_px) if dataset.image_px else None,
     }
+    is_in_metres = all(unit == "m" for _, unit, _ in model.blocks.kinds_of_rows.values())
     return {
         "format": FORMAT,
         "dataset": dataset.name,
@@ -244,7 +245,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "model": description,
         "effects": _effect_entries(calibration),
         "run": asdict(RunSummary.of(dataset)),
-        "objective_m2": calibration.objective_m2 if model.blocks.unit == "m" else None,
+        "objective_m2": calibration.objective_m2 if is_in_metres else None,
         "rms_m": calibration.rms_m,
         "max_m": float(np.linalg.norm(calibration.errors_m, axis=-1).max()),
         "axis_max_m": [float(a) for a in np.abs(calibration.errors_m).max(axis=0)],

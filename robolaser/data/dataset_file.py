@@ -12,6 +12,7 @@ from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.parameter_table import parameters_of
+from robolaser.data.printed_board import dictionary
 from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
 from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.several_sensors import described_members
@@ -226,6 +227,8 @@ def _check_board(board: Board) -> None:
             raise lacking(FILE, f"[board] {key}", ", which a ChArUco board needs")
         if board.kind != "charuco" and value is not None:
             raise wrong(FILE, ("board", key), value, f"no {key}: only a ChArUco board has markers")
+    if board.kind == "charuco":
+        dictionary(board)
     if board.marker_m is not None and board.marker_m >= board.square_m:
         raise wrong(FILE, ("board", "marker_m"), board.marker_m, f"less than square_m, {board.square_m:g}")
 

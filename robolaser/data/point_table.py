@@ -47,6 +47,8 @@ def points_of(table: CsvTable, described: Dataset) -> Points:
         check_quaternions(table, arrays["quaternion"])
     if "pixel" in arrays and described.image_px is not None:
         _in_the_image(table, arrays["pixel"], described.image_px)
+    if "pixel" in arrays:
+        _not_at_one_pixel(table, points, arrays["pixel"])
     return points.with_arrays(arrays)
 
 
@@ -83,3 +85,14 @@ def _in_the_image(table: CsvTable, pixel: Array, image_px: tuple[int, int]) -> N
             " pixels. Correct the row, or [image] in dataset.toml.",
             PIXEL[axis],
         )
+
+
+def _not_at_one_pixel(table: CsvTable, points: Points, pixel: Array) -> None:
+    """See that no pose has different points that are all at one pixel."""
+    _, first, pose = np.unique(points.pose, return_index=True, return_inverse=True)
+    apart = np.bincount(pose, (pixel != pixel[first][pose]).any(axis=1))
+    places = np.bincount(pose[np.unique(points.place, return_index=True)[1]])
+    for row in first[(apart == 0) & (places > 1)][:1].tolist():
+        there = f"({pixel[row, 0]:.6g}, {pixel[row, 1]:.6g})"
+        here = f"all points of pose {table.texts('pose')[row]} are at one pixel, {there}"
+        raise bad_row(table.file, table.lines[row], f"{here}. Are these the right columns? Otherwise delete the rows.")

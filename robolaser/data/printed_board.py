@@ -68,7 +68,8 @@ def dictionary(board: Board) -> int:
 
     known = [name for name in dir(cv2.aruco) if name.startswith("DICT_")]
     if board.dictionary not in known:
-        expected = "one of OpenCV's, such as 'DICT_6X6_250'"
+        spelt_once = {getattr(cv2.aruco, name): name for name in known}
+        expected = f"one of OpenCV's: {', '.join(spelt_once.values())}"
         raise wrong("dataset.toml", ("board", "dictionary"), board.dictionary, expected, known)
     number: int = getattr(cv2.aruco, board.dictionary)
     return number

@@ -41,7 +41,7 @@ from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, EVEN, LEAST_PROBABILITY, ROUNDS
 from robolaser.diagnosis.validation import validated
-from robolaser.diagnosis.wrong_input import mispaired
+from robolaser.diagnosis.wrong_input import at_other_poses, mispaired
 from robolaser.estimation.averaging import AveragedData
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
@@ -134,7 +134,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     where = _where(verdict, refits, final, evidence, classes, left)
     if verdict == "explained" and unknown_instead(classes):
         verdict, where = "unexplained", localize(start) or where
-    where = merged(where)
+    where = [at_other_poses(misread.share)] if misread and misread.shift else merged(where)
     if scatter:
         where = beside(where, scatter.located(gap.after_m, gap.noise_floor_m))
     progress("predicting held-out poses", 0.85)

@@ -22,6 +22,11 @@ def mispaired(poses: int, gap_m: float) -> WrongInput:
     return WrongInput("mispaired", "image", "measuring_system", MISREAD, parameters, gap_m, gap_m)
 
 
+def at_other_poses(share: float) -> Localization:
+    """Where the gap of such rows lies."""
+    return Localization("image", "order of the poses", share, 0.0, 1.0 - MISREAD, unknown=False)
+
+
 def squares(observed: Dataset, errors: Array) -> dict[str, float]:
     """Mean squared error of each pose's rows, (m, j) [m²]."""
     poses, number = np.unique(observed.points.pose, return_inverse=True)

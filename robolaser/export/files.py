@@ -1,6 +1,7 @@
 """The files of a calibration for ROS, for simulators and for programs of one's own."""
 
 from collections.abc import Callable, Mapping
+from importlib.util import find_spec
 from typing import Final
 
 from robolaser.calibration.checks import setup_limit_m
@@ -26,6 +27,14 @@ EXPORTED: Final[Mapping[str, Callable[[Calibration], str | None]]] = {
     "calibration.yaml": ur_calibration,
 }
 """What gives each file, by name; None for one that a calibration does not have."""
+READ_BY: Final[Mapping[str, str]] = {"robot_corrected.xml": "mujoco"}
+"""The extra that reads a file back, by its name; others are read without one."""
+
+
+def missing_reader(file: str) -> str | None:
+    """The extra that would read a file back, where it is not installed; else None."""
+    extra = READ_BY.get(file)
+    return extra if extra and find_spec(extra) is None else None
 
 
 def exported(calibration: Calibration) -> dict[str, str | None]:

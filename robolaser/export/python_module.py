@@ -31,8 +31,6 @@ HEAD = '''"""{name}: the calibrated arm. Joint values in, poses of flange and se
 Poses are in metres, in the frame of the URDF's root link. Written by robolaser.
 {notes}"""
 
-from __future__ import annotations
-
 '''
 EFFECT = '''
 
@@ -94,12 +92,12 @@ class _Sources:
         found, texts, read = [wanted], {}, set[str]()
         for name in found:
             text = _source_of(getattr(kind, name))
-            texts[name] = text
-            self.use(textwrap.dedent(text), getattr(kind, name).__module__)
-            own = _attributes_of(textwrap.dedent(text), "self")
+            texts[name] = textwrap.indent(text, "    ")
+            self.use(text, getattr(kind, name).__module__)
+            own = _attributes_of(text, "self")
             found += [each for each in own if callable(getattr(kind, each, None)) and each not in found]
-            read |= _attributes_of(textwrap.dedent(text), "run")
-            for called in _names_of(textwrap.dedent(text)):
+            read |= _attributes_of(text, "run")
+            for called in _names_of(text):
                 read |= _attributes_of(self.texts.get(called, ""), "run")
         self.texts[kind.__name__] = f"\n\nclass {kind.__name__}(Effect):\n" + "\n".join(texts.values())
         return read
@@ -213,21 +211,26 @@ def _plain(text: str) -> str:
 
 @cache
 def _source_of(thing: Any) -> str:
-    return inspect.getsource(thing)
+    """A source without annotations, whose names are not where it is copied to; those of a dataclass are `object`."""
+    text = textwrap.dedent(inspect.getsource(thing)).encode()
+    begin = np.cumsum([0, *map(len, text.splitlines(keepends=True))])
+    spans = []
+    for node in ast.walk(ast.parse(text)):
+        of = getattr(node, "returns", None) or getattr(node, "annotation", None)
+        if of is not None:
+            start, end = begin[of.lineno - 1] + of.col_offset, begin[of.end_lineno - 1] + of.end_col_offset
+            is_field = isinstance(node, ast.AnnAssign)
+            begins, instead = (start, b"object") if is_field else (len(text[:start].rstrip(b" ->:")), b"")
+            spans.append((begins, end, instead))
+    for start, end, instead in sorted(spans, reverse=True):
+        text = text[:start] + instead + text[end:]
+    return text.decode()
 
 
 @cache
 def _names_of(text: str) -> tuple[str, ...]:
-    """The names that a source reads, those in annotations left out, in their order."""
+    """The names that a source reads, in their order."""
     tree = ast.parse(text)
-    for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef):
-            node.returns = None
-            for each in ast.walk(node.args):
-                if isinstance(each, ast.arg):
-                    each.annotation = None
-        elif isinstance(node, ast.AnnAssign):
-            node.annotation = ast.Constant(None)
     names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
     local = {node.id for node in names if isinstance(node.ctx, ast.Store)}
     local |= {node.arg for node in ast.walk(tree) if isinstance(node, ast.arg)}

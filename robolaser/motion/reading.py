@@ -11,7 +11,7 @@ from robolaser.arrays import Array
 from robolaser.bounded_reading import SETTINGS_BYTES, parse_toml, read_text
 from robolaser.data.csv_tables import CsvTable, bad_cell, finite, read_table, table_text
 from robolaser.data.dataset_file import FILE, FORMAT, RobotTable, read_robot
-from robolaser.data.toml_schema import Positive, read_toml, typed
+from robolaser.data.toml_schema import NotNegative, Positive, read_toml, typed
 from robolaser.data.writing import robot_table, toml_lines
 from robolaser.errors import DataError, near
 from robolaser.motion.effect import MOVES_RAD
@@ -41,7 +41,7 @@ class MotionTable:
     torque_signed: bool = True
     offset_per_series: bool = False
     encoder_step_rad: Positive | None = None
-    payload_kg: dict[str, float] = field(default_factory=dict)
+    payload_kg: dict[str, NotNegative] = field(default_factory=dict)
 
 
 @final

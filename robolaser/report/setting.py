@@ -1,12 +1,12 @@
 """What several reports say: of noise, of what could not be tested, of files, and of where the data are from."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from importlib.util import find_spec
 from typing import Any
 
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import spoken
 from robolaser.diagnosis.pose_scatter import ONE_JOINT
+from robolaser.export.files import missing_reader
 from robolaser.report.digits import millimetres, plain
 from robolaser.report.document import Column, Section, Table, TableCell
 
@@ -61,8 +61,8 @@ def _error(file: Mapping[str, Any]) -> TableCell | str:
     """Of a file on new poses; what would tell, where the program that it is for is not there."""
     if file["held_out_mm"] is not None:
         return millimetres(file["held_out_mm"] / 1e3)
-    is_unread = file["file"] == "robot_corrected.xml" and find_spec("mujoco") is None
-    return TableCell("not known", note="needs `pip install 'robolaser[mujoco]'`" if is_unread else "")
+    extra = missing_reader(file["file"])
+    return TableCell("not known", note=f"needs `pip install 'robolaser[{extra}]'`" if extra else "")
 
 
 def files_section(files: Sequence[Mapping[str, Any]]) -> Section:
@@ -82,7 +82,7 @@ def files_section(files: Sequence[Mapping[str, Any]]) -> Section:
     ]
     columns = [
         Column("File", "name", 24, "file"),
-        Column("Error on new poses", brief="error on new poses"),
+        Column("Error on new poses", brief="error on new poses, base and tool re-fitted"),
         Column("Contains"),
         Column("Lacks", brief="lacks"),
     ]

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from itertools import pairwise
 from typing import Any, Final, final
 
@@ -21,7 +20,7 @@ from robolaser.estimation.plain_fit import fit
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.export.controller_table import flange_by_table
 from robolaser.export.corrected_arm import CorrectedArm
-from robolaser.export.files import EXPORTED, is_withheld
+from robolaser.export.files import EXPORTED, is_withheld, missing_reader
 from robolaser.export.python_module import OF_THE_ARM, contained
 from robolaser.export.sdf import flange_by_sdf
 from robolaser.export.ur_calibration import flange_by_ur_calibration
@@ -38,7 +37,7 @@ Reader = Callable[[str, Dataset, Bools], Array]
 UNSEEN_POSES: Final = 150
 """On which errors are measured: no further fold is, once there are so many; more say no more."""
 PLACING_POSES: Final = 60
-"""To which base and tool are fitted: they are in no file, and each fold has them elsewhere."""
+"""To which base and tool are fitted: few files have them, and each fold has them elsewhere."""
 PLACING_SESSION: Final = 12
 """Of these at least so many in each session that has unseen poses, whose base is its own. A judgement."""
 ALIKE: Final = 1e-7
@@ -90,10 +89,10 @@ def delivered(calibration: Calibration) -> list[Delivered]:
     run = calibration.model.run
     in_urdf = tuple(one for one in own if one.effect.in_urdf)
     in_mjcf = tuple(one for one in own if one.effect.in_urdf or one.at(calibration.values).parts(run))
-    files: dict[str, tuple[Reader | None, tuple[CandidateEffect, ...]]] = {
+    files: dict[str, tuple[Reader, tuple[CandidateEffect, ...]]] = {
         "corrected.py": (_by_module, contained(calibration.model)),
         "robot_corrected.urdf": (_by_arm(_flange_by_urdf), in_urdf),
-        "robot_corrected.xml": (_by_mujoco if find_spec("mujoco") else None, in_mjcf),
+        "robot_corrected.xml": (_by_mujoco, in_mjcf),
         "robot_corrected.sdf": (_by_arm(flange_by_sdf), in_urdf),
         "controller.csv": (_by_arm(flange_by_table), in_urdf),
         "calibration.yaml": (_by_arm(flange_by_ur_calibration), in_urdf),
@@ -107,7 +106,7 @@ def delivered(calibration: Calibration) -> list[Delivered]:
         if write(calibration) is None:
             continue
         tried = [whole, *([alone[inside]] if inside in alone else [])]
-        errors = [None if read is None else one.error(write, read) for one in tried]
+        errors = [None if missing_reader(name) else one.error(write, read) for one in tried]
         known = [error for error in errors if error is not None]
         best = tried[errors.index(min(known))] if known else best_with.get(inside, whole)
         best_with[inside] = best

@@ -1,5 +1,6 @@
 """A scanner as a calibration left it, read from calibration.json and the robot.urdf beside it."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -152,7 +153,8 @@ def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
     try:
         saved = msgspec.json.decode(read_text(file), type=SavedCalibration)
     except msgspec.ValidationError as error:
-        raise _unusable(file, str(error)) from None
+        reason = re.sub(r"Invalid enum value (.*) - at `\$\.(.*)`", r"its \2 is \1", str(error))
+        raise _unusable(file, reason) from None
     except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
         raise _unusable(file, f"it is not JSON ({error})") from None
     model, robot = saved.model, _robot(file, saved.model, arm)

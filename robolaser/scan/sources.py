@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import PoseImages, images_of_poses
 from robolaser.data.stripe_file import FILE, STRIPE, Stripes, open_stripes
 from robolaser.errors import DataError, ScanError, unreadable
+
+if TYPE_CHECKING:
+    from robolaser.vision.stripe_trace import StripeSearch
 
 AT_ONCE = 1 << 14  # line centres that a core takes at a time: they and their points stay in its cache
 SAMPLES = 2000  # line centres for which the sizes of doubts are worked out
@@ -46,7 +49,7 @@ def source_of(recording: Dataset, pixel_px: float) -> Source:
     rows = np.sort(np.concatenate([one.rows for one in recording.sensors if one.data.kind == recording.kind]))
     if len(rows):  # without a board's corners, which are on no stripe
         points = recording.points.take(rows)
-        return Source("points.csv", (lambda: _from_points(points, pixel_px),), points)
+        return Source("points.csv", [partial(_from_points, points, pixel_px)], points)
     shots = images_of_poses(recording)
     if not shots:
         raise ScanError(
@@ -56,11 +59,7 @@ def source_of(recording: Dataset, pixel_px: float) -> Source:
     from robolaser.vision.stripe_trace import StripeSearch  # noqa: PLC0415 - OpenCV is slow to load
 
     search = StripeSearch.of(recording, shots)
-
-    def found(one: PoseImages) -> Stripes:
-        return np.asarray(np.concatenate(list(search.traces(one))))
-
-    return Source("images", [partial(found, one) for one in shots])
+    return Source("images", [partial(_found, search, one) for one in shots])
 
 
 def sample_points(source: Source, recording: Dataset) -> Points:
@@ -137,6 +136,10 @@ def _read(path: Path, start: int, first: int, count: int) -> Stripes:
     if len(piece) < most:
         raise unreadable(path, "it became shorter while it was read")
     return piece
+
+
+def _found(search: "StripeSearch", one: PoseImages) -> Stripes:
+    return np.asarray(np.concatenate(list(search.traces(one))))
 
 
 def _from_points(points: Points, pixel_px: float) -> Stripes:

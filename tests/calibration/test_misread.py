@@ -131,6 +131,8 @@ def test_rows_that_are_one_pose_off_are_named(kind: str, shift: int) -> None:
     found = diagnosis_json(examine(wrong, seed=0))
     assert "seem to belong to the pose" in found["sentence"]
     assert (found["effects"][0]["effect"], found["effects"][0]["where"]) == ("mispaired", "image")
+    assert [one["site"] for one in found["where"]] == ["image"]
+    assert found["where"][0]["share"] > 0.96
     assert found["effects"][0]["parameters"]["poses"]["value"] == shift
     assert found["verdict"] == "unexplained"
     assert found["classes"][0]["class"] == "measuring_system"

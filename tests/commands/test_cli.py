@@ -67,6 +67,16 @@ def test_what_is_missing_is_named(words: list[str], what: str, capsys: pytest.Ca
     assert capsys.readouterr().err.startswith(f"robolaser: The value of {what} is missing. See")
 
 
+@pytest.mark.parametrize("words", [["--output", ""], ["--output="]])
+def test_an_empty_path_is_not_the_current_folder(
+    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main([*SIMULATED, *words]) == 2
+    assert capsys.readouterr().err.startswith(f"robolaser: The value after {words[0]} is empty.")
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("words", [[], *([name] for name in GROUPS)])
 def test_no_command_is_wrong_usage(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(words) == 2
@@ -143,7 +153,7 @@ def test_every_promised_file_is_there_and_no_state_is_left(result: Path) -> None
     there = {path.name for path in result.iterdir()}
     assert there == {
         "calibration.json", "report.html", "robot.urdf", "camera.yaml", "robot_corrected.xml", "corrected.py",
-        "robot_corrected.sdf", MANIFEST,
+        "robot_corrected.sdf", "static_transform.sh", MANIFEST,
     }  # fmt: skip
 
 

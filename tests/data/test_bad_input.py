@@ -171,6 +171,17 @@ MISTAKES = {
     "short row": (added("points.csv", "0,9\n"), ["points.csv, row 27: 2 cells"]),
     "column twice": (replaced("poses.csv", "q_joint_2", "q_joint_1"), ["two columns 'q_joint_1'"]),
     "empty points": (written("points.csv", ""), ["points.csv is empty"]),
+    "unknown dictionary": (
+        added(
+            "dataset.toml",
+            "\n[board]\nkind = 'charuco'\ncolumns = 6\nrows = 4\nsquare_m = 1\nmarker_m = 0.5\ndictionary = '4X4_50'\n",
+        ),
+        ["[board] dictionary: '4X4_50', expected one of OpenCV's: DICT_4X4_100, ", "Did you mean 'DICT_4X4_50'?"],
+    ),
+    "one pixel": (
+        edited("points.csv", lambda rows: [rows[0], *([*row[:2], "0", "0", *row[4:]] for row in rows[1:])]),
+        ["points.csv, row 2: all points of pose 0 are at one pixel, (0, 0)", "right columns"],
+    ),
     "no rows": (written("points.csv", "pose,point,u_px,v_px,x_m,y_m,z_m\n"), ["no rows"]),
     "no points": (lambda f: (f / "points.csv").unlink(), ["robolaser extract"]),
     "open quote": (added("points.csv", '"0,9,1,1,1,1,1\n'), ["points.csv", "line 27"]),

@@ -4,6 +4,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from functools import cache
+from importlib.util import module_from_spec, spec_from_file_location
 from types import SimpleNamespace
 
 import numpy as np
@@ -121,6 +122,14 @@ def test_poses_in_a_batch_are_those_of_one_after_the_other(tmp_path):
     one_by_one = [module["forward"](q[i], before=q[i - 1], time_s=made().poses.time_s[i]) for i in range(1, len(q))]
     batch = module["forward"](q[1:], before=q[:-1], time_s=made().poses.time_s[1:])
     np.testing.assert_allclose(batch, one_by_one, rtol=0, atol=1e-12)
+
+
+def test_corrected_py_is_loaded_from_its_path_without_being_registered(tmp_path):
+    (tmp_path / "corrected.py").write_text(corrected_module(found(AT_REST, made())), encoding="utf-8")
+    spec = spec_from_file_location("arm_of_a_path", tmp_path / "corrected.py")
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    np.testing.assert_allclose(module.corrected_targets([0.1] * 6), [0.1] * 6, atol=0.1)
 
 
 def test_what_is_left_out_of_a_pose_is_said():

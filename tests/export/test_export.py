@@ -215,7 +215,14 @@ def test_a_published_transform_and_easy_handeye2s_file_are_the_hand_eye(camera):
     assert told["--frame-id"] == file["parameters"]["robot_effector_frame" if rides else "robot_base_frame"]
     assert list(file["transform"]["translation"].values()) == pytest.approx(numbers[:3])
     assert list(file["transform"]["rotation"].values()) == pytest.approx(numbers[3:])
-    assert static_transform(stripe()) is None
+
+
+def test_ros_is_told_where_a_scanner_is_and_nothing_of_reflectors():
+    published = static_transform(stripe())
+    assert [line.removesuffix(" &").split()[-1] for line in published.splitlines()] == [
+        "scanner_camera", "scanner_camera_optical", "scanner_laser"
+    ]  # fmt: skip
+    assert static_transform(point()) is None
 
 
 def test_names_of_frames_are_text_to_a_shell_and_to_yaml_whatever_they_are(camera):

@@ -9,6 +9,7 @@ from robolaser.data.board import Board
 from robolaser.data.stated_noise import Noise
 from robolaser.estimation.noise_estimate import known_sizes, noise_of
 from robolaser.model.derivatives import jacobian_matrix
+from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.likelihood import NoiseLikelihood, PoseErrors, condensed
@@ -159,9 +160,20 @@ def test_gross_errors_do_not_pass_for_pixel_noise():
     assert pixel_repeats(replace(shaken.dataset, points=points)).sigma_px == pytest.approx(0.15, rel=0.2)
 
 
-def test_too_few_repeats_say_nothing():
+def test_whole_pixels_of_which_most_repeat_alike_are_not_without_noise():
+    cell = stripe_cell(np.random.default_rng(1), poses=10, points=8, repeats=3, robot="scorbot_er7")
+    shaken = cell.shaken(np.random.default_rng(2), pixel=0.15)
+    points = replace(shaken.dataset.points, pixel=np.round(shaken.dataset.points.pixel))
+    assert 0.15 < pixel_repeats(replace(shaken.dataset, points=points)).sigma_px < 0.45
+
+
+def test_too_few_repeats_say_nothing_nor_does_a_column_that_never_changes():
     cell = stripe_cell(np.random.default_rng(1), poses=2, points=4, repeats=2, robot="scorbot_er7")
     assert pixel_repeats(cell.dataset) is None
+    cell = stripe_cell(np.random.default_rng(1), poses=20, points=8, repeats=3)
+    shaken = cell.shaken(np.random.default_rng(2), pixel=0.15)
+    pixel = np.insert(shaken.dataset.points.pixel[:, 1:], 0, 63.1, axis=1)
+    assert pixel_repeats(replace(shaken.dataset, points=replace(shaken.dataset.points, pixel=pixel))) is None
 
 
 def sizes_of(cell: Cell, rng: np.random.Generator, count: int, **noise: float) -> dict[str, np.ndarray]:
@@ -321,3 +333,16 @@ def test_a_turn_about_the_only_ball_of_a_pose_is_no_source_of_noise():
     dataset = simulate(find_robot("scorbot_er7"), kind="profile", poses=12, noise=Noise(joint_rad=1e-5), seed=3).dataset
     model = Model(dataset)
     assert "flange_turn" not in noise_of(model, model.parameters.nominal).sigmas
+
+
+def test_a_source_that_moves_no_row_is_at_its_least_and_the_others_are_as_without_it():
+    cell = stripe_cell(np.random.default_rng(9), poses=30, points=8, robot="scorbot_er7")
+    shaken = cell.shaken(np.random.default_rng(10), pixel=0.1, target=3e-5, joint=2e-4)
+    model, x = shaken.model(), cell.truth(cell.model())
+    sources, J = error_sources(model, x), jacobian_matrix(model, x)
+    turn = ErrorSource("flange_turn", np.zeros((len(shaken.dataset.points), 3, 3)), shaken.dataset.points.pose, "rad")
+    found, without = (
+        NoiseLikelihood(chosen, shaken.dataset.points.pose, model.residuals(x[None])[0], J).likeliest({})[0]
+        for chosen in ((*sources, turn), sources)
+    )
+    assert found.sigmas == {**without.sigmas, "flange_turn": turn.least}

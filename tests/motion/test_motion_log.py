@@ -151,6 +151,11 @@ def test_a_payload_of_no_series_is_refused(log: MotionLog, tmp_path: Path) -> No
         reading(tmp_path, lambda one: replace(one, payload_kg={"run_9": 1.0}), log)
 
 
+def test_a_negative_payload_is_refused_with_what_may_stand_there(log: MotionLog, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"dataset.toml, \[motion\] payload_kg: .* each with a number, 0 or more"):
+        reading(tmp_path, lambda one: replace(one, payload_kg={one.series[0]: -1.0}), log)
+
+
 def test_odd_readings_are_said_to_be_what_they_are(log: MotionLog, tmp_path: Path) -> None:
     pan = log.command[:, 0]
     odd = {"sign": -pan, "digit by digit": pan, "does not move": np.full_like(pan, 0.3), "degrees": pan * np.pi / 180.0}

@@ -70,7 +70,7 @@ def test_mujoco_is_asked_where_it_is_installed(why: DiagnosisResult) -> None:
 
 def test_where_mujoco_is_not_installed_the_page_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     unread = {"file": "robot_corrected.xml", "held_out_mm": None, "contains": [], "lacks": []}
-    monkeypatch.setattr("robolaser.report.setting.find_spec", lambda name: None)
+    monkeypatch.setattr("robolaser.export.files.find_spec", lambda name: None)
     assert "not known; needs `pip install 'robolaser[mujoco]'`" in printed(
         Document("", "", "", "", "", [], [files_section([unread])])
     )
@@ -80,7 +80,7 @@ def test_the_schema_knows_them_and_the_page_leads_to_each(why: DiagnosisResult, 
     why.save(tmp_path / "why")
     written = json.loads((tmp_path / "why" / "diagnosis.json").read_text(encoding="utf-8"))
     jsonschema.validate(written, json.loads(files("robolaser.schemas").joinpath("diagnosis.schema.json").read_text()))
-    assert "error on new poses" in str(why)
+    assert "error on new poses, base and tool re-fitted" in str(why)
     page = (tmp_path / "why" / "report.html").read_text(encoding="utf-8")
     for one in why["files"]:
         assert f'<a href="{one["file"]}">' in page

@@ -1,19 +1,26 @@
 """What `calibrate`, `diagnose` and `compare` give in Python."""
 
+import copy
 import json
+import pickle
 import re
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 import pytest
+from calibrated import KINDS
 
 import robolaser
 from robolaser.cli import main
 from robolaser.data.dataset import Dataset
 from robolaser.errors import OutputError, UsageError
+from robolaser.motion.simulation import simulate_motion
 from robolaser.report.plots import VEGA_LITE
 from robolaser.results import Result
+from robolaser.results.calibration import CalibrationResult
+from robolaser.robot.by_name import find_robot
+from robolaser.scan import prepare, read_calibration
 from robolaser.simulation import simulate
 
 SCHEMAS = Path(robolaser.__file__).parent / "schemas"
@@ -37,11 +44,38 @@ def keeps_its_contract(result: Result, kind: str, folder: Path) -> None:
     assert (folder / "alone.html").read_text().lower().startswith("<!doctype html>")
     assert repr(result) == str(result).rstrip("\n")
     draws_its_charts(result)
+    is_copied(result)
     result.save(folder / kind)  # its own earlier result
     (folder / "foreign").mkdir(exist_ok=True)
     (folder / "foreign" / "report.html").write_text("mine")
     with pytest.raises(OutputError):
         result.save(folder / "foreign")
+
+
+def is_copied(result: Result) -> None:
+    for copied in (pickle.loads(pickle.dumps(result)), copy.copy(result), copy.deepcopy(result)):
+        assert copied.to_dict() == result.to_dict()
+        assert str(copied) == str(result)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_calibration_of_every_sensor_is_pickled_and_copied_with_its_files(kind: str) -> None:
+    found = CalibrationResult.of(KINDS[kind]())
+    found.files()
+    is_copied(found)
+
+
+def test_a_diagnosis_of_a_moving_arm_is_pickled_and_copied() -> None:
+    log = simulate_motion(find_robot("ur5e"), series=2, seed=1)
+    is_copied(robolaser.diagnose(log, ["offset", "torque_constant", "payload"]))
+
+
+def test_a_scan_that_begins_is_pickled(dataset: Dataset, tmp_path: Path) -> None:
+    robolaser.calibrate(dataset).save(tmp_path)
+    scan = prepare(read_calibration(tmp_path), dataset)
+    there = pickle.loads(pickle.dumps(scan))
+    for one, other in zip(there.cloud.parts[0].source.pieces, scan.cloud.parts[0].source.pieces, strict=True):
+        assert one().tobytes() == other().tobytes()
 
 
 def draws_its_charts(result: Result) -> None:

@@ -50,7 +50,8 @@ def test_what_was_calibrated_is_read(folder, data):
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [
-        (("format",), "robolaser-calibration/9", "Invalid enum value"),
+        (("format",), "robolaser-calibration/9", "its format is 'robolaser-calibration/9'. Expected"),
+        (("model", "sensor"), "camera", "its model.sensor is 'camera'. Expected calibration.json of a stripe scanner"),
         (("parameters", "theta"), ..., "no parameters.theta"),
         (("parameters", "theta", "value"), None, "at `$.parameters[...].value`"),
         (("parameters", "theta", "value"), float("nan"), "not JSON"),

@@ -49,17 +49,20 @@ class NoiseLikelihood:
 
         Args:
             known: By name.
-            least: What others cannot be below, by name; what their source says when absent.
+            least: What others cannot be below, by name; what their source says when absent. Those that move no row are
+                that large.
 
         Returns:
             The noise, and the negative log of the restricted likelihood, up to a constant of the rows.
         """
-        sigmas, cost = {name: size for name, (size, _) in known.items()}, 0.0
-        if unknown := [source for source in self.sources if source.name not in known]:
-            low = np.array([(least or {}).get(source.name, source.least) for source in unknown])
+        sigmas, cost = {source.name: (least or {}).get(source.name, source.least) for source in self.sources}, 0.0
+        sigmas |= {name: size for name, (size, _) in known.items()}
+        unknown = [source for source in self.sources if source.name not in known]
+        if unknown := [source for source in unknown if self._errors.unit[source.name].any()]:
+            low = np.array([sigmas[source.name] for source in unknown])
             high = np.array([source.most for source in unknown])
             errors = self._errors
-            known_covariance = sum((size**2 * errors.unit[name] for name, size in sigmas.items()), errors.floor)
+            known_covariance = sum((size**2 * errors.unit[name] for name, (size, _) in known.items()), errors.floor)
             unit = [errors.unit[source.name] for source in unknown]
             found, cost = reml.estimate(known_covariance, unit, errors.e, errors.Q, low, high, errors.times)
             sigmas |= dict(zip([source.name for source in unknown], found.tolist(), strict=True))

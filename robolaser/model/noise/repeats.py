@@ -40,11 +40,12 @@ def pixel_repeats(dataset: Dataset) -> PixelRepeats | None:
     if (count - 1).sum() < LEAST_REPEATS:
         return None
     normal = np.abs(deviation[repeated]) / np.sqrt(free[repeated, None])
-    largest = GROSS * float(np.median(normal)) / NORMAL_MEDIAN
+    largest = GROSS * float(np.median(normal).round(9)) / NORMAL_MEDIAN or np.inf  # most may be alike: whole pixels
     gross = np.zeros(len(count), dtype=bool)
     gross[group[repeated][(normal > largest).any(axis=1)]] = True
     kept = ~gross
-    degrees = 2 * int((count - 1)[kept].sum())
+    if not (degrees := 2 * int((count - 1)[kept].sum())):
+        return None
     sigma = float(np.sqrt((deviation[kept[group]] ** 2).sum() / degrees))
     return PixelRepeats(sigma, degrees, *_shared(dataset, deviation, kept[group] & repeated))
 

@@ -80,6 +80,10 @@ class Sensor(ABC):
     def __init__(self, dataset: Dataset) -> None:
         self.dataset = dataset
 
+    def __reduce__(self) -> tuple[type["Sensor"], tuple[Dataset]]:
+        """What a copy is made of: what is worked out from the data has functions, which cannot be pickled."""
+        return type(self), (self.dataset,)
+
     @final
     @classmethod
     def has_laser_plane(cls) -> bool:

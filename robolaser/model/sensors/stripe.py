@@ -80,8 +80,10 @@ class Stripe(Sensor):
 
     def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """Camera and laser."""
+        scanner = scanner_geometry.frames(self.dataset, values, perturb)
         return InCell(
-            scanner_geometry.frames(self.dataset, values, perturb),
+            scanner,
+            published=scanner,
             mount=scanner_geometry.mount(self.dataset, values, perturb),
             camera=scanner_geometry.camera_view(values, perturb),
         )

@@ -1,5 +1,6 @@
 """The effects on moving arms, one file for each group of causes."""
 
+import copyreg
 from collections.abc import Sequence
 
 from robolaser.errors import UsageError, near
@@ -11,6 +12,13 @@ from robolaser.motion.effects.transmission import TRANSMISSION
 
 MOTION_EFFECTS: tuple[MotionEffect, ...] = (*TRACKING, *FRICTION, *DYNAMICS, *TRANSMISSION)
 """Everything that a diagnosis of a moving arm can name; in each kind of rows, clocks come first."""
+
+
+def _of_library(*key: str) -> MotionEffect:
+    return next(one for one in MOTION_EFFECTS if (one.name, one.form, one.rows) == key)
+
+
+copyreg.pickle(MotionEffect, lambda one: (_of_library, (one.name, one.form, one.rows)))  # functions are not pickled
 
 
 def library_of(effects: Sequence[str] | None, without: Sequence[str] = ()) -> list[MotionEffect]:

@@ -79,6 +79,14 @@ def test_rotations_of_bodies_stay_angles_beside_what_others_measure() -> None:
     assert rows["bodies", "m"] == pytest.approx(np.sqrt(3.0) * 2e-5, rel=0.25)
     squares = sum(row["rows"] * row["rms"] ** 2 for row in as_json(found)["rows"] if row["unit"] == "m")
     assert found.objective_m2 == pytest.approx(squares)
+    assert as_json(found)["rms_m"] == pytest.approx(np.sqrt(squares / len(found.model.dataset.points)))
+
+
+def test_rms_m_is_that_of_the_objective_which_is_null_where_some_rows_are_pixels(trackers: Dataset) -> None:
+    said = as_json(calibrate(trackers))
+    assert said["rms_m"] == pytest.approx(np.sqrt(said["objective_m2"] / len(trackers.points)))
+    scanner = simulate(find_robot("ur5"), kind="stripe+camera", poses=8, seed=3).dataset
+    assert as_json(calibrate(scanner))["objective_m2"] is None
 
 
 def test_a_pose_is_held_out_with_all_that_every_sensor_saw_in_it(trackers: Dataset) -> None:
