@@ -14,7 +14,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.dense_grids import gains_of_steps, gains_of_waves
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit, best_amplitudes
-from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, INDEPENDENT_SHAPES
+from robolaser.diagnosis.thresholds import CHI2_PER_PARAMETER, INDEPENDENT_SHAPES, OPEN_SHARE
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import DataLack
 from robolaser.model.grouped_rows import group_sums
@@ -113,7 +113,8 @@ def _likeliest_wave(fit: Fit, wave: CandidateEffect, frequencies: Array, known: 
     step = frequencies[1] - frequencies[0]
     near = best + step * np.linspace(-0.5, 0.5, 9)
     single, double = (_gains_of_waves(fit, wave, n * near, known).max() for n in (1, 2))
-    is_double = 2.0 * best <= frequencies[-1] and single < double + CHI2_PER_EFFECT
+    has_no_part = single - double < max(2.0 * CHI2_PER_PARAMETER, OPEN_SHARE * single)
+    is_double = has_no_part and 2.0 * best <= frequencies[-1]
     return np.array([[2.0 * best if is_double else best]])
 
 
