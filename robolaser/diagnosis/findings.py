@@ -12,7 +12,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import place
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.held_out_gap import HeldOut, interval
+from robolaser.diagnosis.held_out_gap import HeldOut, distance_errors, interval
 from robolaser.diagnosis.local_unknown import GEOMETRY
 from robolaser.diagnosis.localization import Localization, corrected, localize
 from robolaser.diagnosis.pose_coordinates import TIME
@@ -86,7 +86,11 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
     least_turn = interval(rotated, pose, seed)[0] if has_turns else 0.0
     nominal, calibrated = _nominal_gap(start, held_out), held_out.calibrated(start)
     is_held_out = held_out.unseen(final) is not None
-    return Gap(nominal, calibrated, rms(after), floor, interval(after, pose, seed), turns, least_turn, is_held_out)
+    known = start.model.known_distances is not None
+    distances = (rms(distance_errors(start)[:, None]), rms(distance_errors(final)[:, None])) if known else None
+    return Gap(
+        nominal, calibrated, rms(after), floor, interval(after, pose, seed), turns, least_turn, is_held_out, distances
+    )
 
 
 def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:

@@ -10,7 +10,7 @@ from scipy.special import ndtr, stdtrit
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import Calibration, rms
 from robolaser.diagnosis.effect_columns import prior_scales
-from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
 from robolaser.diagnosis.thresholds import EVEN
 from robolaser.estimation.folds import FoldFits, assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import FOLD_ENOUGH, FOLD_SHARE
@@ -112,13 +112,31 @@ class HeldOut:
         return np.hstack([self.errors(fit), self._lever * self.rotation_errors(fit)])
 
     def misfit(self, fit: Fit) -> float:
-        """Root mean square of these [m]: what an effect must lower."""
-        return rms(self.all_errors(fit))
+        """Root mean square of these, and of known distances that were not known, over the rows [m].
+
+        It is what an effect must lower.
+        """
+        errors = self.all_errors(fit)
+        return float(np.sqrt((np.square(errors).sum() + np.square(distance_errors(fit)).sum()) / len(errors)))
 
     def calibrated(self, start: Fit) -> float:
         """The calibration's own [m], also where a search left out other rows; without one, that of the start."""
         known = self._calibration.held_out_rms_m if self._calibration else None
         return self.gap(start) if known is None else known
+
+
+def distance_errors(fit: Fit) -> Array:
+    """Of each known distance, predicted by the poses and the other distances, (e,) [m].
+
+    To first order it is the residual over what the parameters leave of it: one minus its leverage.
+    """
+    known = fit.model.known_distances
+    if known is None:
+        return np.empty(0)
+    first = len(fit.at.white)
+    rows = slice(first, first + len(known))
+    left = np.maximum(1.0 - np.square(fit.at.Q[rows]).sum(axis=1), NEGLIGIBLE)
+    return np.asarray(known.sigma_m * fit.at.r[rows] / left)
 
 
 def _with_usual_sizes(fit: Fit) -> Problem:

@@ -157,6 +157,7 @@ class Gap:
             where none are measured.
         least_turn_rad: The lower end of the 95 % interval of the latter.
         is_held_out: Whether any pose was held out; else all errors are of the poses that were fitted.
+        distances_m: Error of known distances that were not known, before and after as of rotations; None without any.
     """
 
     nominal_m: float | None
@@ -167,6 +168,7 @@ class Gap:
     turns_rad: tuple[float, float] | None = None
     least_turn_rad: float = 0.0
     is_held_out: bool = True
+    distances_m: tuple[float, float] | None = None
 
 
 @final

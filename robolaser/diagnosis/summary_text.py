@@ -53,6 +53,9 @@ def sentence(
     if gap.turns_rad is not None:
         before, after = (f"{np.degrees(turn):.3g}°" for turn in gap.turns_rad)
         text += f" The error of rotations on new poses is {after}" + (f", {before} without it." if findings else ".")
+    if findings and gap.distances_m is not None and gap.distances_m[1] <= EVEN * gap.distances_m[0]:
+        before, after = map(millimetres, gap.distances_m)
+        text += f" Known distances differ from the model by {after}; without that, by {before}."
     if scatter:
         text += f" {scatters(scatter)}"
     elif not hindrance and repeatability.is_most_of(gap.noise_floor_m):
@@ -279,7 +282,7 @@ def _shrinks(gap: Gap, what: str = "that") -> str:
         if gap.after_ci95_m[1] < gap.noise_floor_m
         else _where_noise(gap)
     )
-    return (
-        f"With {what} in the model the error on new poses falls from {millimetres(gap.calibrated_m)}"
-        f" to {millimetres(gap.after_m)}, {floor}"
-    )
+    before, after = millimetres(gap.calibrated_m), millimetres(gap.after_m)
+    if gap.after_m >= gap.calibrated_m:
+        return f"With {what} in the model the error on new poses is {after} ({before} without), {floor}"
+    return f"With {what} in the model the error on new poses falls from {before} to {after}, {floor}"

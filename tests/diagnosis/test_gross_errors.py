@@ -139,6 +139,16 @@ def test_a_known_distance_that_is_wrong_is_named() -> None:
     assert "known distance" not in examine(made, effects=[], seed=0).sentence
 
 
+@pytest.mark.parametrize("wrong", [1, 2])
+def test_known_distances_that_agree_show_the_arm_s_scale_and_one_alone_is_measured_again(wrong: int) -> None:
+    made = simulate("ur5e", kind="socket", poses=60, noise=Noise(joint_rad=1e-5), seed=1).dataset
+    known = [(*ends, length * (1.001 if i < wrong else 1.0)) for i, (*ends, length) in enumerate(made.distances_m)]
+    found = examine(replace(made, distances_m=tuple(known)), seed=1)
+    named = [str(one.candidate_effect) for one in found.findings if one.probability > 0.9]
+    assert named == (["arm_scale at base"] if wrong == 2 else [])
+    assert ("measure it again" in found.sentence) == (wrong == 1)
+
+
 def test_rows_that_scatter_far_more_than_is_stated_are_no_noise_and_it_is_said_why(sound: Dataset) -> None:
     found = examine(replace(sound, noise=Noise(point_m=2e-6)), effects=[], seed=0)
     assert found.verdict == "unexplained"
