@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robolaser.arrays import Ints
+from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import listed
 from robolaser.diagnosis.fit import Fit
@@ -12,6 +12,7 @@ from robolaser.diagnosis.noise_remarks import over_stated
 from robolaser.diagnosis.summary_text import millimetres
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LIKELY, MOST_OVER_STATED, MOST_SPREAD
 from robolaser.estimation.outliers import OUTLIER_SIGMA
+from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
 
 NAMED = 5
@@ -85,20 +86,25 @@ def _beyond_stated(noise: NoiseModel) -> str:
     return f" Rows scatter {times:.0f} times as much as [noise] states: correct it, or look for what else moves them."
 
 
-def _distance(final: Fit) -> str:
-    """What is said of the known distance that is farthest from what the poses show; may be empty."""
-    distances = final.model.known_distances
+def contradicted_distance(model: Model, x: Array) -> tuple[str, float] | None:
+    """The known distance that is farthest from what the poses show, and how much longer it is [m]; None if all fit."""
+    distances = model.known_distances
     if distances is None:
-        return ""
-    off_m = distances.residuals(final.model.at(final.x)[0])[0]
+        return None
+    off_m = distances.residuals(model.at(x)[0])[0]
     worst = int(np.abs(off_m).argmax())
     if abs(off_m[worst]) < OUTLIER_SIGMA * distances.sigma_m:
+        return None
+    ends = [names[worst][0].split(".")[-2] for names in (distances.first, distances.second)]
+    return f"known distance between {listed(ends)}", float(off_m[worst])
+
+
+def _distance(final: Fit) -> str:
+    off = contradicted_distance(final.model, final.x)
+    if off is None:
         return ""
-    ends = (names[worst][0].split(".")[-2] for names in (distances.first, distances.second))
-    return (
-        f" The known distance between {listed(list(ends))} is {millimetres(abs(off_m[worst]))}"
-        f" {'longer' if off_m[worst] > 0 else 'shorter'} than in the model: measure it again."
-    )
+    longer = "longer" if off[1] > 0 else "shorter"
+    return f" The {off[0]} is {millimetres(abs(off[1]))} {longer} than in the model: measure it again."
 
 
 def shortened(poses: Sequence[str]) -> str:

@@ -147,6 +147,8 @@ def test_known_distances_that_agree_show_the_arm_s_scale_and_one_alone_is_measur
     named = [str(one.candidate_effect) for one in found.findings if one.probability > 0.9]
     assert named == (["arm_scale at base"] if wrong == 2 else [])
     assert ("measure it again" in found.sentence) == (wrong == 1)
+    assert any(advice.startswith("Measure the known distance") for advice in to_do(found)) == (wrong == 1)
+    assert not any(advice.startswith("Nothing needs repair") for advice in to_do(found))
 
 
 def test_rows_that_scatter_far_more_than_is_stated_are_no_noise_and_it_is_said_why(sound: Dataset) -> None:

@@ -8,7 +8,7 @@ from robolaser.diagnosis.candidate_sites import FORCE
 from robolaser.diagnosis.cause_classes import class_of, unknown_instead
 from robolaser.diagnosis.cause_words import joint_names, listed, named, noun
 from robolaser.diagnosis.corrected_model import given_on_bound
-from robolaser.diagnosis.gross_errors import outlying_poses, shortened
+from robolaser.diagnosis.gross_errors import contradicted_distance, outlying_poses, shortened
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE
 from robolaser.diagnosis.result import Diagnosis, Estimate, Finding
@@ -108,7 +108,10 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
         beware = " They only imitate the cause: use it at poses like those measured." if only_imitate else ""
         said.append(f"The corrected model is `calibration.json`: it contains all effects found.{beware}")
     said += _bounds(diagnosis)
-    is_sound = diagnosis.verdict == "no_gap" and not diagnosis.wrong_input
+    off = contradicted_distance(diagnosis.model, diagnosis.x)
+    if off:
+        said.append(f"Measure the {off[0]} again.")
+    is_sound = diagnosis.verdict == "no_gap" and not diagnosis.wrong_input and not off
     if is_sound and diagnosis.repeatability.is_most_of(diagnosis.gap.noise_floor_m):
         turns = {name: source.value for name, source in diagnosis.repeatability.sources.items() if source.unit == "rad"}
         is_joint = turns.get("joint", 0.0) >= max(turns.values(), default=np.inf)
