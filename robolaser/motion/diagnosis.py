@@ -117,17 +117,18 @@ def _chance(errors: Array, run: Ints, noise: float) -> float:
 
 
 def _remarks(log: MotionLog) -> list[str]:
-    same = np.diff(log.run) == 0
-    still = (np.diff(log.q[:, log.has("q")], axis=0) == 0).all(axis=1)
-    still &= (np.diff(np.nan_to_num(log.command), axis=0) != 0).any(axis=1)
     remarks = []
-    if same.sum() and (still & same).sum() > 0.5 * same.sum():
-        remarks.append(
-            "Most readings repeat the row above them while the command changes: the arm is read more slowly."
-        )
+    read = log.as_read()
+    for quantity, what in (("q", "Readings"), ("tau", "Torques"), ("load", "Second readings")):
+        held = np.isfinite(getattr(log, quantity)).sum(axis=0) > np.isfinite(getattr(read, quantity)).sum(axis=0)
+        if held.any():
+            where = "" if held.all() else f" of {', '.join(np.array(log.joints)[held])}"
+            remarks.append(f"{what}{where} are read more slowly than rows are written: those that only repeat the row"
+                           " above are left out.")  # fmt: skip
+    same = np.diff(log.run) == 0
     step = np.diff(log.time_s)[same]
     if len(step) and np.percentile(step, 99) > 1.5 * np.median(step):
-        remarks.append("The time between rows varies by more than half: dead times are known to no less than that.")
+        remarks.append("The time between rows varies by more than half: what was commanded between rows is guessed.")
     told = log.command[:, log.has("command")]
     if told.size and all((np.ptp(filled(told[rows]), axis=0) < MOVES_RAD).all() for rows in log.rows_of_runs):
         remarks.append("The arm was told to stand still in all series: only constant errors can show.")

@@ -54,7 +54,7 @@ def parts_of(
     parts: list[KindDiagnosis] = []
     missing: dict[str, str] = {}
     remarks: list[str] = []
-    reasons = comparable(log)
+    reasons, log = comparable(log), log.as_read()
     if not reasons["tracking"]:
         tell("tracking", 0.1)
         parts.append(_tracking(log, library, missing, searching))
@@ -100,6 +100,7 @@ def _tracking(
     log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str], searching: Searching
 ) -> KindDiagnosis:
     recorded, clocks = log, None
+    log, place = log.evened()
     rows, candidates, starts = _begun(log, library, missing)
     for _ in range(CLOCK_PASSES if CLOCK in library else 0):
         fits = rows.fit(list(enumerate(starts)))
@@ -116,15 +117,16 @@ def _tracking(
         candidates = [[at for at in each if at.effect is not CLOCK] for each in candidates]
         selected = _selected(rows, candidates, rows.usual(candidates), searching)
     whole, refined = _of_all_runs(log, rows, [one.model for one in selected])
-    ideal = np.where(np.isfinite(recorded.command), recorded.q - recorded.command, np.nan)
+    ideal = recorded.q - recorded.command
     ideal[:, ~np.isin(np.arange(log.q.shape[1]), rows.joints)] = np.nan
-    after = np.full_like(ideal, np.nan)
+    after = np.full_like(log.q, np.nan)
     fold = folds(log.run)
     for number in np.unique(fold):
         held = fold == number
         part = whole.without(held)
         after[held] = (log.q - part.predicted(part.refined(refined, whole)))[held]
     after[~whole.counted] = np.nan
+    after, log = after[place], recorded
     calibrated, after = (less_means(each, log.run) if log.offset_per_series else each for each in (ideal, after))
     step = log.encoder_step_rad or resolution(log.q)
     holding = log.robot.gravity_torques(np.nan_to_num(log.q))
