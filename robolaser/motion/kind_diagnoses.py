@@ -30,8 +30,9 @@ MOST_NOISE_RAD = 0.02
 """Of a joint's encoder: readings that jump by more have a gap, whatever makes them jump. A judgement: 1.1°."""
 
 
-Searching = Callable[[Sequence[At], float, tuple[At, ...]], EffectSearch]
-"""How effects are chosen: from candidates, the least share of squares that each must explain, and a beginning."""
+Searching = Callable[[Sequence[At], float, Array | float, tuple[At, ...]], EffectSearch]
+"""How effects are chosen: from candidates, the least share of squares that each must explain, those that arms usually
+leave, and a beginning."""
 
 
 def parts_of(
@@ -167,7 +168,10 @@ def _selected(
     for _ in range(PASSES):  # what is left of a better model has less memory
         selected = side_by_side(
             rows,
-            [searching(each, LEAST_SHARE["tracking"], start) for each, start in zip(candidates, starts, strict=True)],
+            [
+                searching(each, LEAST_SHARE["tracking"], rows.count(joint) * FOLLOWS_RAD**2, start)
+                for joint, each, start in zip(rows.joints.tolist(), candidates, starts, strict=True)
+            ],
         )
         starts = [one.model.effects for one in selected]
         rows.count_memory()
@@ -208,7 +212,8 @@ def _linear(
     cut = cut_rows(of, limits)
     rows = LinearRows(of, values, candidates, ~cut, form=enough / 2.0)
     rows.count_memory()
-    (selected,) = side_by_side(rows, [searching(candidates, LEAST_SHARE[kind], ())])
+    usual = rows.rows * enough**2 if kind == "torque" else np.inf
+    (selected,) = side_by_side(rows, [searching(candidates, LEAST_SHARE[kind], usual, ())])
     ideal = rows.residuals(selected.ideal)
     after = np.full_like(ideal, np.nan)
     fold = folds(of.run)

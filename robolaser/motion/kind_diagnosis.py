@@ -69,7 +69,7 @@ class KindDiagnosis:
     @property
     def shown(self) -> tuple[SelectedEffect, ...]:
         """Findings at joints that have a gap; clocks at others, too, where little shows them."""
-        least = ACTS * np.nan_to_num(self.gap.calibrated) ** 2
+        least = np.minimum(ACTS * np.nan_to_num(self.gap.calibrated) ** 2, np.nan_to_num(self._usual_error) ** 2)
         at_work = [
             one
             for one in self.findings

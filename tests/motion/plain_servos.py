@@ -9,13 +9,18 @@ from robolaser.robot.kinematics import Robot
 ROBOT = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))
 LIFT = JOINTS.index("lift")
 STEPS_HZ, RATE_HZ, NOISE_RAD = 2000, 100, 2e-5
-HALF_ROW_S = 0.5 / RATE_HZ  # by which commands that go on between rows are earlier than those of the rows
 
 
 def late_arm(lag_s: float = 0.0, delay_s: float = 0.0, zero: float = 0.0, dead: float = 0.0) -> MotionLog:
-    """Four runs of 8 s of sines, in which the lift has a servo of these numbers; the other joints are ideal."""
+    """Four runs of 8 s of sines, in which the lift has a servo of these numbers; the other joints are ideal.
+
+    Up to each row, the lift is sent where that row says.
+    """
     rng = np.random.default_rng(0)
     time = np.arange(8 * STEPS_HZ) / STEPS_HZ
+    every = STEPS_HZ // RATE_HZ
+    ahead = np.minimum(-(-np.arange(len(time)) // every) * every, len(time) - every)
+    sent = np.maximum(ahead - round(delay_s * STEPS_HZ), 0)
     commands, readings = [], []
     for _ in range(4):
         amplitude = rng.uniform(0.2, 0.5, (4, 4)) / np.arange(1, 5)[:, None]
@@ -24,14 +29,14 @@ def late_arm(lag_s: float = 0.0, delay_s: float = 0.0, zero: float = 0.0, dead: 
         waves = (amplitude * np.sin(rate * time[:, None, None] + phase)).sum(axis=1)
         command = rng.uniform(-0.4, 0.4, 4) + np.array([0.0, 0.7, 0.6, 0.0]) + begin * waves
         q = command.copy()
-        wanted = zero + np.interp(time - delay_s, time, command[:, LIFT])
+        wanted = zero + command[sent, LIFT]
         q[0, LIFT] = wanted[0]
         for i in range(1, len(time)):
-            error = wanted[i - 1] - q[i - 1, LIFT]
+            error = wanted[i] - q[i - 1, LIFT]
             error = np.sign(error) * max(abs(error) - dead, 0.0)
             q[i, LIFT] = q[i - 1, LIFT] + (error / STEPS_HZ / lag_s if lag_s else error)
-        commands.append(command[:: STEPS_HZ // RATE_HZ])
-        readings.append(q[:: STEPS_HZ // RATE_HZ])
+        commands.append(command[::every])
+        readings.append(q[::every])
     told, read = np.concatenate(commands), np.concatenate(readings)
     none, rows = np.full_like(read, np.nan), len(commands[0])
     return MotionLog(
