@@ -202,7 +202,7 @@ def _limits(found: Sequence[_Signatures], noise: Array, follows: Array, values: 
                 other.at
                 for other in found
                 if other is not one
-                and ("joint" not in (one.at.effect.site, other.at.effect.site) or other.at.where == one.at.where)
+                and (one.at.effect.site != "joint" or other.at.where == one.at.where)
                 and min(map(gain, _rests(first[at], other))) < INDISTINGUISHABLE
             )
         limits.append(MotionLimit(one.at, number, size, alike))
