@@ -67,7 +67,7 @@ def diagnose_motion(
     began, tell = time.monotonic(), progress or (lambda what, share: None)
     library = library_of(effects, without)
     other = misread(log) if not comparable(log)["torque"] else None
-    parts, missing, remarks = parts_of(other.log if other else log, library, search, tell)
+    parts, missing, remarks = parts_of(other.of(log) if other else log, library, search, tell)
     tested = {at.effect.name for part in parts for at in (*part.candidates, *(one.at for one in part.shown))}
     missing = {name: reason for name, reason in missing.items() if name not in tested}
     verdicts = [part.verdict for part in parts]

@@ -16,6 +16,7 @@ from robolaser.motion.gap import KindGap, folds, less_means, resolution, root_me
 from robolaser.motion.kind_diagnosis import EVEN, FOLLOWS_RAD, IS_NOISE, KindDiagnosis, follows_nm
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import OTHER_UNIT, MotionLog
+from robolaser.motion.misread import follows_rigid_arm
 from robolaser.motion.patterns import Patterns
 from robolaser.motion.quantities import Quantities, quantities
 from robolaser.motion.selection import EffectSearch, SelectedEffect, Selection, side_by_side
@@ -69,8 +70,12 @@ def parts_of(
             tell(what, share)
             of = quantities(log, kind)
             reasons[kind] = of.lacking
-            if not of.lacking:
-                remarks += _odd_torques(of) if kind == "torque" else []
+            factor = follows_rigid_arm(of) if kind == "torque" and not of.lacking else 1.0
+            if not 1.0 / OTHER_UNIT < abs(factor) < OTHER_UNIT:
+                reasons[kind] = _odd_torques(factor)
+            elif factor < 0.0:
+                remarks.append(f"T{_odd_torques(factor)[1:]}?")
+            if not reasons[kind]:
                 parts.append(_linear(of, library, kind, missing, searching))
         if reasons[kind] and log.has(recorded).any():
             remarks.append(f"{kind.capitalize()} rows are set aside: {reasons[kind]}.")
@@ -85,16 +90,12 @@ def parts_of(
     return parts, lacking | missing, remarks
 
 
-def _odd_torques(of: Quantities) -> list[str]:
-    there = np.isfinite(of.measured)
-    expected = float(of.rigid[there] @ of.rigid[there])
-    factor = float(of.rigid[there] @ of.measured[there]) / expected if expected else 1.0
-    if 1.0 / OTHER_UNIT < factor < OTHER_UNIT:
-        return []
-    return [
-        f"Torques are {factor:.2g} times those of the URDF's rigid arm: are they in Nm at the joints, and are their"
-        " signs, the masses and `gravity` right?"
-    ]
+def _odd_torques(factor: float) -> str:
+    """What is said of torques that follow the rigid arm's at so many times their size."""
+    return (
+        f"torques are {factor:.2g} times those of the URDF's rigid arm: are they in Nm at the joints, and are their"
+        " signs, the masses and `gravity` right"
+    )
 
 
 def _tracking(

@@ -73,7 +73,9 @@ def test_play_is_not_distinguished_from_a_dead_zone_by_the_servos_own_encoder() 
 
 def test_a_clock_is_not_distinguished_from_servos_that_are_late_unless_the_arm_is_moved_by_hand() -> None:
     plan = plan_of_motions()
-    (clock,) = [one for one in plan.limits if str(one.at) == "clock_shift at timing" and one.at.effect.rows == "tracking"]
+    (clock,) = [
+        one for one in plan.limits if str(one.at) == "clock_shift at timing" and one.at.effect.rows == "tracking"
+    ]
     assert "dead_time" in {one.effect.name for one in clock.alike}
     assert any(words.startswith("Move the arm by hand") for words in plan.next_motions)
 
