@@ -3,10 +3,10 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import comb
 from typing import final
 
 import numpy as np
+from scipy.special import bdtrc
 
 from robolaser.arrays import Array, Ints, Progress
 from robolaser.motion.calibration import MotionFit, merged
@@ -112,8 +112,7 @@ def _chance(errors: Array, run: Ints, noise: float) -> float:
     """Of as many runs with more than the noise, where each has more or less of it by chance (a sign test)."""
     sizes = root_mean_squares_of_runs(errors, run)
     sizes = sizes[np.isfinite(sizes)]
-    larger = int((sizes > noise).sum())
-    return float(sum(comb(len(sizes), k) for k in range(larger, len(sizes) + 1)) / 2.0 ** len(sizes))
+    return float(bdtrc((sizes > noise).sum() - 1.0, len(sizes), 0.5))
 
 
 def _remarks(log: MotionLog) -> list[str]:

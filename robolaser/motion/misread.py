@@ -31,6 +31,10 @@ OPPOSITE = replace(
     TORQUE_CONSTANT, form="opposite", clause="torques have the wrong sign: read as their opposites they fit",
     remedy="Correct the sign of the torques, or the joint's axis in the URDF.",
 )  # fmt: skip
+AGAINST = replace(
+    OPPOSITE, name="joint_direction", form="", cause="servo", clause="the joint turns the other way than in the URDF",
+    remedy="Turn the joint's axis round in the URDF, or the signs of its angles and torques in the log.",
+)  # fmt: skip
 PER_NM = {"mNm": 1000.0, "Ncm": 100.0}
 """Units in which servos give torques, in a Newton metre."""
 
@@ -41,6 +45,7 @@ class MisreadTorques:
     """How torques seem to be meant."""
 
     factor: Array  # of those of each joint, (j,)
+    side: Array  # of each joint's angles, (j,): -1 where it turns against its axis
     gravity: Array  # in the base frame, (3,) [m/s²]
     read: tuple[tuple[At, dict[str, Estimate]], ...]  # what is misread, and its numbers
     left: Array  # of each joint's torques, beside friction and a scale, (j,) [Nm]
@@ -49,7 +54,8 @@ class MisreadTorques:
 
     def of(self, log: MotionLog) -> MotionLog:
         """A log whose torques are read so."""
-        return replace(log, tau=self.factor * log.tau, robot=log.robot.under(self.gravity))
+        turned = {name: self.side * getattr(log, name) for name in ("command", "q", "qd", "load")}
+        return replace(log, tau=self.factor * log.tau, robot=log.robot.under(self.gravity), **turned)
 
     def restated(self, part: KindDiagnosis, as_read: MotionLog) -> KindDiagnosis:
         """Torques that are read otherwise, with the errors of the log as it is, and their reading for what is found."""
@@ -86,7 +92,7 @@ def misread(log: MotionLog) -> MisreadTorques | None:
     unit = _unit(of)
     size = PER_NM.get(unit, 1.0)
     of = _times(of, 1.0 / size)
-    as_read = _left(of)
+    as_read = np.minimum(_left(of), _left(_loaded(of)))
     ways = [
         way for way in _ways(of, as_read) if (FALLS * way.left <= as_read).any() and (way.left <= BEST * as_read).all()
     ]
@@ -97,7 +103,8 @@ def misread(log: MotionLog) -> MisreadTorques | None:
             remedy=f"Divide the torques by {size:.4g}.",
         )  # fmt: skip
         read = ((At(effect, JOINTS, 0), {"factor": (size - 1.0, np.nan, "")}),)
-        ways = ways or [MisreadTorques(np.ones(of.q.shape[1]), np.array(log.robot.gravity), (), as_read)]
+        own = np.ones(of.q.shape[1])
+        ways = ways or [MisreadTorques(own, own, np.array(log.robot.gravity), (), as_read)]
         ways = [replace(way, factor=way.factor / size, read=(*read, *way.read)) for way in ways]
     if not ways:
         return None
@@ -105,8 +112,8 @@ def misread(log: MotionLog) -> MisreadTorques | None:
     other = next((way for way in ways if str(way.read) != str(best.read)), None)
     if other is None or (other.left > BEST * best.left)[falls].any():
         return best
-    own = [at.pair for at, _ in best.read]
-    return replace(best, probability=EVEN, rivals=tuple(at for at, _ in other.read if at.pair not in own))
+    named = [at.pair for at, _ in best.read]
+    return replace(best, probability=EVEN, rivals=tuple(at for at, _ in other.read if at.pair not in named))
 
 
 def follows_rigid_arm(of: Quantities) -> float:
@@ -137,30 +144,42 @@ def _unit(of: Quantities) -> str:
 
 
 def _ways(of: Quantities, as_read: Array) -> Iterator[MisreadTorques]:
-    """Signs and gravity that may be meant: one, the other, and both."""
+    """Signs and gravity that may be meant: one, the other, and both; or the other direction of a joint."""
     stated, same = np.array(of.log.robot.gravity), np.ones(of.q.shape[1])
-    mass = of.payload()[..., :1]  # where it is in the hand, a joint of the wrong sign would tell wrongly
-    loaded = replace(of, rigid=of.rigid + mass @ _common(of, mass)[0])
-    for seen in (of, loaded):
+    for seen in (of, _loaded(of)):
         signs = _signs(seen)
         if (signs < 0.0).any():
-            yield _way(seen, signs, stated)
+            yield _way(seen, signs, same, stated)
     pulls = np.stack([of.log.robot.under(along).gravity_torques(of.q) for along in np.eye(3)], axis=-1)
-    for side in (same, -same):
-        seen = _times(of, side)
+    for all_of in (same, -same):
+        seen = _times(of, all_of)
         gravity = _other_gravity(seen, pulls)
         if gravity is not None:
             under = replace(of, rigid=of.rigid + pulls @ (gravity - stated))
-            for signs in np.unique([side, side * _signs(_times(under, side))], axis=0):
-                yield _way(under, signs, gravity)
+            for signs in np.unique([all_of, all_of * _signs(_times(under, all_of))], axis=0):
+                yield _way(under, signs, same, gravity)
+    if (FALLS * as_read > root_mean_squares(of.measured)).any():
+        for side in 1.0 - 2.0 * np.eye(len(same)):
+            turned = quantities(replace(of.log, q=side * of.log.q, load=side * of.log.load), "torque")
+            turned = _loaded(replace(turned, measured=of.measured))
+            yield _way(turned, _signs(turned), side, stated)
 
 
-def _way(of: Quantities, signs: Array, gravity: Array) -> MisreadTorques:
-    wrong = np.flatnonzero(signs < 0.0).tolist()
-    where = [At(OPPOSITE, of.log.joints[j], j) for j in wrong]
-    if len(where) == len(signs):
-        where = [At(replace(OPPOSITE, site=JOINTS), JOINTS, 0)]
-    read: list[tuple[At, dict[str, Estimate]]] = [(at, {"factor": (-2.0, np.nan, "")}) for at in where]
+def _loaded(of: Quantities) -> Quantities:
+    """With a payload where torques are as with one; where in the hand, a joint of the wrong sign would tell wrongly."""
+    mass = of.payload()[..., :1]
+    return replace(of, rigid=of.rigid + mass @ _common(of, mass)[0])
+
+
+def _way(of: Quantities, signs: Array, side: Array, gravity: Array) -> MisreadTorques:
+    names = of.log.joints
+    read: list[tuple[At, dict[str, Estimate]]] = [
+        (At(AGAINST, names[j], j), {"factor": (-2.0, np.nan, "")}) for j in np.flatnonzero(side < 0.0).tolist()
+    ]
+    # an axis that is turned round turns the sign of its torque with it
+    where = [At(OPPOSITE, names[j], j) for j in np.flatnonzero(signs * side < 0.0).tolist()]
+    where = [At(replace(OPPOSITE, site=JOINTS), JOINTS, 0)] if len(where) == len(names) else where
+    read += [(at, {"factor": (-2.0, np.nan, "")}) for at in where]
     stated = np.array(of.log.robot.gravity)
     if not np.array_equal(gravity, stated):
         was, now = (f"[{', '.join(f'{value + 0.0:.3g}' for value in one)}]" for one in (stated, gravity))
@@ -173,7 +192,7 @@ def _way(of: Quantities, signs: Array, gravity: Array) -> MisreadTorques:
         )  # fmt: skip
         numbers = {axis: (float(value) + 0.0, np.nan, "m/s²") for axis, value in zip("xyz", gravity, strict=True)}
         read.append((At(effect, "base", 0), numbers))
-    return MisreadTorques(signs, gravity, tuple(read), _left(_times(of, signs)))
+    return MisreadTorques(signs, side, gravity, tuple(read), _left(_times(of, signs)))
 
 
 def _left(of: Quantities) -> Array:

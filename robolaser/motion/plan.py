@@ -215,13 +215,9 @@ def _is_gap(errors: Mapping[int, Array], follows: Array) -> bool:
 
 def _crossing(sizes: Array, gains: Array, at: int, enough: float) -> float:
     """Size at which a gain is enough, between two that were tried."""
-    if at == 0:
-        return float(sizes[0])
-    if gains[at - 1] == 0.0:
+    if at == 0 or gains[at - 1] == 0.0:
         return float(sizes[at])
-    low, high = np.log(np.maximum(gains[at - 1 : at + 1], 1e-12))
-    share = float(np.clip((np.log(enough) - low) / max(high - low, 1e-12), 0.0, 1.0))
-    return float(sizes[at - 1] + share * (sizes[at] - sizes[at - 1]))
+    return float(np.interp(np.log(enough), np.log(gains[at - 1 : at + 1]), sizes[at - 1 : at + 1]))
 
 
 def _rests(errors: Mapping[int, Array], other: _Signatures) -> list[Mapping[int, Array]]:

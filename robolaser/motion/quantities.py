@@ -85,12 +85,6 @@ class Quantities:
         return arm.inertial_numbers(arm.columns[joint])
 
     @cached_property
-    def tip_mass(self) -> float:
-        """What the last joint carries by the URDF [kg]."""
-        arm = self.log.robot.by_pinocchio
-        return float(arm.inertial_numbers(arm.tip)[0])
-
-    @cached_property
     def masses(self) -> Array:
         """What each joint carries by the URDF, (j,) [kg]."""
         return self.log.robot.carried(self.q[:1])[0]

@@ -16,7 +16,7 @@ INDISTINGUISHABLE = 6.0  # the same: a rival that is up to twenty to one worse
 ALIKE = 1e-3  # share by which squares of the same effect at a neighbour may be larger: it is the same motion then
 CLOSES = 0.5
 """Of the squares that are left, that no effect explains which is the form of another one. A judgement."""
-EXCHANGES, MIN_EXCHANGE = 4, 0.1
+MIN_EXCHANGE = 0.1
 Sets = Sequence[tuple[At, ...]]
 Estimate = tuple[float, float, str]
 """Of a number: value, standard deviation, unit."""
@@ -128,25 +128,22 @@ def search(
             break
         model = following
         passed.add(model.names)
-    findings: list[SelectedEffect] = []
-    for _ in range(EXCHANGES if model.effects else 0):
+    while True:
         without = yield [tuple(o for o in model.effects if o != one) for one in model.effects]
         swaps = [
             [_with(less.effects, rival) for rival in _rivals(one, model, candidates)]
             for one, less in zip(model.effects, without, strict=True)
         ]
-        asked = [effects for group in swaps for effects in group]
-        fits = (yield asked) if asked else []
+        fits = yield [effects for group in swaps for effects in group]
         best = min(fits, key=_by_evidence, default=model)
-        if best.score < model.score - MIN_EXCHANGE:
-            model = best
-            continue
-        instead = iter(fits)
-        findings = [
-            _finding(one, model, less, [(rival[-1], next(instead)) for rival in group])
-            for one, less, group in zip(model.effects, without, swaps, strict=True)
-        ]
-        break
+        if best.score >= model.score - MIN_EXCHANGE:
+            break
+        model = best
+    instead = iter(fits)
+    findings = [
+        _finding(one, model, less, [(rival[-1], next(instead)) for rival in group])
+        for one, less, group in zip(model.effects, without, swaps, strict=True)
+    ]
     findings.sort(key=lambda one: one.without.score, reverse=True)
     return Selection(ideal, model, tuple(findings))
 

@@ -142,6 +142,19 @@ def test_currents_torques_before_the_gear_and_those_in_rare_units_say_nothing_of
         diagnose_motion(replace(loaded(), tau=loaded().tau / factor), seed=0)
 
 
+@pytest.mark.parametrize("joint", ["lift", "elbow"])
+@pytest.mark.parametrize("torques_too", [True, False])
+@pytest.mark.parametrize("kg", [0.0, 1.5])
+def test_a_joint_that_turns_against_its_axis_is_named_and_no_link(joint: str, torques_too: bool, kg: float) -> None:
+    log, side = loaded(kg), np.array([-1.0 if name == joint else 1.0 for name in JOINTS])
+    found = diagnose_motion(replace(log, q=side * log.q, tau=side * log.tau if torques_too else log.tau), seed=0)
+    expected = {("joint_direction", joint), FRICTION}
+    expected |= {("payload", "tool")} if kg else set()
+    expected |= set() if torques_too else {("torque_constant", joint)}
+    assert found.verdict == "explained"
+    assert certain(found) == expected
+
+
 def test_slow_motions_do_not_tell_an_arm_that_hangs_from_torques_of_the_wrong_sign() -> None:
     slow = replace(dry(), time_s=6.0 * dry().time_s)
     noise = 0.05 * np.random.default_rng(0).normal(size=slow.q.shape)
