@@ -69,12 +69,13 @@ def parts_of(
         if not reasons[kind]:
             tell(what, share)
             of = quantities(log, kind)
-            reasons[kind] = of.lacking
             factor = follows_rigid_arm(of) if kind == "torque" and not of.lacking else 1.0
+            so_large = f"torques are {factor:.2g} times those of the URDF's rigid arm: are"
+            reasons[kind] = of.lacking
             if not 1.0 / OTHER_UNIT < abs(factor) < OTHER_UNIT:
-                reasons[kind] = _odd_torques(factor)
+                reasons[kind] = f"{so_large} they in Nm at the joints, and are their signs and the masses right"
             elif factor < 0.0:
-                remarks.append(f"T{_odd_torques(factor)[1:]}?")
+                remarks.append(f"{so_large.replace('torques', 'Torques')} their signs, the masses and `gravity` right?")
             if not reasons[kind]:
                 parts.append(_linear(of, library, kind, missing, searching))
         if reasons[kind] and log.has(recorded).any():
@@ -88,14 +89,6 @@ def parts_of(
     there = {one.name for one in library if not reasons[one.rows]}
     lacking = {one.name: reasons[one.rows] for one in library if one.name not in there}
     return parts, lacking | missing, remarks
-
-
-def _odd_torques(factor: float) -> str:
-    """What is said of torques that follow the rigid arm's at so many times their size."""
-    return (
-        f"torques are {factor:.2g} times those of the URDF's rigid arm: are they in Nm at the joints, and are their"
-        " signs, the masses and `gravity` right"
-    )
 
 
 def _tracking(

@@ -92,13 +92,9 @@ class KindDiagnosis:
             return 1.0  # joints that agree imitate no cause of one of them
         explained = 1.0 - float(share @ gained / gained.sum())
         is_told = one.at.effect.rows == "tracking" or one.at.effect.site == TIMING
-        most = 1.0 if is_told or self._far @ gained <= EVEN * gained.sum() else LIKELY
+        far = rest > (LEFT_OVER_NOISE**2 - 1.0) * self._usual_error**2  # a multiple of the noise is left
+        most = 1.0 if is_told or far @ gained <= EVEN * gained.sum() else LIKELY
         return min(most, explained / (1.0 + REST_DISCOUNT * float(rest[gained > 0.0].sum() / gained.sum())))
-
-    @cached_property
-    def _far(self) -> Array:
-        """1 for joints of which a multiple of the noise is left, else 0, (j,)."""
-        return np.asarray(self._above_noise[1] > (LEFT_OVER_NOISE**2 - 1.0) * self._usual_error**2, dtype=np.float64)
 
     @property
     def _usual_error(self) -> Array:

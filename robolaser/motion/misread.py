@@ -1,6 +1,6 @@
 """Torques that do not mean what the log says: in another unit, of the opposite sign, or under another gravity."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -93,9 +93,9 @@ def misread(log: MotionLog) -> MisreadTorques | None:
     size = PER_NM.get(unit, 1.0)
     of = _times(of, 1.0 / size)
     as_read = np.minimum(_left(of), _left(_loaded(of)))
-    ways = [
-        way for way in _ways(of, as_read) if (FALLS * way.left <= as_read).any() and (way.left <= BEST * as_read).all()
-    ]
+    ways = _fitting(_ways(of), as_read)
+    if not ways and (FALLS * as_read > root_mean_squares(of.measured)).any():
+        ways = _fitting(_against(of), as_read)  # last: most joints do not show which way they turn
     ways.sort(key=lambda way: float(np.log(way.left).sum()))
     if unit:
         effect = replace(
@@ -114,6 +114,11 @@ def misread(log: MotionLog) -> MisreadTorques | None:
         return best
     named = [at.pair for at, _ in best.read]
     return replace(best, probability=EVEN, rivals=tuple(at for at, _ in other.read if at.pair not in named))
+
+
+def _fitting(ways: Iterable[MisreadTorques], as_read: Array) -> list[MisreadTorques]:
+    """Those that fit some joint far better than torques as they are read, and none far worse."""
+    return [way for way in ways if (FALLS * way.left <= as_read).any() and (way.left <= BEST * as_read).all()]
 
 
 def follows_rigid_arm(of: Quantities) -> float:
@@ -138,13 +143,15 @@ def _unit(of: Quantities) -> str:
     for name, size in PER_NM.items():
         within = _times(of, 1.0 / size)
         _, rest = _common(within, of.payload())
-        left[name] = float(np.median(root_mean_squares(rest) / np.maximum(root_mean_squares(within.measured), 1e-12)))
+        left[name] = float(
+            np.nanmedian(root_mean_squares(rest) / np.maximum(root_mean_squares(within.measured), 1e-12))
+        )
     best = min(left, key=left.__getitem__)
     return best if FALLS * left[best] < 1.0 else ""
 
 
-def _ways(of: Quantities, as_read: Array) -> Iterator[MisreadTorques]:
-    """Signs and gravity that may be meant: one, the other, and both; or the other direction of a joint."""
+def _ways(of: Quantities) -> Iterator[MisreadTorques]:
+    """Signs and gravity that may be meant: one, the other, and both."""
     stated, same = np.array(of.log.robot.gravity), np.ones(of.q.shape[1])
     for seen in (of, _loaded(of)):
         signs = _signs(seen)
@@ -158,11 +165,14 @@ def _ways(of: Quantities, as_read: Array) -> Iterator[MisreadTorques]:
             under = replace(of, rigid=of.rigid + pulls @ (gravity - stated))
             for signs in np.unique([all_of, all_of * _signs(_times(under, all_of))], axis=0):
                 yield _way(under, signs, same, gravity)
-    if (FALLS * as_read > root_mean_squares(of.measured)).any():
-        for side in 1.0 - 2.0 * np.eye(len(same)):
-            turned = quantities(replace(of.log, q=side * of.log.q, load=side * of.log.load), "torque")
-            turned = _loaded(replace(turned, measured=of.measured))
-            yield _way(turned, _signs(turned), side, stated)
+
+
+def _against(of: Quantities) -> Iterator[MisreadTorques]:
+    """Joints that may turn the other way."""
+    for side in 1.0 - 2.0 * np.eye(of.q.shape[1]):
+        turned = quantities(replace(of.log, q=side * of.log.q, load=side * of.log.load), "torque")
+        turned = _loaded(replace(turned, measured=of.measured))
+        yield _way(turned, _signs(turned), side, np.array(of.log.robot.gravity))
 
 
 def _loaded(of: Quantities) -> Quantities:
@@ -233,7 +243,7 @@ def _common(of: Quantities, columns: Array) -> tuple[Array, Array]:
         for j in range(of.q.shape[1])
     ]
     change, left = np.zeros(columns.shape[2]), [each[:, -1] for each in rows]
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS if any(each.any() for each in rows) else 0):
         scale = [max(float(np.nan_to_num(root_mean_squares(each))), np.finfo(float).eps) for each in left]
         whole = np.concatenate([each / s for each, s in zip(rows, scale, strict=True) if each.any()])
         change = np.linalg.lstsq(whole[:, :-1], whole[:, -1])[0]

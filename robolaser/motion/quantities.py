@@ -41,7 +41,6 @@ class Quantities:
     rigid: Array  # torques of the URDF's rigid arm with the payload that is stated, at the flange's origin [Nm]
     measured: Array  # what the rows hold, NaN where nothing was recorded
     torque_noise: Array  # of `rigid`, from the readings that accelerations are computed from, (j,) [Nm]
-    carried: Array  # torque at each joint, as recorded or else of the rigid arm [Nm]
     kind: str = "torque"  # of the rows
 
     @property
@@ -68,6 +67,13 @@ class Quantities:
         for rows in self.log.rows_of_runs:
             ahead[rows] = play(self.log.q[rows].T, np.zeros(joints), np.full(joints, TURNS_RAD)).T
         return np.nan_to_num(-ahead[self.rows] / TURNS_RAD)
+
+    @property
+    def carried(self) -> Array:
+        """Torque at each joint, as recorded or else of the rigid arm, (n, j) [Nm]."""
+        recorded = self.log.tau[self.rows]
+        is_known = np.isfinite(recorded) & (self.log.has_signs and self.log.torque_unit == "Nm")
+        return np.where(is_known, recorded, self.rigid)
 
     @property
     def moves(self) -> Bools:
@@ -116,16 +122,14 @@ def quantities(log: MotionLog, kind: str) -> Quantities:
     number = number[:: max(1, -(-len(number) // MOST_ROWS))]
     q, speed, acceleration, measured = (values[number] for values in (log.q, speed, acceleration, measured))
     rigid = log.robot.by_pinocchio.inverse_dynamics(q, speed, acceleration)
-    recorded = log.tau[number] if log.has_signs and log.torque_unit == "Nm" else np.full_like(q, np.nan)
     of = Quantities(
         log, number, log.run[number], log.time_s[number], q, speed, acceleration, rigid, measured,
-        _torque_noise(log.robot, q, noise), np.where(np.isfinite(recorded), recorded, rigid),
-        kind,
+        _torque_noise(log.robot, q, noise), kind,
     )  # fmt: skip
     if not log.payload_kg:
         return of
-    stated = np.array([log.payload_kg.get(name, 0.0) for name in log.series])[of.run, None] * of.payload()[..., 0]
-    return replace(of, rigid=rigid + stated, carried=np.where(np.isfinite(recorded), recorded, rigid + stated))
+    stated = np.array([log.payload_kg.get(name, 0.0) for name in log.series])[of.run, None]
+    return replace(of, rigid=rigid + stated * of.payload()[..., 0])
 
 
 def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
