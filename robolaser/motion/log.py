@@ -153,15 +153,17 @@ class MotionLog:
 def _repeated(values: Array, run: Ints) -> Bools:
     """Which values (n,) are only held from the row above, (n,): none, but where most are between two large jumps.
 
-    Readings that are rounded repeat, too, where a joint is slow, but not between jumps that are larger than most.
+    Readings that are rounded repeat, too, where a joint is slow, but not between jumps that are larger than most; those
+    of a joint that sticks and slips do, but not for the same number of rows.
     """
     first = np.flatnonzero(np.append(True, (values[1:] != values[:-1]) | (run[1:] != run[:-1])))
     jumps = np.abs(np.diff(values[first]))
     large = jumps > np.median(np.append(np.nan_to_num(jumps), 0.0))
     between = np.concatenate([[False], large[1:] & large[:-1], [False]])
     length = np.diff(np.append(first, len(values)))
-    usual = float(np.median(length[between])) if between.any() else 1.0
-    out = np.repeat((length > 1) & (length <= 2.0 * usual) & (usual > 1.0), length)
+    low, usual, high = np.quantile(length[between], (0.05, 0.5, 0.95)) if between.any() else (1, 1, 1)
+    is_held = usual > 1.0 and high - low <= 2.0
+    out = np.repeat((length > 1) & (length <= 2.0 * usual) & is_held, length)
     out[first] = False
     return out
 
