@@ -136,11 +136,9 @@ def plan_motion(log: MotionLog) -> MotionPlan:
 
 def _followed(log: MotionLog) -> MotionLog:
     """The log of an ideal arm that is told the same."""
-    q = log.command.copy()
-    for rows in log.rows_of_runs:
-        held = filled(q[rows])
-        q[rows] = np.where(np.isfinite(held), held, np.nan_to_num(medians(log.q[rows])))
-    command = np.where(log.has("command"), q, np.nan)
+    told = log.has("command")
+    q = np.where(told, filled(log.command), np.nan_to_num(medians(log.q)))
+    command = np.where(told, q, np.nan)
     return replace(log, command=command, q=q, tau=np.zeros_like(q), load=q.copy(), torque_unit="Nm", torque_signed=True)
 
 

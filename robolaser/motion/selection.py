@@ -16,7 +16,6 @@ INDISTINGUISHABLE = 6.0  # the same: a rival that is up to twenty to one worse
 ALIKE = 1e-3  # share by which squares of the same effect at a neighbour may be larger: it is the same motion then
 CLOSES = 0.5
 """Of the squares that are left, that no effect explains which is the form of another one. A judgement."""
-MIN_EXCHANGE = 0.1
 Sets = Sequence[tuple[At, ...]]
 Estimate = tuple[float, float, str]
 """Of a number: value, standard deviation, unit."""
@@ -136,7 +135,7 @@ def search(
         ]
         fits = yield [effects for group in swaps for effects in group]
         best = min(fits, key=_by_evidence, default=model)
-        if best.score >= model.score - MIN_EXCHANGE:
+        if best.score >= model.score:
             break
         model = best
     instead = iter(fits)
