@@ -78,7 +78,9 @@ def calibrate_motion(
         if where and where not in sites:
             raise UsageError(f"{name} has no place '{where}'.{near(where, sites)}")
 
-    def searching(candidates: Sequence[At], least_share: float, start: tuple[At, ...]) -> EffectSearch:
+    def searching(
+        candidates: Sequence[At], least_share: float, usual: Array | float, start: tuple[At, ...]
+    ) -> EffectSearch:
         return chosen([at for at in candidates if _is_asked(at, asked)])
 
     parts, missing, _ = parts_of(log, library, searching, progress or (lambda what, share: None))

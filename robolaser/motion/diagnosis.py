@@ -3,10 +3,10 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import comb
 from typing import final
 
 import numpy as np
+from scipy.special import bdtrc
 
 from robolaser.arrays import Array, Ints, Progress
 from robolaser.motion.calibration import MotionFit, merged
@@ -67,7 +67,7 @@ def diagnose_motion(
     began, tell = time.monotonic(), progress or (lambda what, share: None)
     library = library_of(effects, without)
     other = misread(log) if not comparable(log)["torque"] else None
-    parts, missing, remarks = parts_of(other.log if other else log, library, search, tell)
+    parts, missing, remarks = parts_of(other.of(log) if other else log, library, search, tell)
     tested = {at.effect.name for part in parts for at in (*part.candidates, *(one.at for one in part.shown))}
     missing = {name: reason for name, reason in missing.items() if name not in tested}
     verdicts = [part.verdict for part in parts]
@@ -112,22 +112,22 @@ def _chance(errors: Array, run: Ints, noise: float) -> float:
     """Of as many runs with more than the noise, where each has more or less of it by chance (a sign test)."""
     sizes = root_mean_squares_of_runs(errors, run)
     sizes = sizes[np.isfinite(sizes)]
-    larger = int((sizes > noise).sum())
-    return float(sum(comb(len(sizes), k) for k in range(larger, len(sizes) + 1)) / 2.0 ** len(sizes))
+    return float(bdtrc((sizes > noise).sum() - 1.0, len(sizes), 0.5))
 
 
 def _remarks(log: MotionLog) -> list[str]:
-    same = np.diff(log.run) == 0
-    still = (np.diff(log.q[:, log.has("q")], axis=0) == 0).all(axis=1)
-    still &= (np.diff(np.nan_to_num(log.command), axis=0) != 0).any(axis=1)
     remarks = []
-    if same.sum() and (still & same).sum() > 0.5 * same.sum():
-        remarks.append(
-            "Most readings repeat the row above them while the command changes: the arm is read more slowly."
-        )
+    read = log.as_read()
+    for quantity, what in (("q", "Readings"), ("tau", "Torques"), ("load", "Second readings")):
+        held = np.isfinite(getattr(log, quantity)).sum(axis=0) > np.isfinite(getattr(read, quantity)).sum(axis=0)
+        if held.any():
+            where = "" if held.all() else f" of {', '.join(np.array(log.joints)[held])}"
+            remarks.append(f"{what}{where} are read more slowly than rows are written: those that only repeat the row"
+                           " above are left out.")  # fmt: skip
+    same = np.diff(log.run) == 0
     step = np.diff(log.time_s)[same]
     if len(step) and np.percentile(step, 99) > 1.5 * np.median(step):
-        remarks.append("The time between rows varies by more than half: dead times are known to no less than that.")
+        remarks.append("The time between rows varies by more than half: what was commanded between rows is guessed.")
     told = log.command[:, log.has("command")]
     if told.size and all((np.ptp(filled(told[rows]), axis=0) < MOVES_RAD).all() for rows in log.rows_of_runs):
         remarks.append("The arm was told to stand still in all series: only constant errors can show.")

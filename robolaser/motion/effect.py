@@ -16,6 +16,8 @@ TIMING, TOOL, JOINTS = "timing", "tool", "joints"
 
 MOVES_RAD = 1e-3
 """Spread of a joint's commands, from which on it is commanded to move. A judgement."""
+OPPOSITE = 0.5
+"""Of what a joint is commanded, by which it moves the other way where its readings have another sign. A judgement."""
 RowKind = Literal["tracking", "torque", "load"]
 """Of rows: measured against commands, torques against inverse dynamics, one encoder against the other."""
 
@@ -58,9 +60,12 @@ class Trace:
 
     @property
     def stuck(self) -> str:
-        """Why nothing can be tested on a joint that stands, though it is commanded to move."""
-        stands = self.is_sent and np.nanstd(self.q) < MOVES_RAD
-        return "the joint does not move, though it is commanded to" if stands else ""
+        """Why nothing can be tested on a joint that stands, or goes the other way, though it is commanded to move."""
+        if self.is_sent and np.nanstd(self.q) < MOVES_RAD:
+            return "the joint does not move, though it is commanded to"
+        sent = self.command - np.nanmean(self.command)
+        way = np.nansum(sent * self.q) / max(float(np.nansum(sent**2)), 1e-12)
+        return "the joint moves opposite to its commands" if self.is_sent and way < -OPPOSITE else ""
 
 
 def if_sent(trace: Trace) -> str:

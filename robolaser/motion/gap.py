@@ -83,8 +83,12 @@ def white_noise(errors: Array, run: Ints, step: float | None) -> Array:
 
     Of white noise the second difference has six times the variance.
     """
-    same = (run[2:] == run[:-2])[:, None]
-    bend = np.where(same, errors[2:] - 2.0 * errors[1:-1] + errors[:-2], np.nan)
+    bend = np.full_like(errors, np.nan)
+    for j, known in enumerate(np.isfinite(errors.T)):
+        rows = np.flatnonzero(known)
+        before, here, behind = rows[:-2], rows[1:-1], rows[2:]
+        near = (run[behind] == run[before]) & (behind - before == np.min(behind - before, initial=len(run)))
+        bend[here[near], j] = (errors[behind, j] - 2.0 * errors[here, j] + errors[before, j])[near]
     white = root_mean_squares(bend) / np.sqrt(6.0)
     return np.asarray(white if step is None else np.maximum(white, step / np.sqrt(12.0)))
 

@@ -16,6 +16,7 @@ from robolaser.motion.gap import KindGap, folds, less_means, resolution, root_me
 from robolaser.motion.kind_diagnosis import EVEN, FOLLOWS_RAD, IS_NOISE, KindDiagnosis, follows_nm
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import OTHER_UNIT, MotionLog
+from robolaser.motion.misread import follows_rigid_arm
 from robolaser.motion.patterns import Patterns
 from robolaser.motion.quantities import Quantities, quantities
 from robolaser.motion.selection import EffectSearch, SelectedEffect, Selection, side_by_side
@@ -30,8 +31,9 @@ MOST_NOISE_RAD = 0.02
 """Of a joint's encoder: readings that jump by more have a gap, whatever makes them jump. A judgement: 1.1°."""
 
 
-Searching = Callable[[Sequence[At], float, tuple[At, ...]], EffectSearch]
-"""How effects are chosen: from candidates, the least share of squares that each must explain, and a beginning."""
+Searching = Callable[[Sequence[At], float, Array | float, tuple[At, ...]], EffectSearch]
+"""How effects are chosen: from candidates, the least share of squares that each must explain, those that arms usually
+leave, and a beginning."""
 
 
 def parts_of(
@@ -54,7 +56,7 @@ def parts_of(
     parts: list[KindDiagnosis] = []
     missing: dict[str, str] = {}
     remarks: list[str] = []
-    reasons = comparable(log)
+    reasons, log = comparable(log), log.as_read()
     if not reasons["tracking"]:
         tell("tracking", 0.1)
         parts.append(_tracking(log, library, missing, searching))
@@ -67,9 +69,14 @@ def parts_of(
         if not reasons[kind]:
             tell(what, share)
             of = quantities(log, kind)
+            factor = follows_rigid_arm(of) if kind == "torque" and not of.lacking else 1.0
+            so_large = f"torques are {factor:.2g} times those of the URDF's rigid arm: are"
             reasons[kind] = of.lacking
-            if not of.lacking:
-                remarks += _odd_torques(of) if kind == "torque" else []
+            if not 1.0 / OTHER_UNIT < abs(factor) < OTHER_UNIT:
+                reasons[kind] = f"{so_large} they in Nm at the joints, and are their signs and the masses right"
+            elif factor < 0.0:
+                remarks.append(f"{so_large.replace('torques', 'Torques')} their signs, the masses and `gravity` right?")
+            if not reasons[kind]:
                 parts.append(_linear(of, library, kind, missing, searching))
         if reasons[kind] and log.has(recorded).any():
             remarks.append(f"{kind.capitalize()} rows are set aside: {reasons[kind]}.")
@@ -84,22 +91,11 @@ def parts_of(
     return parts, lacking | missing, remarks
 
 
-def _odd_torques(of: Quantities) -> list[str]:
-    there = np.isfinite(of.measured)
-    expected = float(of.rigid[there] @ of.rigid[there])
-    factor = float(of.rigid[there] @ of.measured[there]) / expected if expected else 1.0
-    if 1.0 / OTHER_UNIT < factor < OTHER_UNIT:
-        return []
-    return [
-        f"Torques are {factor:.2g} times those of the URDF's rigid arm: are they in Nm at the joints, and are their"
-        " signs, the masses and `gravity` right?"
-    ]
-
-
 def _tracking(
     log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str], searching: Searching
 ) -> KindDiagnosis:
     recorded, clocks = log, None
+    log, place = log.evened()
     rows, candidates, starts = _begun(log, library, missing)
     for _ in range(CLOCK_PASSES if CLOCK in library else 0):
         fits = rows.fit(list(enumerate(starts)))
@@ -116,15 +112,16 @@ def _tracking(
         candidates = [[at for at in each if at.effect is not CLOCK] for each in candidates]
         selected = _selected(rows, candidates, rows.usual(candidates), searching)
     whole, refined = _of_all_runs(log, rows, [one.model for one in selected])
-    ideal = np.where(np.isfinite(recorded.command), recorded.q - recorded.command, np.nan)
+    ideal = recorded.q - recorded.command
     ideal[:, ~np.isin(np.arange(log.q.shape[1]), rows.joints)] = np.nan
-    after = np.full_like(ideal, np.nan)
+    after = np.full_like(log.q, np.nan)
     fold = folds(log.run)
     for number in np.unique(fold):
         held = fold == number
         part = whole.without(held)
         after[held] = (log.q - part.predicted(part.refined(refined, whole)))[held]
     after[~whole.counted] = np.nan
+    after, log = after[place], recorded
     calibrated, after = (less_means(each, log.run) if log.offset_per_series else each for each in (ideal, after))
     step = log.encoder_step_rad or resolution(log.q)
     holding = log.robot.gravity_torques(np.nan_to_num(log.q))
@@ -165,7 +162,10 @@ def _selected(
     for _ in range(PASSES):  # what is left of a better model has less memory
         selected = side_by_side(
             rows,
-            [searching(each, LEAST_SHARE["tracking"], start) for each, start in zip(candidates, starts, strict=True)],
+            [
+                searching(each, LEAST_SHARE["tracking"], rows.count(joint) * FOLLOWS_RAD**2, start)
+                for joint, each, start in zip(rows.joints.tolist(), candidates, starts, strict=True)
+            ],
         )
         starts = [one.model.effects for one in selected]
         rows.count_memory()
@@ -206,7 +206,8 @@ def _linear(
     cut = cut_rows(of, limits)
     rows = LinearRows(of, values, candidates, ~cut, form=enough / 2.0)
     rows.count_memory()
-    (selected,) = side_by_side(rows, [searching(candidates, LEAST_SHARE[kind], ())])
+    usual = rows.rows * enough**2 if kind == "torque" else np.inf
+    (selected,) = side_by_side(rows, [searching(candidates, LEAST_SHARE[kind], usual, ())])
     ideal = rows.residuals(selected.ideal)
     after = np.full_like(ideal, np.nan)
     fold = folds(of.run)

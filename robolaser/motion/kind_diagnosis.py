@@ -31,9 +31,8 @@ REST_DISCOUNT = 0.15
 """How fast an effect loses credibility with what is left beside it: as much as it explains costs 13 %. A judgement, by
 halves of a hobby arm's motions: scales, which that arm has not, explain up to 1.02 of what is left, dead zones, which
 it has, 3 to 58."""
-RARE, LIKELY = 10.0, 0.75
-"""Rarity of an effect, from which on it is likely at most beside a cause that is not in the library; and the most that
-any effect is where a multiple of the noise is left of torques. A judgement."""
+LIKELY = 0.75
+"""Probability of an effect at most, where a multiple of the noise is left of torques. A judgement."""
 ACTS = 0.001
 """Of a joint's squared error, that an effect must explain to be at work there. A judgement."""
 
@@ -69,7 +68,7 @@ class KindDiagnosis:
     @property
     def shown(self) -> tuple[SelectedEffect, ...]:
         """Findings at joints that have a gap; clocks at others, too, where little shows them."""
-        least = ACTS * np.nan_to_num(self.gap.calibrated) ** 2
+        least = np.minimum(ACTS * np.nan_to_num(self.gap.calibrated) ** 2, np.nan_to_num(self._usual_error) ** 2)
         at_work = [
             one
             for one in self.findings
@@ -92,16 +91,10 @@ class KindDiagnosis:
         if not gained.any() or (one.at.effect.rows == "tracking" and (gained > 0.0).sum() > 1):
             return 1.0  # joints that agree imitate no cause of one of them
         explained = 1.0 - float(share @ gained / gained.sum())
-        if one.at.effect.rarity >= RARE and explained < 1.0 - LEFT_SHARE:
-            explained = min(explained, LIKELY)
         is_told = one.at.effect.rows == "tracking" or one.at.effect.site == TIMING
-        most = 1.0 if is_told or self._far @ gained <= EVEN * gained.sum() else LIKELY
+        far = rest > (LEFT_OVER_NOISE**2 - 1.0) * self._usual_error**2  # a multiple of the noise is left
+        most = 1.0 if is_told or far @ gained <= EVEN * gained.sum() else LIKELY
         return min(most, explained / (1.0 + REST_DISCOUNT * float(rest[gained > 0.0].sum() / gained.sum())))
-
-    @cached_property
-    def _far(self) -> Array:
-        """1 for joints of which a multiple of the noise is left, else 0, (j,)."""
-        return np.asarray(self._above_noise[1] > (LEFT_OVER_NOISE**2 - 1.0) * self._usual_error**2, dtype=np.float64)
 
     @property
     def _usual_error(self) -> Array:

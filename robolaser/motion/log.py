@@ -18,6 +18,8 @@ ENCODER_RAD = 2e-5
 """Noise of a good arm's encoder, where no resolution is stated. A judgement."""
 PAUSE_S = 1.0
 """Without rows for so long, nothing is known of what the arm did."""
+HOLE_S, LOST_ROWS = 0.2, 2.5
+"""Without rows for so long, and for so many usual steps, commands are not between those around. A judgement."""
 
 
 @final
@@ -82,14 +84,60 @@ class MotionLog:
     @cached_property
     def stretches(self) -> tuple[slice, ...]:
         """The rows of each run, or of its parts between pauses."""
-        ends = np.flatnonzero((np.diff(self.run) != 0) | (np.diff(self.time_s) > PAUSE_S)) + 1
+        return self._between(PAUSE_S)
+
+    @cached_property
+    def pieces(self) -> tuple[slice, ...]:
+        """The same between holes, however short, that commands cannot be guessed across."""
+        return self._between(self._hole_s)
+
+    def _between(self, most_s: float) -> tuple[slice, ...]:
+        ends = np.flatnonzero((np.diff(self.run) != 0) | (np.diff(self.time_s) > most_s)) + 1
         return tuple(slice(start, end) for start, end in zip([0, *ends], [*ends, len(self)], strict=True))
+
+    @property
+    def _hole_s(self) -> float:
+        return max(HOLE_S, LOST_ROWS * self.step_s)
 
     @cached_property
     def step_s(self) -> float:
         """The usual time from row to row [s]."""
         steps = np.diff(self.time_s)[np.diff(self.run) == 0]
         return float(np.median(steps)) if len(steps) else 0.0
+
+    def evened(self) -> tuple["MotionLog", Ints]:
+        """The same with rows where some were lost, and where its own stand in that, (n,).
+
+        Commands that are missing are between those around; what was read there is not held against them.
+        """
+        steps = np.diff(self.time_s)[np.diff(self.run) == 0]
+        usual = max(float(np.quantile(steps, 0.25)), self.step_s / 4.0, 1e-4) if len(steps) else 1.0
+        steps = np.where((np.diff(self.run) == 0) & (np.diff(self.time_s) <= self._hole_s), np.diff(self.time_s), 0.0)
+        lost = np.maximum(np.round(steps / usual) - 1.0, 0.0)
+        place = np.arange(len(self)) + np.concatenate([[0], np.cumsum(lost)]).astype(np.int64)
+        row = np.interp(np.arange(place[-1] + 1), place, np.arange(len(self)))
+        there = np.floor(row).astype(np.int64)
+        arrays: dict[str, Any] = {name: np.full((len(row), len(self.joints)), np.nan) for name in QUANTITIES}
+        for name in QUANTITIES:
+            arrays[name][place] = getattr(self, name)
+        time_s = np.interp(row, np.arange(len(self)), self.time_s)
+        log = replace(self, run=self.run[there], time_s=time_s, **arrays)
+        for rows in log.pieces:
+            time = time_s[rows]
+            for told, read in zip(arrays["command"][rows].T, arrays["q"][rows].T, strict=True):
+                known = np.isfinite(told)
+                if known.any():
+                    read[~known] = np.nan
+                    told[:] = np.interp(time, time[known], told[known])
+        return log, place
+
+    def as_read(self) -> "MotionLog":
+        """The same without readings that only repeat the row above while their joint moves: they are older."""
+        arrays = {name: getattr(self, name).copy() for name in ("q", "tau", "load")}
+        for values in arrays.values():
+            for column in values.T:
+                column[_repeated(column, self.run)] = np.nan
+        return replace(self, **arrays)
 
     def has(self, quantity: str) -> Bools:
         """Which joints have a quantity in more than one row, (j,)."""
@@ -100,6 +148,24 @@ class MotionLog:
         left, run = np.unique(self.run[chosen], return_inverse=True)
         arrays = {name: getattr(self, name)[chosen] for name in (*QUANTITIES, "time_s")}
         return replace(self, series=tuple(self.series[i] for i in left), run=run.astype(np.int64), **arrays)
+
+
+def _repeated(values: Array, run: Ints) -> Bools:
+    """Which values (n,) are only held from the row above, (n,): none, but where most are between two large jumps.
+
+    Readings that are rounded repeat, too, where a joint is slow, but not between jumps that are larger than most; those
+    of a joint that sticks and slips do, but not for the same number of rows.
+    """
+    first = np.flatnonzero(np.append(True, (values[1:] != values[:-1]) | (run[1:] != run[:-1])))
+    jumps = np.abs(np.diff(values[first]))
+    large = jumps > np.median(np.append(np.nan_to_num(jumps), 0.0))
+    between = np.concatenate([[False], large[1:] & large[:-1], [False]])
+    length = np.diff(np.append(first, len(values)))
+    low, usual, high = np.quantile(length[between], (0.05, 0.5, 0.95)) if between.any() else (1, 1, 1)
+    is_held = usual > 1.0 and high - low <= 2.0
+    out = np.repeat((length > 1) & (length <= 2.0 * usual) & is_held, length)
+    out[first] = False
+    return out
 
 
 def filled(values: Array) -> Array:

@@ -1,6 +1,6 @@
-"""Torques that do not mean what the log says: of the opposite sign, or under another gravity than stated."""
+"""Torques that do not mean what the log says: in another unit, of the opposite sign, or under another gravity."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -14,7 +14,7 @@ from robolaser.motion.effects.dynamics import TORQUE_CONSTANT
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.kind_diagnosis import EVEN, KindDiagnosis
-from robolaser.motion.log import MotionLog
+from robolaser.motion.log import OTHER_UNIT, MotionLog
 from robolaser.motion.quantities import Quantities, quantities
 from robolaser.motion.selection import Estimate, SelectedEffect
 
@@ -26,44 +26,58 @@ NEAR_AXIS = np.cos(np.radians(2.0))
 SAME_SIZE = 0.1
 """Share by which gravity that is found may differ from the stated one in size: what differs by more are masses. A
 judgement."""
-ROUNDS = 10  # of gravity by the weights of joints, and of these by it
+ROUNDS = 10  # of common numbers by the weights of joints, and of these by them
 OPPOSITE = replace(
     TORQUE_CONSTANT, form="opposite", clause="torques have the wrong sign: read as their opposites they fit",
     remedy="Correct the sign of the torques, or the joint's axis in the URDF.",
 )  # fmt: skip
+AGAINST = replace(
+    OPPOSITE, name="joint_direction", form="", cause="servo", clause="the joint turns the other way than in the URDF",
+    remedy="Turn the joint's axis round in the URDF, or the signs of its angles and torques in the log.",
+)  # fmt: skip
+PER_NM = {"mNm": 1000.0, "Ncm": 100.0}
+"""Units in which servos give torques, in a Newton metre."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class MisreadTorques:
-    """A log whose torques are read otherwise, as they seem to be meant."""
+    """How torques seem to be meant."""
 
-    log: MotionLog
-    ats: tuple[At, ...]  # what is misread, and where
-    numbers: dict[str, Estimate]
+    factor: Array  # of those of each joint, (j,)
+    side: Array  # of each joint's angles, (j,): -1 where it turns against its axis
+    gravity: Array  # in the base frame, (3,) [m/s²]
+    read: tuple[tuple[At, dict[str, Estimate]], ...]  # what is misread, and its numbers
     left: Array  # of each joint's torques, beside friction and a scale, (j,) [Nm]
     probability: float = MISREAD
     rivals: tuple[At, ...] = ()
 
+    def of(self, log: MotionLog) -> MotionLog:
+        """A log whose torques are read so."""
+        turned = {name: self.side * getattr(log, name) for name in ("command", "q", "qd", "load")}
+        return replace(log, tau=self.factor * log.tau, robot=log.robot.under(self.gravity), **turned)
+
     def restated(self, part: KindDiagnosis, as_read: MotionLog) -> KindDiagnosis:
         """Torques that are read otherwise, with the errors of the log as it is, and their reading for what is found."""
-        of = quantities(as_read, "torque")
+        of = quantities(as_read.as_read(), "torque")
         before = of.measured - of.rigid
         size = root_mean_squares(before)
         gained = np.nan_to_num(np.maximum(size**2 - part.gap.after**2, 0.0))
         without = Fitted((), (), (), np.inf, gained)
         sure, none = self.probability, 1.0 - self.probability
         found = tuple(
-            SelectedEffect(at, sure, none, without, self.rivals, self._beside(part.findings, at), gained)
-            for at in self.ats
+            SelectedEffect(at, sure, none, without, self.rivals, _beside(numbers, part.findings, at), gained)
+            for at, numbers in self.read
         )
         gap = replace(part.gap, nominal=size, calibrated=size)
         return replace(part, gap=gap, before=before, findings=found)
 
-    def _beside(self, findings: Sequence[SelectedEffect], at: At) -> dict[str, Estimate]:
-        """Its numbers; a scale of torques that have the wrong sign, too, is one number with it."""
-        scale = next((one.numbers["factor"] for one in findings if one.at.pair == at.pair), None)
-        return {"factor": (-2.0 - scale[0], *scale[1:])} if scale else self.numbers
+
+def _beside(numbers: dict[str, Estimate], findings: Sequence[SelectedEffect], at: At) -> dict[str, Estimate]:
+    """Numbers of what is misread; a scale of the same torques is one number with it."""
+    scale = next((one.numbers["factor"] for one in findings if one.at.pair == at.pair), None)
+    times = 1.0 + numbers["factor"][0] if "factor" in numbers else 1.0
+    return {"factor": (times * (1.0 + scale[0]) - 1.0, abs(times) * scale[1], "")} if scale else numbers
 
 
 def misread(log: MotionLog) -> MisreadTorques | None:
@@ -71,24 +85,124 @@ def misread(log: MotionLog) -> MisreadTorques | None:
 
     Each joint's are held against the rigid arm's, beside friction: of either sign, and under any gravity.
     """
-    of = quantities(log, "torque")
+    of = quantities(log.as_read(), "torque")
     if of.lacking:
         return None
     of = replace(of, measured=np.where(cut_rows(of, cuts(of)), np.nan, of.measured))
-    as_read = _left(of)
-    ways = [
-        way
-        for way in (*_opposite(of, as_read), *_under_other_gravity(of))
-        if (FALLS * way.left <= as_read).any() and (way.left <= BEST * as_read).all()
-    ]
+    unit = _unit(of)
+    size = PER_NM.get(unit, 1.0)
+    of = _times(of, 1.0 / size)
+    as_read = np.minimum(_left(of), _left(_loaded(of)))
+    ways = _fitting(_ways(of), as_read)
+    if not ways and (FALLS * as_read > root_mean_squares(of.measured)).any():
+        ways = _fitting(_against(of), as_read)  # last: most joints do not show which way they turn
     ways.sort(key=lambda way: float(np.log(way.left).sum()))
-    if len(ways) < 2:
-        return ways[0] if ways else None
-    best, other = ways
-    falls = FALLS * best.left <= as_read
-    if np.log(other.left / best.left)[falls].mean() > np.log(BEST):
+    if unit:
+        effect = replace(
+            TORQUE_CONSTANT, form=unit, site=JOINTS, clause=f"torques are in {unit}, not in Nm: read so they fit",
+            remedy=f"Divide the torques by {size:.4g}.",
+        )  # fmt: skip
+        read = ((At(effect, JOINTS, 0), {"factor": (size - 1.0, np.nan, "")}),)
+        own = np.ones(of.q.shape[1])
+        ways = ways or [MisreadTorques(own, own, np.array(log.robot.gravity), (), as_read)]
+        ways = [replace(way, factor=way.factor / size, read=(*read, *way.read)) for way in ways]
+    if not ways:
+        return None
+    best, falls = ways[0], FALLS * ways[0].left <= as_read
+    other = next((way for way in ways if str(way.read) != str(best.read)), None)
+    if other is None or (other.left > BEST * best.left)[falls].any():
         return best
-    return replace(best, probability=EVEN, rivals=other.ats)
+    named = [at.pair for at, _ in best.read]
+    return replace(best, probability=EVEN, rivals=tuple(at for at, _ in other.read if at.pair not in named))
+
+
+def _fitting(ways: Iterable[MisreadTorques], as_read: Array) -> list[MisreadTorques]:
+    """Those that fit some joint far better than torques as they are read, and none far worse."""
+    return [way for way in ways if (FALLS * way.left <= as_read).any() and (way.left <= BEST * as_read).all()]
+
+
+def follows_rigid_arm(of: Quantities) -> float:
+    """Factor between torques and those of the rigid arm, beside friction; 1 where they have not most in common."""
+    pairs = [
+        _beside_friction(of, j, np.stack([of.measured[:, j], of.rigid[:, j]], axis=1)) for j in range(of.q.shape[1])
+    ]
+    read, rigid = np.concatenate(pairs).T
+    both, squares = float(read @ rigid), float(rigid @ rigid)
+    return both / squares if both**2 > EVEN * squares * float(read @ read) > 0.0 else 1.0
+
+
+def _times(of: Quantities, factor: Array | float) -> Quantities:
+    return replace(of, measured=factor * of.measured)
+
+
+def _unit(of: Quantities) -> str:
+    """The unit that torques are in, where it is not Nm and all but a payload's share is explained so; else ""."""
+    if 1.0 / OTHER_UNIT < abs(follows_rigid_arm(of)) < OTHER_UNIT:
+        return ""
+    left = {}
+    for name, size in PER_NM.items():
+        within = _times(of, 1.0 / size)
+        _, rest = _common(within, of.payload())
+        left[name] = float(
+            np.nanmedian(root_mean_squares(rest) / np.maximum(root_mean_squares(within.measured), 1e-12))
+        )
+    best = min(left, key=left.__getitem__)
+    return best if FALLS * left[best] < 1.0 else ""
+
+
+def _ways(of: Quantities) -> Iterator[MisreadTorques]:
+    """Signs and gravity that may be meant: one, the other, and both."""
+    stated, same = np.array(of.log.robot.gravity), np.ones(of.q.shape[1])
+    for seen in (of, _loaded(of)):
+        signs = _signs(seen)
+        if (signs < 0.0).any():
+            yield _way(seen, signs, same, stated)
+    pulls = np.stack([of.log.robot.under(along).gravity_torques(of.q) for along in np.eye(3)], axis=-1)
+    for all_of in (same, -same):
+        seen = _times(of, all_of)
+        gravity = _other_gravity(seen, pulls)
+        if gravity is not None:
+            under = replace(of, rigid=of.rigid + pulls @ (gravity - stated))
+            for signs in np.unique([all_of, all_of * _signs(_times(under, all_of))], axis=0):
+                yield _way(under, signs, same, gravity)
+
+
+def _against(of: Quantities) -> Iterator[MisreadTorques]:
+    """Joints that may turn the other way."""
+    for side in 1.0 - 2.0 * np.eye(of.q.shape[1]):
+        turned = quantities(replace(of.log, q=side * of.log.q, load=side * of.log.load), "torque")
+        turned = _loaded(replace(turned, measured=of.measured))
+        yield _way(turned, _signs(turned), side, np.array(of.log.robot.gravity))
+
+
+def _loaded(of: Quantities) -> Quantities:
+    """With a payload where torques are as with one; where in the hand, a joint of the wrong sign would tell wrongly."""
+    mass = of.payload()[..., :1]
+    return replace(of, rigid=of.rigid + mass @ _common(of, mass)[0])
+
+
+def _way(of: Quantities, signs: Array, side: Array, gravity: Array) -> MisreadTorques:
+    names = of.log.joints
+    read: list[tuple[At, dict[str, Estimate]]] = [
+        (At(AGAINST, names[j], j), {"factor": (-2.0, np.nan, "")}) for j in np.flatnonzero(side < 0.0).tolist()
+    ]
+    # an axis that is turned round turns the sign of its torque with it
+    where = [At(OPPOSITE, names[j], j) for j in np.flatnonzero(signs * side < 0.0).tolist()]
+    where = [At(replace(OPPOSITE, site=JOINTS), JOINTS, 0)] if len(where) == len(names) else where
+    read += [(at, {"factor": (-2.0, np.nan, "")}) for at in where]
+    stated = np.array(of.log.robot.gravity)
+    if not np.array_equal(gravity, stated):
+        was, now = (f"[{', '.join(f'{value + 0.0:.3g}' for value in one)}]" for one in (stated, gravity))
+        effect = MotionEffect(
+            name="gravity_direction", cause="base", rows="torque", site="base",
+            clause=f"gravity in the base frame is stated as {was} m/s², but torques are as under {now} m/s²",
+            numbers=tuple(Number(axis, "m/s²", float(np.linalg.norm(stated))) for axis in "xyz"),
+            remedy="Correct gravity under [robot] in dataset.toml.",
+            reference="Siciliano et al. 2009, Robotics, ch. 7.2: gravity in the equations of motion",
+        )  # fmt: skip
+        numbers = {axis: (float(value) + 0.0, np.nan, "m/s²") for axis, value in zip("xyz", gravity, strict=True)}
+        read.append((At(effect, "base", 0), numbers))
+    return MisreadTorques(signs, side, gravity, tuple(read), _left(_times(of, signs)))
 
 
 def _left(of: Quantities) -> Array:
@@ -111,52 +225,49 @@ def _beside_friction(of: Quantities, joint: int, columns: Array) -> Array:
     return np.asarray(columns[there] - friction @ np.linalg.lstsq(friction, columns[there])[0])
 
 
-def _opposite(of: Quantities, as_read: Array) -> Iterator[MisreadTorques]:
-    """With the other sign at joints where that fits; at all where it does wherever torques say anything of it."""
-    turned = _left(replace(of, measured=-of.measured))
+def _signs(of: Quantities) -> Array:
+    """Of each joint's torques, (j,): -1 where the other one fits, at all where it does wherever torques say any."""
+    as_read, turned = _left(of), _left(_times(of, -1.0))
     wrong, right = FALLS * turned <= as_read, FALLS * as_read <= turned
-    if not wrong.any():
-        return
-    where = [At(OPPOSITE, of.log.joints[j], j) for j in np.flatnonzero(wrong).tolist()]
-    if wrong.sum() > 1 and not right.any():
-        where, wrong = [At(replace(OPPOSITE, site=JOINTS), JOINTS, where[0].joint)], np.ones_like(wrong)
-    log = replace(of.log, tau=np.where(wrong, -of.log.tau, of.log.tau))
-    yield MisreadTorques(log, tuple(where), {"factor": (-2.0, np.nan, "")}, np.where(wrong, turned, as_read))
+    return np.where(wrong | (wrong.sum() > 1 and not right.any()), -1.0, 1.0)
 
 
-def _under_other_gravity(of: Quantities) -> Iterator[MisreadTorques]:
-    """Under the gravity that explains the torques of all joints best, where it is another one of the stated size."""
-    robot, stated = of.log.robot, np.array(of.log.robot.gravity)
-    size = float(np.linalg.norm(stated))
-    pulls = np.stack([robot.under(along).gravity_torques(of.q) for along in np.eye(3)], axis=-1)
+def _common(of: Quantities, columns: Array) -> tuple[Array, Array]:
+    """Numbers of columns (n, j, k) by which torques differ from the rigid arm's, (k,), and what they leave, (n, j).
+
+    Beside friction; joints that fit badly count little.
+    """
+    there = np.isfinite(of.measured)
     rows = [
-        _beside_friction(of, j, np.column_stack([pulls[:, j], of.measured[:, j] - of.rigid[:, j]]))
+        _beside_friction(of, j, np.column_stack([columns[:, j], of.measured[:, j] - of.rigid[:, j]]))
         for j in range(of.q.shape[1])
     ]
-    rows = [each for each in rows if each.any()]
-    change, left = np.zeros(3), [each[:, -1] for each in rows]
-    for _ in range(ROUNDS if rows else 0):
-        scale = [max(float(root_mean_squares(each)), np.finfo(float).eps) for each in left]
-        whole = np.concatenate([each / s for each, s in zip(rows, scale, strict=True)])
-        change = np.linalg.lstsq(whole[:, :3], whole[:, 3])[0]
-        left = [each[:, 3] - each[:, :3] @ change for each in rows]
-    found = float(np.linalg.norm(stated + change))
+    change, left = np.zeros(columns.shape[2]), [each[:, -1] for each in rows]
+    for _ in range(ROUNDS if any(each.any() for each in rows) else 0):
+        scale = [max(float(np.nan_to_num(root_mean_squares(each))), np.finfo(float).eps) for each in left]
+        whole = np.concatenate([each / s for each, s in zip(rows, scale, strict=True) if each.any()])
+        change = np.linalg.lstsq(whole[:, :-1], whole[:, -1])[0]
+        left = [each[:, -1] - each[:, :-1] @ change for each in rows]
+    out = np.full(of.measured.shape, np.nan)
+    for j, each in enumerate(left):
+        out[there[:, j], j] = each
+    return change, out
+
+
+def _other_gravity(of: Quantities, pulls: Array) -> Array | None:
+    """The gravity that explains the torques of all joints best, where it is another one of the stated size, (3,).
+
+    Args:
+        of: Torques.
+        pulls: Those of gravity along each axis, (n, j, 3).
+    """
+    stated = np.array(of.log.robot.gravity)
+    size = float(np.linalg.norm(stated))
+    meant = stated + _common(of, pulls)[0]
+    found = float(np.linalg.norm(meant))
     if not abs(found - size) < SAME_SIZE * size:
-        return
-    along = (stated + change) / found
+        return None
+    along = meant / found
     axis = int(np.argmax(np.abs(along)))
     along = np.sign(along[axis]) * np.eye(3)[axis] if abs(along[axis]) > NEAR_AXIS else along
-    if along @ stated > NEAR_AXIS * size:
-        return
-    log = replace(of.log, robot=robot.under(size * along))
-    under = replace(quantities(log, "torque"), measured=of.measured)
-    numbers = {axis: (float(value) + 0.0, np.nan, "m/s²") for axis, value in zip("xyz", size * along, strict=True)}
-    was, now = (f"[{', '.join(f'{value + 0.0:.3g}' for value in one)}]" for one in (stated, size * along))
-    effect = MotionEffect(
-        name="gravity_direction", cause="base", rows="torque", site="base",
-        clause=f"gravity in the base frame is stated as {was} m/s², but torques are as under {now} m/s²",
-        numbers=tuple(Number(axis, "m/s²", size) for axis in "xyz"),
-        remedy="Correct gravity under [robot] in dataset.toml.",
-        reference="Siciliano et al. 2009, Robotics, ch. 7.2: gravity in the equations of motion",
-    )  # fmt: skip
-    yield MisreadTorques(log, (At(effect, "base", 0),), numbers, _left(under))
+    return None if along @ stated > NEAR_AXIS * size else size * along

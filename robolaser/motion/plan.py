@@ -136,11 +136,9 @@ def plan_motion(log: MotionLog) -> MotionPlan:
 
 def _followed(log: MotionLog) -> MotionLog:
     """The log of an ideal arm that is told the same."""
-    q = log.command.copy()
-    for rows in log.rows_of_runs:
-        held = filled(q[rows])
-        q[rows] = np.where(np.isfinite(held), held, np.nan_to_num(medians(log.q[rows])))
-    command = np.where(log.has("command"), q, np.nan)
+    told = log.has("command")
+    q = np.where(told, filled(log.command), np.nan_to_num(medians(log.q)))
+    command = np.where(told, q, np.nan)
     return replace(log, command=command, q=q, tau=np.zeros_like(q), load=q.copy(), torque_unit="Nm", torque_signed=True)
 
 
@@ -202,7 +200,7 @@ def _limits(found: Sequence[_Signatures], noise: Array, follows: Array, values: 
                 other.at
                 for other in found
                 if other is not one
-                and ("joint" not in (one.at.effect.site, other.at.effect.site) or other.at.where == one.at.where)
+                and (one.at.effect.site != "joint" or other.at.where == one.at.where)
                 and min(map(gain, _rests(first[at], other))) < INDISTINGUISHABLE
             )
         limits.append(MotionLimit(one.at, number, size, alike))
@@ -215,13 +213,9 @@ def _is_gap(errors: Mapping[int, Array], follows: Array) -> bool:
 
 def _crossing(sizes: Array, gains: Array, at: int, enough: float) -> float:
     """Size at which a gain is enough, between two that were tried."""
-    if at == 0:
-        return float(sizes[0])
-    if gains[at - 1] == 0.0:
+    if at == 0 or gains[at - 1] == 0.0:
         return float(sizes[at])
-    low, high = np.log(np.maximum(gains[at - 1 : at + 1], 1e-12))
-    share = float(np.clip((np.log(enough) - low) / max(high - low, 1e-12), 0.0, 1.0))
-    return float(sizes[at - 1] + share * (sizes[at] - sizes[at - 1]))
+    return float(np.interp(np.log(enough), np.log(gains[at - 1 : at + 1]), sizes[at - 1 : at + 1]))
 
 
 def _rests(errors: Mapping[int, Array], other: _Signatures) -> list[Mapping[int, Array]]:

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.model.effects.backlash import play
 from robolaser.motion.gap import medians, root_mean_squares
-from robolaser.motion.log import MotionLog, filled
+from robolaser.motion.log import MotionLog
 from robolaser.robot.kinematics import Robot
 
 SMOOTHED_S = 0.12  # width of the parabolas that velocities and accelerations are read from
@@ -41,7 +41,6 @@ class Quantities:
     rigid: Array  # torques of the URDF's rigid arm with the payload that is stated, at the flange's origin [Nm]
     measured: Array  # what the rows hold, NaN where nothing was recorded
     torque_noise: Array  # of `rigid`, from the readings that accelerations are computed from, (j,) [Nm]
-    carried: Array  # torque at each joint, as recorded or else of the rigid arm [Nm]
     kind: str = "torque"  # of the rows
 
     @property
@@ -66,8 +65,15 @@ class Quantities:
         """Side from which each joint came where it is, -1 to 1, also at rest; 0 until the first motion of a run."""
         ahead, joints = np.empty_like(self.log.q), self.log.q.shape[1]
         for rows in self.log.rows_of_runs:
-            ahead[rows] = play(filled(self.log.q[rows]).T, np.zeros(joints), np.full(joints, TURNS_RAD)).T
+            ahead[rows] = play(self.log.q[rows].T, np.zeros(joints), np.full(joints, TURNS_RAD)).T
         return np.nan_to_num(-ahead[self.rows] / TURNS_RAD)
+
+    @property
+    def carried(self) -> Array:
+        """Torque at each joint, as recorded or else of the rigid arm, (n, j) [Nm]."""
+        recorded = self.log.tau[self.rows]
+        is_known = np.isfinite(recorded) & (self.log.has_signs and self.log.torque_unit == "Nm")
+        return np.where(is_known, recorded, self.rigid)
 
     @property
     def moves(self) -> Bools:
@@ -83,12 +89,6 @@ class Quantities:
         """Mass, first moments and inertia of that link by the URDF, (10,)."""
         arm = self.log.robot.by_pinocchio
         return arm.inertial_numbers(arm.columns[joint])
-
-    @cached_property
-    def tip_mass(self) -> float:
-        """What the last joint carries by the URDF [kg]."""
-        arm = self.log.robot.by_pinocchio
-        return float(arm.inertial_numbers(arm.tip)[0])
 
     @cached_property
     def masses(self) -> Array:
@@ -108,27 +108,28 @@ class Quantities:
 
 
 def quantities(log: MotionLog, kind: str) -> Quantities:
-    """What the rows of a kind hold, torques or differences of encoders, and what it may depend on."""
+    """What the rows of a kind hold, torques or differences of encoders, and what it may depend on: all joints."""
+    read = np.asarray(np.isfinite(log.q).all(axis=1))
+    if read.any():
+        log = log.of_rows(read)
     speed, acceleration, inner, noise = derivatives(log)
     measured = log.tau if kind == "torque" else log.load - log.q
     if kind == "torque":  # friction at rest may be anything up to that in motion
-        moves = np.ptp(filled(log.q), axis=0) > SPANS_RAD
+        moves = np.ptp(log.q, axis=0) > SPANS_RAD
         measured = np.where((np.abs(speed) < STANDS_RAD_S) & moves, np.nan, measured)
-    usable = inner & np.isfinite(speed).all(axis=1) & np.isfinite(measured).any(axis=1)
+    usable = inner & np.isfinite(speed + log.q).all(axis=1) & np.isfinite(measured).any(axis=1)
     number = np.flatnonzero(usable)
     number = number[:: max(1, -(-len(number) // MOST_ROWS))]
     q, speed, acceleration, measured = (values[number] for values in (log.q, speed, acceleration, measured))
     rigid = log.robot.by_pinocchio.inverse_dynamics(q, speed, acceleration)
-    recorded = log.tau[number] if log.has_signs and log.torque_unit == "Nm" else np.full_like(q, np.nan)
     of = Quantities(
         log, number, log.run[number], log.time_s[number], q, speed, acceleration, rigid, measured,
-        _torque_noise(log.robot, q, noise), np.where(np.isfinite(recorded), recorded, rigid),
-        kind,
+        _torque_noise(log.robot, q, noise), kind,
     )  # fmt: skip
     if not log.payload_kg:
         return of
-    stated = np.array([log.payload_kg.get(name, 0.0) for name in log.series])[of.run, None] * of.payload()[..., 0]
-    return replace(of, rigid=rigid + stated, carried=np.where(np.isfinite(recorded), recorded, rigid + stated))
+    stated = np.array([log.payload_kg.get(name, 0.0) for name in log.series])[of.run, None]
+    return replace(of, rigid=rigid + stated * of.payload()[..., 0])
 
 
 def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
@@ -137,7 +138,7 @@ def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
     Stamps that jitter are those of an even grid; where rows are missing, the parabolas are along the stamps.
 
     Returns:
-        Both (n, j), NaN in runs that are too short and where readings are missing; which rows are away from the ends
+        Both (n, j), NaN in runs that are too short and at pauses; which rows are away from the ends
         of their runs, (n,); and the noise of the accelerations, (j,) [rad/s²].
     """
     from scipy.signal import savgol_coeffs, savgol_filter  # noqa: PLC0415 - takes seconds to import, and only some rows need it
@@ -149,8 +150,7 @@ def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
     for rows in log.stretches:
         if rows.stop - rows.start <= 2 * edge:
             continue
-        q = np.nan_to_num(filled(log.q[rows]))
-        unknown = np.apply_along_axis(np.convolve, 0, np.isnan(log.q[rows]), np.ones(width), "same") > 0.5
+        q = np.nan_to_num(log.q[rows])  # of joints that were never read
         read = [savgol_filter(q, width, 3, deriv=n, delta=log.step_s, axis=0) for n in range(3)]
         late = np.diff(log.time_s[rows], prepend=log.time_s[rows.start]) > MISSES * log.step_s
         odd = np.flatnonzero(np.convolve(late, np.ones(width), "same") > 0.5)
@@ -160,7 +160,7 @@ def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
             along = _along_stamps(log.time_s[rows][around] - log.time_s[rows][some, None], q[around], log.step_s)
             for values, better in zip(read, along, strict=True):
                 values[some] = better
-        smooth, speed[rows], acceleration[rows] = (np.where(unknown, np.nan, values) for values in read)
+        smooth, speed[rows], acceleration[rows] = read
         rough[rows] = q - smooth
         inner[rows.start + edge : rows.stop - edge] = True
     inner &= ~_jerks(rough, width)

@@ -1,6 +1,6 @@
 """A diagnosis of a moving arm as diagnosis.json, and in a sentence."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -123,7 +123,7 @@ def _numbers(one: SelectedEffect) -> dict[str, Any]:
 def kinds_json(fit: MotionFit) -> list[dict[str, Any]]:
     """Effects with all of their places, as JSON files give them."""
     return [
-        _together(group, fit) | {"effect": name, "where": [one.at.where for one in group]}
+        _together(group, fit, "name") | {"effect": name, "where": [one.at.where for one in group]}
         for name, group in _groups(fit, "name").items()
     ]
 
@@ -135,19 +135,8 @@ def _groups(fit: MotionFit, by: str) -> dict[str, list[SelectedEffect]]:
     return groups
 
 
-def _together(group: Sequence[SelectedEffect], fit: MotionFit) -> dict[str, Any]:
-    probabilities = [one.probability for one in group]
-    shared = set.intersection(*({rival.where for rival in one.rivals} for one in group))
-    one_rival = bool(shared - set(fit.log.joints))  # of all of them together: a clock
-    own = group[0].at.effect
-    whole = max(probabilities) if one_rival or _is_open(group) else _at_least_one(group, lambda at: at.effect is own)
-    return {"probability": round(whole, 4), "gap_mm_without": _without(fit, group)}
-
-
-def _is_open(group: Sequence[SelectedEffect]) -> bool:
-    """Whether effects are no likelier than a rival that all of them have: at all places it is the one or the other."""
-    shared = set.intersection(*({rival.effect.name for rival in one.rivals} - {one.at.effect.name} for one in group))
-    return bool(shared) and max(one.probability for one in group) <= EVEN
+def _together(group: Sequence[SelectedEffect], fit: MotionFit, by: str) -> dict[str, Any]:
+    return {"probability": round(_at_least_one(group, by), 4), "gap_mm_without": _without(fit, group)}
 
 
 def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
@@ -155,8 +144,7 @@ def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
     classes = [
         {
             "class": name,
-            "probability": round(_of_class(name, group), 4),
-            "gap_mm_without": _without(found.fit, group),
+            **_together(group, found.fit, "cause"),
             "gap_mm_with": after,
             "members": [
                 {"effect": one.at.effect.name, "where": one.at.where, "probability": round(one.probability, 4)}
@@ -173,15 +161,19 @@ def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
     return sorted(classes, key=lambda one: -one["probability"])
 
 
-def _of_class(name: str, group: Sequence[SelectedEffect]) -> float:
-    """That at least one of a class is at work: rivals of the same class in a member's place count for it."""
-    if _is_open(group) and any(rival.effect.cause != name for one in group for rival in one.rivals):
-        return max(one.probability for one in group)
-    return _at_least_one(group, lambda at: at.effect.cause == name)
+def _at_least_one(group: Sequence[SelectedEffect], by: str) -> float:
+    """That one of some effects that have a name or a cause in common is at work, or such a rival in its place.
 
+    Where all have the same other rival and none is likelier, at all places it is the one or the other; so is a clock.
+    """
 
-def _at_least_one(group: Sequence[SelectedEffect], belongs: Callable[[At], bool]) -> float:
-    """That one of some effects is at work, or a rival that belongs to them."""
+    def belongs(at: At) -> bool:
+        return bool(getattr(at.effect, by) == getattr(group[0].at.effect, by))
+
+    shared = set.intersection(*({rival.effect for rival in one.rivals if not belongs(rival)} for one in group))
+    best = max(one.probability for one in group)
+    if shared and (best <= EVEN or any(effect.site != "joint" for effect in shared)):
+        return best
     each = [max(one.probability, 1.0 - one.none) if all(map(belongs, one.rivals)) else one.probability for one in group]
     return 1.0 - float(np.prod(1.0 - np.array(each)))
 

@@ -14,7 +14,8 @@ WORTH_ADDING = 4.0  # in twice the logarithm of the evidence: seven to one
 TRIED = 3  # candidates, the best of the round before, that are fitted before all are
 INDISTINGUISHABLE = 6.0  # the same: a rival that is up to twenty to one worse
 ALIKE = 1e-3  # share by which squares of the same effect at a neighbour may be larger: it is the same motion then
-EXCHANGES, MIN_EXCHANGE = 4, 0.1
+CLOSES = 0.5
+"""Of the squares that are left, that no effect explains which is the form of another one. A judgement."""
 Sets = Sequence[tuple[At, ...]]
 Estimate = tuple[float, float, str]
 """Of a number: value, standard deviation, unit."""
@@ -84,7 +85,9 @@ class Rows(Protocol):
         """A model of the rows of each search, with each set of effects."""
 
 
-def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] = ()) -> EffectSearch:
+def search(
+    candidates: Sequence[At], least_share: float, usual: Array | float = np.inf, start: tuple[At, ...] = ()
+) -> EffectSearch:
     """Find the effects; each step asks for models with some sets of effects, and is sent them.
 
     Several searches go on side by side, so that their models can be fitted together: see `side_by_side`.
@@ -92,12 +95,15 @@ def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] =
     Args:
         candidates: All effects that may be at work.
         least_share: Of the squares that an ideal arm leaves at one of the joints, that an effect must explain: less may
-            be the form of another one.
+            be the form of another one, but for half of what is left there.
+        usual: Squares that models of arms usually leave, (j,): half of less is no effect.
         start: Effects that the search begins with.
     """
 
     def is_worth(more: Fitted, less: Fitted) -> bool:
-        explained = (less.squares - more.squares) >= least_share * ideal.squares
+        gained = less.squares - more.squares
+        closes = (less.squares > usual) & (gained >= CLOSES * less.squares)
+        explained = closes | (gained >= least_share * ideal.squares)
         return bool(explained[ideal.squares > 0.0].any()) and more.score < less.score - WORTH_ADDING
 
     ideal, model = yield [(), start]
@@ -121,25 +127,22 @@ def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] =
             break
         model = following
         passed.add(model.names)
-    findings: list[SelectedEffect] = []
-    for _ in range(EXCHANGES if model.effects else 0):
+    while True:
         without = yield [tuple(o for o in model.effects if o != one) for one in model.effects]
         swaps = [
             [_with(less.effects, rival) for rival in _rivals(one, model, candidates)]
             for one, less in zip(model.effects, without, strict=True)
         ]
-        asked = [effects for group in swaps for effects in group]
-        fits = (yield asked) if asked else []
+        fits = yield [effects for group in swaps for effects in group]
         best = min(fits, key=_by_evidence, default=model)
-        if best.score < model.score - MIN_EXCHANGE:
-            model = best
-            continue
-        instead = iter(fits)
-        findings = [
-            _finding(one, model, less, [(rival[-1], next(instead)) for rival in group])
-            for one, less, group in zip(model.effects, without, swaps, strict=True)
-        ]
-        break
+        if best.score >= model.score:
+            break
+        model = best
+    instead = iter(fits)
+    findings = [
+        _finding(one, model, less, [(rival[-1], next(instead)) for rival in group])
+        for one, less, group in zip(model.effects, without, swaps, strict=True)
+    ]
     findings.sort(key=lambda one: one.without.score, reverse=True)
     return Selection(ideal, model, tuple(findings))
 

@@ -94,10 +94,8 @@ class SeriesClocks:
             rows = log.rows_of_runs[run]
             time = log.time_s[rows]
             q[rows][(time - delay < time[0]) | (time - delay > time[-1])] = np.nan
-            for j in range(command.shape[1]):
-                known = np.isfinite(log.command[rows, j])
-                if known.any():
-                    command[rows, j] = np.interp(time - delay, time[known], log.command[rows, j][known])
+            for later, told in zip(command[rows].T, log.command[rows].T, strict=True):
+                later[:] = np.interp(time - delay, time, told)
         return replace(log, command=command, q=q)
 
     def beside(self, other: "SeriesClocks | None") -> "SeriesClocks":

@@ -10,7 +10,6 @@ control of machines with friction; Nordin, Gutman 2002, Controlling mechanical s
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Self, final
 
 import numpy as np
@@ -105,8 +104,9 @@ class CommandSeries:
             np.maximum(e, -dead, out=p)
             np.minimum(p, dead, out=p)
             e -= p
-            approach, coasting, pulled, kept = answer.at(i, n)
-            if answer.coasts:
+            approach, *of_speed = answer.at(i, n)
+            if of_speed:
+                coasting, pulled, kept = of_speed
                 np.multiply(coasting, v, out=p)
                 v *= kept
                 v += pulled * e
@@ -136,12 +136,11 @@ class _Answer:
     """How far joints go in a time step towards where they are wanted: exact where the lag is linear."""
 
     which: Ints  # of the steps' lengths, at each row of each run, (t, s)
-    parts: tuple[Array, Array, Array, Array]  # of the way, of the speed; by which both change the speed; (lengths, m)
-    coasts: bool
+    parts: tuple[Array, ...]  # of the way; where joints coast, of the speed, too, and by which both change the speed
 
     @classmethod
     def of(cls, step: Array, time: Array, second: Array) -> "_Answer":
-        """For steps (t, s) and cases (m,) of S z'' + T z' + z = u."""
+        """For steps (t, s) and cases (m,) of S z'' + T z' + z = u: parts (lengths, m)."""
         lengths, which = np.unique(np.round(step, STEP_DIGITS), return_inverse=True)
         h, T, S = lengths[:, None], np.maximum(time, SHORTEST_LAG_S), np.maximum(second, SHORTEST_LAG_S**2)
         root = np.sqrt(np.where(np.abs(T**2 - 4.0 * S) < 1e-6 * S, 1e-6 * S, T**2 - 4.0 * S) + 0.0j)
@@ -149,26 +148,11 @@ class _Answer:
         a, b, gap = np.exp(slow * h), np.exp(fast * h), slow - fast
         coasting = ((a - b) / gap).real
         parts = (1.0 - ((slow * b - fast * a) / gap).real, coasting, coasting / S, ((slow * a - fast * b) / gap).real)
-        return cls(which.reshape(step.shape), parts, bool(second.any()))
+        return cls(which.reshape(step.shape), parts if second.any() else parts[:1])
 
     def at(self, row: int, count: int) -> list[Array]:
         """At a row, of the first cases of all runs."""
-        which = self.which[row]
-        if not self._alike[row]:
-            return [part[which].ravel()[:count] for part in self.parts]
-        key = (int(which[0]), count)
-        if key not in self._known:
-            self._known[key] = [np.tile(part[key[0]], len(which))[:count] for part in self.parts]
-        return self._known[key]
-
-    @cached_property
-    def _alike(self) -> list[bool]:
-        """Rows whose steps are of one length in all runs."""
-        return [bool(row) for row in (self.which == self.which[:, :1]).all(axis=1)]
-
-    @cached_property
-    def _known(self) -> dict[tuple[int, int], list[Array]]:
-        return {}
+        return [part[self.which[row]].ravel()[:count] for part in self.parts]
 
 
 def _later(values: Array, delay: float, time_s: Array) -> Array:

@@ -79,7 +79,7 @@ class TrackingRows:
         self.log = log
         pieces = [
             (slice(start, min(start + LONGEST, part.stop)), int(log.run[part.start]))
-            for part in log.stretches
+            for part in log.pieces
             if runs is None or log.run[part.start] in runs
             for start in range(part.start, part.stop, LONGEST)
         ]

@@ -277,10 +277,10 @@ def _limit_row(group: Sequence[MotionLimit], joints: Sequence[str]) -> tuple[str
     below = "below " if effect.name == "speed_limit" else ""
     size = below + with_unit(" to ".join(shown), unit) if shown else "never"
     size += f"; never at {', '.join(never)}" if never and shown else ""
-    alike: dict[str, list[str]] = {}
+    alike: dict[str, dict[str, None]] = {}
     for one in group:
         for rival in one.alike:
-            alike.setdefault(rival.effect.name.replace("_", " "), []).append(one.at.where)
-    rivals = [name if at == places else f"{name} at {', '.join(at)}" for name, at in alike.items()]
+            alike.setdefault(rival.effect.name.replace("_", " "), {})[one.at.where] = None
+    rivals = [name if list(at) == places else f"{name} at {', '.join(at)}" for name, at in alike.items()]
     name = effect.name.replace("_", " ") + (f" ({number.name})" if number is not effect.numbers[0] else "")
     return name, where, SHOWN_BY[effect.rows], size, "; ".join(rivals)

@@ -71,6 +71,15 @@ def test_play_is_not_distinguished_from_a_dead_zone_by_the_servos_own_encoder() 
     assert any("behind the gear" in words for words in plan.next_motions)
 
 
+def test_a_clock_is_not_distinguished_from_servos_that_are_late_unless_the_arm_is_moved_by_hand() -> None:
+    plan = plan_of_motions()
+    (clock,) = [
+        one for one in plan.limits if str(one.at) == "clock_shift at timing" and one.at.effect.rows == "tracking"
+    ]
+    assert "dead_time" in {one.effect.name for one in clock.alike}
+    assert any(words.startswith("Move the arm by hand") for words in plan.next_motions)
+
+
 def test_slower_motions_show_less_of_a_delay() -> None:
     slow = replace(MOTIONS, time_s=5.0 * MOTIONS.time_s)
     fast, late = (size_of(plan, "dead_time", "pan") for plan in (plan_of_motions(), plan_motion(slow)))

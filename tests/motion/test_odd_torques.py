@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from moved_arms import JOINTS, World, record
 
+from robolaser.errors import DataError
 from robolaser.motion.diagnosis import MotionDiagnosis, diagnose_motion
 from robolaser.motion.log import MotionLog
 from robolaser.motion.result_json import CERTAIN, motion_json, sentence
@@ -94,6 +95,64 @@ def test_gravity_that_is_not_as_stated_is_named_and_nothing_else(gravity: tuple[
     assert found.verdict == "explained"
     assert certain(found) == {("gravity_direction", "base"), FRICTION}
     assert [number(found, "gravity_direction", "base", axis) for axis in "xyz"] == pytest.approx(gravity, abs=0.1)
+
+
+@cache
+def loaded(kg: float = 1.5) -> MotionLog:
+    log = record(World(payload_kg=kg, dry={"elbow": 4.0}), series=4, seconds=5.0, seed=5)
+    return replace(log, command=np.full_like(log.q, np.nan))
+
+
+@pytest.mark.parametrize("kg", [1.5, 5.0])
+@pytest.mark.parametrize("joint", range(len(JOINTS)))
+def test_a_wrong_sign_is_found_beside_a_payload(joint: int, kg: float) -> None:
+    found = diagnose_motion(
+        replace(loaded(kg), tau=loaded(kg).tau * np.where(np.arange(4) == joint, -1.0, 1.0)), seed=0
+    )
+    assert found.verdict == "explained"
+    assert certain(found) == {("torque_constant", JOINTS[joint]), ("payload", "tool"), FRICTION}
+    assert number(found, "payload", "tool", "mass") == pytest.approx(kg, rel=0.01)
+
+
+@pytest.mark.parametrize("gravity", [(9.81, 0.0, 0.0), (0.0, 5.0, -8.44)])
+@pytest.mark.parametrize("wrong", [["lift"], ["elbow"], [*JOINTS]])
+def test_a_wrong_sign_is_found_beside_another_gravity(wrong: list[str], gravity: tuple[float, float, float]) -> None:
+    log = record(World(gravity=gravity, dry={"elbow": 4.0}), series=4, seconds=5.0, seed=5)
+    tau = log.tau * [-1.0 if name in wrong else 1.0 for name in JOINTS]
+    found = diagnose_motion(replace(log, command=np.full_like(log.q, np.nan), tau=tau), seed=0)
+    where = wrong[0] if len(wrong) == 1 else "joints"
+    assert found.verdict == "explained"
+    assert certain(found) == {("torque_constant", where), ("gravity_direction", "base"), FRICTION}
+    assert [number(found, "gravity_direction", "base", axis) for axis in "xyz"] == pytest.approx(gravity, abs=0.1)
+
+
+@pytest.mark.parametrize(("unit", "per_nm"), [("mNm", 1000.0), ("Ncm", 100.0)])
+def test_torques_in_a_servo_s_unit_are_read_as_such(unit: str, per_nm: float) -> None:
+    found = diagnose_motion(replace(loaded(), tau=per_nm * loaded().tau), seed=0)
+    assert found.verdict == "explained"
+    assert certain(found) == {("torque_constant", "joints"), ("payload", "tool"), FRICTION}
+    assert number(found, "payload", "tool", "mass") == pytest.approx(1.5, rel=0.01)
+    assert number(found, "torque_constant", "joints", "factor") == pytest.approx(per_nm - 1.0, rel=0.01)
+    assert f"torques are in {unit}, not in Nm" in sentence(found)
+
+
+@pytest.mark.parametrize("factor", [[12.0, 12.0, 9.0, 5.0], [101.0] * 4, [0.098] * 4])
+def test_currents_torques_before_the_gear_and_those_in_rare_units_say_nothing_of_masses(factor: list[float]) -> None:
+    with pytest.raises(DataError, match=r"Torque rows are set aside: torques are [\d.]+ times .* are they in Nm"):
+        diagnose_motion(replace(loaded(), tau=loaded().tau / factor), seed=0)
+
+
+@pytest.mark.parametrize("joint", ["lift", "elbow"])
+@pytest.mark.parametrize("torques_too", [True, False])
+@pytest.mark.parametrize("kg", [0.0, 1.5])
+def test_a_joint_that_turns_against_its_axis_is_named_and_no_link(joint: str, torques_too: bool, kg: float) -> None:
+    log, side = loaded(kg), np.array([-1.0 if name == joint else 1.0 for name in JOINTS])
+    found = diagnose_motion(replace(log, q=side * log.q, tau=side * log.tau if torques_too else log.tau), seed=0)
+    expected = {("joint_direction", joint), FRICTION}
+    expected |= {("payload", "tool")} if kg else set()
+    expected |= set() if torques_too else {("torque_constant", joint)}
+    assert found.verdict == "explained"
+    assert certain(found) == expected
 
 
 def test_slow_motions_do_not_tell_an_arm_that_hangs_from_torques_of_the_wrong_sign() -> None:

@@ -1,11 +1,14 @@
 """What is no limit of a joint's range, and what imitates a cause that is not in the library."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from moved_arms import urdf
+from plain_servos import LIFT, late_arm
 
+from robolaser.motion.diagnosis import diagnose_motion
 from robolaser.motion.effect import At, Trace
 from robolaser.motion.effects.servo import TRACKING
 from robolaser.motion.effects.transmission import TRANSMISSION
@@ -52,6 +55,12 @@ def test_a_joint_that_stands_while_it_is_sent_elsewhere_shows_no_effect() -> Non
     assert stuck.stuck
     assert np.isinf(stuck.error_within)
     assert not trace(np.zeros(600), top=0.7).stuck
+
+
+def test_a_joint_whose_readings_have_the_wrong_sign_is_of_no_cause_at_its_place() -> None:
+    log = late_arm(lag_s=0.03)
+    found = diagnose_motion(replace(log, q=log.q * np.where(np.arange(len(log.joints)) == LIFT, -1.0, 1.0)), seed=0)
+    assert (found.verdict, found.places[0].site, found.fit.findings) == ("unexplained", "lift", ())
 
 
 def test_errors_of_joints_that_cancel_at_the_flange_are_none_there() -> None:

@@ -26,6 +26,12 @@ def _sizes(quantities: Quantities, joint: int) -> Array:
     return np.asarray(np.maximum(mass * np.repeat([1.0, reach, reach**2], [1, 3, 6]), SMALLEST))
 
 
+def _least_of_payload(quantities: Quantities, joint: int) -> Array:
+    """What makes the mass zero of all that the last joint carries."""
+    arm = quantities.log.robot.by_pinocchio
+    return np.array([-arm.inertial_numbers(arm.tip)[0], -np.inf, -np.inf, -np.inf])
+
+
 def _least_of_link(quantities: Quantities, joint: int) -> Array:
     """What makes mass and moments of inertia zero; first moments and products of inertia have either sign."""
     return np.where(NEVER_NEGATIVE, -quantities.inertial_numbers(joint), -np.inf)
@@ -57,7 +63,7 @@ DYNAMICS = (
         numbers=tuple(Number(name, unit, 0.5) for name, unit in MASS),
         remedy="Weigh the tool, and give the model its mass and centre.", columns=_payload,
         sizes=lambda quantities, _: _sizes(quantities, 0)[:4],
-        least=lambda quantities, _: np.array([-quantities.tip_mass, -np.inf, -np.inf, -np.inf]),
+        least=_least_of_payload,
         rivals=("link_inertia",),
     ),
     of_mass(
