@@ -51,7 +51,8 @@ def cause_classes(
     """Every class that may be at work, the most probable first; of equally probable ones, that which closes more.
 
     Args:
-        verdict: An `explained` gap has an unknown cause only where no class is likely; without a gap there is none.
+        verdict: An `explained` gap has an unknown cause only where no class is likely, an `unexplained` one there, too;
+            without a gap there is none.
         refits: Fits sets of effects.
         final: The final model.
         evidence: For each of its effects.
@@ -85,6 +86,8 @@ def cause_classes(
         found.append(CauseClass(UNKNOWN, some, None, gap, site=strange.site))
     elif verdict == "explained":
         found += imitated_cause(found, evidence, lambda: localize(refits.start), gap)
+    elif refits.effects and not scatter:
+        found += _unknown(found, left[0].site if left else "", gap)
     return tuple(sorted(found, key=_importance))
 
 
@@ -186,12 +189,16 @@ def imitated_cause(
 
     It is where the gap lies without them; where they explain most, if that is not known.
     """
-    likeliest = max((one.probability for one in classes), default=0.0)
-    if likeliest >= EVEN or not evidence:
+    if not evidence or any(one.probability >= EVEN for one in classes):
         return []
     largest = max(evidence, key=lambda one: one.explained).candidate_effect.where
-    site = next((place.site for place in locate()), largest)
-    return [CauseClass(UNKNOWN, 1.0 - likeliest, None, gap_m, site=site)]
+    return _unknown(classes, next((place.site for place in locate()), largest), gap_m)
+
+
+def _unknown(classes: Sequence[CauseClass], site: str, gap_m: float) -> list[CauseClass]:
+    """The unknown, as probable as no class is, where none of them is likely."""
+    likeliest = max((one.probability for one in classes), default=0.0)
+    return [] if likeliest >= EVEN else [CauseClass(UNKNOWN, 1.0 - likeliest, None, gap_m, site=site)]
 
 
 def unknown_instead(classes: Sequence[CauseClass]) -> CauseClass | None:

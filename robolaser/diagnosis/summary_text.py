@@ -204,7 +204,7 @@ def _imitated(findings: Sequence[Finding], classes: Sequence[CauseClass], gap: G
     unknown = unknown_instead(classes)
     if not unknown or not findings:
         return ""
-    at = "" if lies else f", at {site_phrase(unknown.site)},"
+    at = "" if lies or not unknown.site else f", at {site_phrase(unknown.site)},"
     how = "almost certainly" if unknown.probability >= CERTAIN else "probably"
     likeliest = _likeliest(of_model(classes))
     most = f"; the most probable of them is {likeliest}" if likeliest else ""

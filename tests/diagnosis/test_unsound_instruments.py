@@ -152,6 +152,7 @@ def test_angles_that_are_biased_by_where_a_body_is_seen_from_are_no_noise_and_no
     found = examine(replace(made, points=replace(made.points, columns=columns)), seed=0)
     assert found.verdict == "unexplained"
     assert not [one for one in found.findings if one.probability >= 0.9]
+    assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
 
 
 def through(change: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Dataset:
