@@ -144,8 +144,7 @@ def _with_usual_sizes(fit: Fit) -> Problem:
 
     Without a whole socket, the others may say nothing of some of them, as of a turn about the line through two.
     """
-    assert fit.problem.prior is not None  # `problem_of` has it
-    prior = fit.problem.prior.copy()
+    prior = np.full(len(fit.x), np.inf) if fit.problem.prior is None else fit.problem.prior.copy()
     for one in fit.effects:
         scales = prior_scales(one)
         own = [fit.problem.parameters.names.index(name) for name in one.parameters.names[: len(scales)]]

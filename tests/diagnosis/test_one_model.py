@@ -64,7 +64,7 @@ class Gaps:
     def __init__(self, gaps):
         self._gaps = gaps
 
-    def gap(self, fit):
+    def misfit(self, fit):
         return self._gaps.get(frozenset(map(place, fit.effects)), 9.0)
 
 
