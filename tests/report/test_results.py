@@ -132,7 +132,7 @@ def test_a_diagnosis_reads_like_its_file_and_is_read_back_as_the_same(tmp_path: 
 def test_without_a_seed_python_says_what_the_command_says(tmp_path: Path, kind: str) -> None:
     data, found = tmp_path / "data", tmp_path / "found"
     size = ["--sessions", "2"] if kind == "motion" else ["--poses", "12"]
-    assert main(["simulate", "--robot", "ur5e", "--sensor", kind, *size, "--output", str(data)]) == 0
+    assert main(["simulate", "--robot", "scorbot_er7", "--sensor", kind, *size, "--output", str(data)]) == 0
     assert main(["diagnose", str(data), "--output", str(found)]) == 0
     commanded = json.loads((found / "diagnosis.json").read_text())
     assert robolaser.diagnose(data)["gap_mm"] == commanded["gap_mm"]
