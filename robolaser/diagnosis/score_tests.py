@@ -109,21 +109,21 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
 
 def _likeliest_wave(fit: Fit, wave: CandidateEffect, frequencies: Array, known: Columns) -> Array:
     """The frequency that explains most, (1, 1); the double one where that of the first harmonic has no part in it."""
-    best = frequencies[int(np.argmax(_gains_of_waves(fit, wave, frequencies, known)))]
-    step = frequencies[1] - frequencies[0]
-    near = best + step * np.linspace(-0.5, 0.5, 9)
-    single, double = (_gains_of_waves(fit, wave, n * near, known).max() for n in (1, 2))
-    has_no_part = single - double < max(2.0 * CHI2_PER_PARAMETER, OPEN_SHARE * single)
-    is_double = has_no_part and 2.0 * best <= frequencies[-1]
-    return np.array([[2.0 * best if is_double else best]])
-
-
-def _gains_of_waves(fit: Fit, wave: CandidateEffect, frequencies: Array, known: Columns) -> Array:
     robot, q = fit.model.dataset.arm
     seen, of_number = np.unique(fit.pose_of_number, return_inverse=True)
     normal = normal_equations(fit, known.by_joint(fit, wave.where), of_number, len(seen))
     angle = q[seen, robot.joints.index(wave.where)]
-    return gains_of_waves(normal, angle, frequencies, wave.effect.harmonics, prior_scales(wave))
+
+    def gains(frequencies: Array) -> Array:
+        return gains_of_waves(normal, angle, frequencies, wave.effect.harmonics, prior_scales(wave))
+
+    best, step = frequencies[int(np.argmax(gains(frequencies)))], frequencies[1] - frequencies[0]
+    if 2.0 * best <= frequencies[-1]:
+        near = best + step * np.linspace(-0.5, 0.5, 9)
+        single, double = gains(near).max(), gains(2.0 * near).max()
+        if single - double < max(2.0 * CHI2_PER_PARAMETER, OPEN_SHARE * single):
+            best *= 2.0
+    return np.array([[best]])
 
 
 def _gains_of_steps(fit: Fit, step: CandidateEffect, moments: Array, known: Columns) -> Array:
