@@ -86,8 +86,8 @@ def cause_classes(
         found.append(CauseClass(UNKNOWN, some, None, gap, site=strange.site))
     elif verdict == "explained":
         found += imitated_cause(found, evidence, lambda: localize(refits.start), gap)
-    elif refits.effects and not scatter:
-        found += _unknown(found, left[0].site if left else "", gap)
+    elif refits.effects and not scatter and _likeliest(found) < EVEN:
+        found.append(_unknown(found, left[0].site if left else "", gap))
     return tuple(sorted(found, key=_importance))
 
 
@@ -189,16 +189,19 @@ def imitated_cause(
 
     It is where the gap lies without them; where they explain most, if that is not known.
     """
-    if not evidence or any(one.probability >= EVEN for one in classes):
+    if not evidence or _likeliest(classes) >= EVEN:
         return []
     largest = max(evidence, key=lambda one: one.explained).candidate_effect.where
-    return _unknown(classes, next((place.site for place in locate()), largest), gap_m)
+    return [_unknown(classes, next((place.site for place in locate()), largest), gap_m)]
 
 
-def _unknown(classes: Sequence[CauseClass], site: str, gap_m: float) -> list[CauseClass]:
-    """The unknown, as probable as no class is, where none of them is likely."""
-    likeliest = max((one.probability for one in classes), default=0.0)
-    return [] if likeliest >= EVEN else [CauseClass(UNKNOWN, 1.0 - likeliest, None, gap_m, site=site)]
+def _unknown(classes: Sequence[CauseClass], site: str, gap_m: float) -> CauseClass:
+    """The unknown, in the place of classes none of which is likely."""
+    return CauseClass(UNKNOWN, 1.0 - _likeliest(classes), None, gap_m, site=site)
+
+
+def _likeliest(classes: Sequence[CauseClass]) -> float:
+    return max((one.probability for one in classes), default=0.0)
 
 
 def unknown_instead(classes: Sequence[CauseClass]) -> CauseClass | None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.held_out_gap import HeldOut, is_lower
+from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import (
     ALIAS_LOCATIONS,
@@ -127,10 +127,6 @@ def aliases(refits: Refits, final: Fit, held_out: HeldOut) -> list[CandidateEffe
     explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects if one not in arm}
     largest = max(explained.values(), default=0.0)
 
-    def predicts(one: CandidateEffect) -> bool:
-        without = held_out.all_errors(refits.refit(final, removed=one))
-        return is_lower(without, held_out.all_errors(final), final.model.dataset.points.pose)
-
     return [
         one
         for one in sorted(explained, key=lambda one: explained[one])
@@ -138,7 +134,7 @@ def aliases(refits: Refits, final: Fit, held_out: HeldOut) -> list[CandidateEffe
         or (
             explained[one] < SMALL_SHARE * largest
             and is_alias(explained[one], largest, len(_other_locations(refits, final, one)))
-            and not predicts(one)
+            and not held_out.lowers(refits.refit(final, removed=one), final)
         )
     ]
 

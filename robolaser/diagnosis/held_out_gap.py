@@ -107,16 +107,21 @@ class HeldOut:
         """Root mean square of those at the points' places [m]."""
         return rms(self.errors(fit))
 
-    def all_errors(self, fit: Fit) -> Array:
+    def _all_errors(self, fit: Fit) -> Array:
         """Of each row, (m, j'), rotations counted in, by their lever [m]."""
         return np.hstack([self.errors(fit), self._lever * self.rotation_errors(fit)])
+
+    def lowers(self, before: Fit, after: Fit) -> bool:
+        """Whether one fit has certainly smaller errors than another one, see `is_lower`."""
+        pose = after.model.dataset.points.pose
+        return is_lower(self._all_errors(before), self._all_errors(after), pose)
 
     def misfit(self, fit: Fit) -> float:
         """Root mean square of these, and of known distances that were not known, over the rows [m].
 
         It is what an effect must lower.
         """
-        errors = self.all_errors(fit)
+        errors = self._all_errors(fit)
         return float(np.sqrt((np.square(errors).sum() + np.square(distance_errors(fit)).sum()) / len(errors)))
 
     def calibrated(self, start: Fit) -> float:

@@ -24,7 +24,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.gravity_direction import with_gravity_turned
 from robolaser.diagnosis.gross_errors import rows_sentence
-from robolaser.diagnosis.held_out_gap import HeldOut, is_lower
+from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.held_parameters import with_parameters_free
 from robolaser.diagnosis.judgement import judged
 from robolaser.diagnosis.localization import Localization, localize, merged
@@ -225,8 +225,7 @@ def _only_imitate(
     likely = {one.name for one in classes if one.probability >= EVEN}
     if not any(one.probability >= LEAST_PROBABILITY or class_of(one.candidate_effect) in likely for one in evidence):
         return True
-    pose = final.model.dataset.points.pose
-    return verdict == "unexplained" and not is_lower(held_out.all_errors(start), held_out.all_errors(final), pose)
+    return verdict == "unexplained" and not held_out.lowers(start, final)
 
 
 def _where(

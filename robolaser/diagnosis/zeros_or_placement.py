@@ -13,7 +13,7 @@ from scipy.special import expit
 
 from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.held_out_gap import HeldOut, is_lower
+from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, LIKELY
 from robolaser.model.effects.effect import CandidateEffect
@@ -77,9 +77,8 @@ def set_rivals(refits: Refits, fit: Fit, one: CandidateEffect, held_out: HeldOut
 
 def _limits(fit: Fit, rival: Fit, held_out: HeldOut) -> tuple[float, float]:
     """The least and the largest probability of a rival, by how well both predict held-out poses."""
-    pose, own, other = fit.model.dataset.points.pose, held_out.all_errors(fit), held_out.all_errors(rival)
-    least = 0.0 if is_lower(other, own, pose) else 1.0 - LIKELY
-    return least, 1.0 if is_lower(own, other, pose) else LIKELY
+    least = 0.0 if held_out.lowers(rival, fit) else 1.0 - LIKELY
+    return least, 1.0 if held_out.lowers(fit, rival) else LIKELY
 
 
 def _exchanged(

@@ -117,7 +117,7 @@ def _chance(errors: Array, run: Ints, noise: float) -> float:
 
 def _remarks(log: MotionLog) -> list[str]:
     remarks = []
-    read = log.as_read()
+    read = log.as_read
     for quantity, what in (("q", "Readings"), ("tau", "Torques"), ("load", "Second readings")):
         held = np.isfinite(getattr(log, quantity)).sum(axis=0) > np.isfinite(getattr(read, quantity)).sum(axis=0)
         if held.any():

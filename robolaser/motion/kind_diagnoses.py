@@ -56,7 +56,7 @@ def parts_of(
     parts: list[KindDiagnosis] = []
     missing: dict[str, str] = {}
     remarks: list[str] = []
-    reasons, log = comparable(log), log.as_read()
+    reasons, log = comparable(log), log.as_read
     if not reasons["tracking"]:
         tell("tracking", 0.1)
         parts.append(_tracking(log, library, missing, searching))

@@ -131,6 +131,7 @@ class MotionLog:
                     told[:] = np.interp(time, time[known], told[known])
         return log, place
 
+    @cached_property
     def as_read(self) -> "MotionLog":
         """The same without readings that only repeat the row above while their joint moves: they are older."""
         arrays = {name: getattr(self, name).copy() for name in ("q", "tau", "load")}

@@ -59,7 +59,7 @@ class MisreadTorques:
 
     def restated(self, part: KindDiagnosis, as_read: MotionLog) -> KindDiagnosis:
         """Torques that are read otherwise, with the errors of the log as it is, and their reading for what is found."""
-        of = quantities(as_read.as_read(), "torque")
+        of = quantities(as_read.as_read, "torque")
         before = of.measured - of.rigid
         size = root_mean_squares(before)
         gained = np.nan_to_num(np.maximum(size**2 - part.gap.after**2, 0.0))
@@ -85,15 +85,16 @@ def misread(log: MotionLog) -> MisreadTorques | None:
 
     Each joint's are held against the rigid arm's, beside friction: of either sign, and under any gravity.
     """
-    of = quantities(log.as_read(), "torque")
+    of = quantities(log.as_read, "torque")
     if of.lacking:
         return None
     of = replace(of, measured=np.where(cut_rows(of, cuts(of)), np.nan, of.measured))
     unit = _unit(of)
     size = PER_NM.get(unit, 1.0)
     of = _times(of, 1.0 / size)
-    as_read = np.minimum(_left(of), _left(_loaded(of)))
-    ways = _fitting(_ways(of), as_read)
+    loaded = _loaded(of)
+    as_read = np.minimum(_left(of), _left(loaded))
+    ways = _fitting(_ways(of, loaded), as_read)
     if not ways and (FALLS * as_read > root_mean_squares(of.measured)).any():
         ways = _fitting(_against(of), as_read)  # last: most joints do not show which way they turn
     ways.sort(key=lambda way: float(np.log(way.left).sum()))
@@ -150,10 +151,10 @@ def _unit(of: Quantities) -> str:
     return best if FALLS * left[best] < 1.0 else ""
 
 
-def _ways(of: Quantities) -> Iterator[MisreadTorques]:
-    """Signs and gravity that may be meant: one, the other, and both."""
+def _ways(of: Quantities, loaded: Quantities) -> Iterator[MisreadTorques]:
+    """Signs, without and with a payload, and gravity that may be meant: one, the other, and both."""
     stated, same = np.array(of.log.robot.gravity), np.ones(of.q.shape[1])
-    for seen in (of, _loaded(of)):
+    for seen in (of, loaded):
         signs = _signs(seen)
         if (signs < 0.0).any():
             yield _way(seen, signs, same, stated)

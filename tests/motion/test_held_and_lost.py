@@ -106,11 +106,11 @@ def test_a_second_encoder_that_repeats_is_not_read_at_another_instant() -> None:
 def test_rounded_readings_of_a_slow_joint_are_all_read() -> None:
     log = cached_arm(lag_s=LAG_S)
     coarse = replace(log, q=0.0015 * np.round(log.q / 0.0015), time_s=2.0 * log.time_s)
-    assert np.array_equal(coarse.as_read().q, coarse.q)
+    assert np.array_equal(coarse.as_read.q, coarse.q)
 
 
 def test_readings_of_a_joint_that_sticks_and_slips_are_all_read() -> None:
     log, rng = cached_arm(), np.random.default_rng(0)
     rests = np.repeat(rng.normal(size=len(log)).cumsum(), rng.integers(3, 12, len(log)))[: len(log)]
     slipping = replace(log, q=np.where(np.arange(len(JOINTS)) == 1, rests[:, None], log.q))
-    assert np.array_equal(slipping.as_read().q, slipping.q)
+    assert np.array_equal(slipping.as_read.q, slipping.q)
