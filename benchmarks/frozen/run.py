@@ -3,7 +3,7 @@
     python benchmarks/frozen/run.py worlds --output WORLDS
     python benchmarks/frozen/run.py record --data FOLDER --worlds WORLDS --output after.jsonl
     python benchmarks/frozen/run.py compare benchmarks/frozen/before.jsonl after.jsonl
-    python benchmarks/frozen/run.py record --set thresholds.EVEN=0.3 --data FOLDER --worlds WORLDS --output other.jsonl
+    python benchmarks/frozen/run.py record --set certainty.EVEN=0.3 --data FOLDER --worlds WORLDS --output other.jsonl
 
 A line for each data set is written as it ends; what is in the file is not done again.
 """

@@ -33,6 +33,7 @@ FALLS = 5.0
 leave centimetres or more, the largest effects of the library millimetres."""
 MOST_POSES, ROWS_OF_A_POSE = 40, 8  # a camera whose lens is unknown is found from six corners an image and more
 BEST = 3.0  # factor by which the error of any other hypothesis must be larger: else it is not known what is wrong
+MISREAD = 0.99  # probability of a reading that fits so much better. A judgement
 OTHER_ARM_RMS_M = 2e-3
 """Error above which another arm of the same joints is tried. A judgement: effects leave less, as a rule; generations of
 an arm differ by centimetres."""

@@ -21,13 +21,9 @@ from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import CauseClass, CauseKind
 from robolaser.diagnosis.stepwise_order import stepwise_order
-from robolaser.diagnosis.thresholds import (
-    CHI2_OF_UNMODELLED_CAUSE,
-    CREDIBLE_MASS,
-    EVEN,
-    LEAST_PROBABILITY,
-)
+from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CREDIBLE_MASS, LEAST_PROBABILITY
 from robolaser.diagnosis.verdict import posterior_weights
+from robolaser.estimation.certainty import EVEN
 from robolaser.model.effects.effect import CandidateEffect, Effect
 
 UNKNOWN: Final = "unknown"

@@ -10,8 +10,9 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
 from robolaser.diagnosis.summary_text import millimetres
-from robolaser.diagnosis.thresholds import CERTAIN, SIGMA_OF_95_PERCENT
+from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, told
+from robolaser.estimation.certainty import CERTAIN
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_compliance import JointCompliance
@@ -20,8 +21,6 @@ from robolaser.model.forward_model import Model
 POSES = 80
 """Of which a direction is found at most: it is found again from all of them."""
 ROUNDS = 30  # of compliances by direction and direction by compliances
-NEAR_AXIS = np.cos(np.radians(2.0))
-"""Within two degrees of an axis of the base, gravity is taken to be along it: bases are mounted so."""
 LEFT = 0.5
 """Share of the squared residuals under the stated gravity that may be left under another one. A judgement: tilts
 of five and twenty degrees left 24 and 4 % of a soft UR5e's, seven other causes 94 % and more, four real arms 66 % and
@@ -85,11 +84,7 @@ def _turned(found: Diagnosis) -> Array | None:
     _, as_stated = _compliances(columns, residuals, np.array(robot.gravity) / size)
     if best[1] ** 2 > LEFT * as_stated**2:
         return None
-    axis = int(np.argmax(np.abs(direction)))
-    if abs(direction[axis]) > NEAR_AXIS:
-        direction = np.sign(direction[axis]) * np.eye(3)[axis]
-    same = direction @ np.array(robot.gravity) / size > NEAR_AXIS
-    return None if same else direction * size
+    return robot.other_gravity(direction)
 
 
 def _columns(few: Dataset, found: Diagnosis, size: float) -> tuple[Array, Array]:

@@ -10,7 +10,8 @@ from robolaser.diagnosis.cause_words import listed
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.noise_remarks import over_stated
 from robolaser.diagnosis.summary_text import millimetres
-from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LIKELY, MOST_OVER_STATED, MOST_SPREAD
+from robolaser.diagnosis.thresholds import CREDIBLE_MASS, MOST_OVER_STATED, MOST_SPREAD
+from robolaser.estimation.certainty import LIKELY
 from robolaser.estimation.outliers import OUTLIER_SIGMA
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel

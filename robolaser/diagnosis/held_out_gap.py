@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import Calibration, rms
 from robolaser.diagnosis.effect_columns import prior_scales
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
-from robolaser.diagnosis.thresholds import EVEN
+from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.folds import FoldFits, assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import FOLD_ENOUGH, FOLD_SHARE
 from robolaser.estimation.problem import Problem

@@ -14,9 +14,10 @@ from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.cause_words import listed, members
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
 from robolaser.diagnosis.summary_text import NAMED, millimetres
-from robolaser.diagnosis.thresholds import CERTAIN, EVEN, PLAUSIBLE_SIGMA, SIGMA_OF_95_PERCENT
+from robolaser.diagnosis.thresholds import PLAUSIBLE_SIGMA, SIGMA_OF_95_PERCENT
 from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, told
 from robolaser.errors import RobolaserError
+from robolaser.estimation.certainty import CERTAIN, EVEN
 from robolaser.estimation.linearization import TOUCH
 from robolaser.model.blocks.block import LASER, THINGS
 from robolaser.model.forward_model import Model

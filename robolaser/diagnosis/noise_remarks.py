@@ -7,12 +7,8 @@ import numpy as np
 
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.thresholds import (
-    EVEN,
-    LEAST_RANGE_SPREAD,
-    MOST_OVER_STATED,
-    ONE_MEASUREMENT,
-)
+from robolaser.diagnosis.thresholds import LEAST_RANGE_SPREAD, MOST_OVER_STATED, ONE_MEASUREMENT
+from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA, Excess, row_excess
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.repeats import PixelRepeats, pixel_repeats

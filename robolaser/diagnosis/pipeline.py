@@ -39,10 +39,11 @@ from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select, unless_one_does_it
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
-from robolaser.diagnosis.thresholds import CREDIBLE_MASS, EVEN, LEAST_PROBABILITY, ROUNDS
+from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.wrong_input import at_other_poses, mispaired
 from robolaser.estimation.averaging import AveragedData
+from robolaser.estimation.certainty import EVEN
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
 

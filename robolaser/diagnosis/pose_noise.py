@@ -9,7 +9,8 @@ from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import smooth_remainder
 from robolaser.diagnosis.refits import Refits, penalty
-from robolaser.diagnosis.thresholds import EVEN, MOTIONS_PER_PARAMETER, OPEN_SHARE, PLAUSIBLE_SIGMA
+from robolaser.diagnosis.thresholds import MOTIONS_PER_PARAMETER, OPEN_SHARE, PLAUSIBLE_SIGMA
+from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.model.effects.effect import CandidateEffect
 

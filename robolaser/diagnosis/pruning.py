@@ -16,8 +16,9 @@ from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Announce, Refits
 from robolaser.diagnosis.result import CauseClass
-from robolaser.diagnosis.thresholds import CERTAIN, EVEN, LEAST_PROBABILITY
+from robolaser.diagnosis.thresholds import LEAST_PROBABILITY
 from robolaser.diagnosis.verdict import credibility
+from robolaser.estimation.certainty import CERTAIN, EVEN
 from robolaser.model.effects.effect import CandidateEffect
 
 

@@ -20,14 +20,9 @@ from robolaser.diagnosis.local_unknown import (
 from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.score_tests import ScoreTest, freedom, retest, score_tests
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
-from robolaser.diagnosis.thresholds import (
-    CHI2_OF_UNMODELLED_CAUSE,
-    CHI2_PER_EFFECT,
-    EVEN,
-    LEAST_PROBABILITY,
-    MIN_IMPROVEMENT,
-)
+from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, LEAST_PROBABILITY, MIN_IMPROVEMENT
 from robolaser.diagnosis.verdict import complexity_penalty, posterior_weights, probability_of_unmodelled
+from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.thresholds import EVEN
+from robolaser.estimation.certainty import EVEN
 from robolaser.model.noise.covariance import NoiseModel, Origin
 
 

@@ -14,7 +14,8 @@ from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
 from robolaser.diagnosis.score_tests import ScoreTest
-from robolaser.diagnosis.thresholds import EVEN, SIGMA_OF_95_PERCENT
+from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
+from robolaser.estimation.certainty import EVEN
 
 SIZES: Final = np.concatenate([[0.0], np.geomspace(0.01, 1.0, 9)])
 """Sizes that all effects not found may have, in units of those usual in industry."""

@@ -10,7 +10,8 @@ from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, PartScatter
 from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Validation
-from robolaser.diagnosis.thresholds import CERTAIN, EVEN, GAP_OVER_FLOOR, LEAST_PROBABILITY
+from robolaser.diagnosis.thresholds import GAP_OVER_FLOOR, LEAST_PROBABILITY
+from robolaser.estimation.certainty import CERTAIN, EVEN
 
 NAMED = 3
 """Effects, classes or sets that a sentence names; the rest are counted."""

@@ -7,13 +7,12 @@ import numpy as np
 from scipy.special import expit, ndtr
 
 from robolaser.arrays import Array
+from robolaser.calibration.misread import MISREAD
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
-from robolaser.diagnosis.thresholds import LIKELY, SIGMA_OF_95_PERCENT
-
-MISREAD = 0.99
-"""Probability of a reading of the data that fits five times better than as they are, and three times than any other."""
+from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
+from robolaser.estimation.certainty import LIKELY
 
 
 def mispaired(poses: int, gap_m: float) -> WrongInput:

@@ -15,7 +15,8 @@ from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, LIKELY
+from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT
+from robolaser.estimation.certainty import LIKELY
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.effects.joints import moving_joints

@@ -7,13 +7,14 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints, Progress
 from robolaser.errors import DataError
+from robolaser.estimation.certainty import EVEN
 from robolaser.motion.checking import comparable
 from robolaser.motion.cut_off import cut_rows, cuts
 from robolaser.motion.effect import At, MotionEffect, RowKind
 from robolaser.motion.effects.servo import CLOCK, ONE_CLOCK_S, is_one_clock
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import KindGap, folds, less_means, resolution, root_mean_squares, white_noise
-from robolaser.motion.kind_diagnosis import EVEN, FOLLOWS_RAD, IS_NOISE, KindDiagnosis, follows_nm
+from robolaser.motion.kind_diagnosis import FOLLOWS_RAD, IS_NOISE, KindDiagnosis, follows_nm
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import OTHER_UNIT, MotionLog
 from robolaser.motion.misread import follows_rigid_arm

@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.estimation.certainty import EVEN, LIKELY
 from robolaser.motion.effect import TIMING, At
 from robolaser.motion.gap import KindGap, medians, root_mean_squares, root_mean_squares_of_runs
 from robolaser.motion.selection import SelectedEffect
@@ -24,15 +25,12 @@ IS_NOISE = 1.1
 """Times the noise, up to which an error is nothing else."""
 OVER_NOISE = 2.0
 """Times the noise, that may be left where the gap counts as explained."""
-EVEN = 0.5
 LISTED = 0.33
 """Probability of an effect or one of its rivals, below which it is not said."""
 REST_DISCOUNT = 0.15
 """How fast an effect loses credibility with what is left beside it: as much as it explains costs 13 %. A judgement, by
 halves of a hobby arm's motions: scales, which that arm has not, explain up to 1.02 of what is left, dead zones, which
 it has, 3 to 58."""
-LIKELY = 0.75
-"""Probability of an effect at most, where a multiple of the noise is left of torques. A judgement."""
 ACTS = 0.001
 """Of a joint's squared error, that an effect must explain to be at work there. A judgement."""
 

@@ -7,22 +7,18 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.calibration.misread import BEST, FALLS
+from robolaser.calibration.misread import BEST, FALLS, MISREAD
+from robolaser.estimation.certainty import EVEN
 from robolaser.motion.cut_off import cut_rows, cuts
 from robolaser.motion.effect import JOINTS, At, MotionEffect, Number
 from robolaser.motion.effects.dynamics import TORQUE_CONSTANT
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import root_mean_squares
-from robolaser.motion.kind_diagnosis import EVEN, KindDiagnosis
+from robolaser.motion.kind_diagnosis import KindDiagnosis
 from robolaser.motion.log import OTHER_UNIT, MotionLog
 from robolaser.motion.quantities import Quantities, quantities
 from robolaser.motion.selection import Estimate, SelectedEffect
 
-MISREAD = 0.99
-"""Probability of a reading that fits as much better than the log as it is, and than any other, as `FALLS` and `BEST` of
-poses that are misread ask. A judgement."""
-NEAR_AXIS = np.cos(np.radians(2.0))
-"""Within two degrees of an axis of the base, gravity is taken to be along it: bases are mounted so. A judgement."""
 SAME_SIZE = 0.1
 """Share by which gravity that is found may differ from the stated one in size: what differs by more are masses. A
 judgement."""
@@ -268,7 +264,4 @@ def _other_gravity(of: Quantities, pulls: Array) -> Array | None:
     found = float(np.linalg.norm(meant))
     if not abs(found - size) < SAME_SIZE * size:
         return None
-    along = meant / found
-    axis = int(np.argmax(np.abs(along)))
-    along = np.sign(along[axis]) * np.eye(3)[axis] if abs(along[axis]) > NEAR_AXIS else along
-    return None if along @ stated > NEAR_AXIS * size else size * along
+    return of.log.robot.other_gravity(meant)

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 
 from robolaser.calibration.result import FORMAT as CALIBRATION
+from robolaser.estimation.certainty import CERTAIN, EVEN
 from robolaser.motion.calibration import MotionFit
 from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.effect import At
 from robolaser.motion.gap import KindGap
-from robolaser.motion.kind_diagnosis import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE
+from robolaser.motion.kind_diagnosis import FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE
 from robolaser.motion.selection import SelectedEffect
 
 DIAGNOSIS = "robolaser-diagnosis/1"
-CERTAIN = 0.9
 UNEXPLAINED = 0.99
 """Probability of a cause that the library lacks, where more is left than noise: how sure that is, is not computed."""
 

@@ -18,6 +18,7 @@ from robolaser.robot.reading import read_arm
 from robolaser.robot.urdf.editing import with_placements
 
 DOWN = (0.0, 0.0, -9.81)  # gravity in the frame of a base that stands upright [m/s²]
+NEAR_AXIS = np.cos(np.radians(2.0))  # bases are mounted along axes
 REACHED = 1e-9  # [m, rad]
 STARTS = 40  # of an inverse, beside the one that is given: fewer leave out some of what a six-axis arm reaches
 
@@ -94,6 +95,17 @@ class Robot:
         """Another process builds Pinocchio's model for itself."""
         read = partial(type(self).from_urdf, flange=self.flange, joints=self.joints, gravity=self.gravity)
         return read, (self.urdf,)
+
+    def other_gravity(self, direction: Array) -> Array | None:
+        """The gravity in the base frame that a direction (3,) stands for, along an axis where it is near one, (3,).
+
+        None where it is the arm's own, nearly.
+        """
+        stated = np.array(self.gravity)
+        size, along = float(np.linalg.norm(stated)), direction / np.linalg.norm(direction)
+        axis = int(np.argmax(np.abs(along)))
+        along = np.sign(along[axis]) * np.eye(3)[axis] if abs(along[axis]) > NEAR_AXIS else along
+        return None if along @ stated > NEAR_AXIS * size else size * along
 
     def under(self, gravity: Sequence[float] | Array) -> Self:
         """The same arm under another gravity in the base frame, (3,) [m/s²]."""

@@ -18,7 +18,7 @@ from robolaser.diagnosis.gross_errors import gross_sentence, outlying_poses, pro
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.result_json import diagnosis_json
-from robolaser.diagnosis.thresholds import CERTAIN
+from robolaser.estimation.certainty import CERTAIN
 from robolaser.estimation.noise_weighted_fit import fit_by_noise
 from robolaser.model.forward_model import Model
 from robolaser.report.diagnosis.advice import to_do

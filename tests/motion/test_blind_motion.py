@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from moved_arms import World, record
 
+from robolaser.estimation.certainty import CERTAIN
 from robolaser.motion import kind_diagnoses
 from robolaser.motion.diagnosis import MotionDiagnosis, diagnose_motion
 from robolaser.motion.effect import At
@@ -14,7 +15,7 @@ from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.linear_rows import LinearRows
 from robolaser.motion.log import MotionLog
 from robolaser.motion.quantities import quantities
-from robolaser.motion.result_json import CERTAIN, motion_json
+from robolaser.motion.result_json import motion_json
 
 YY = 6  # of a link's ten numbers
 SOUND, ODD = "nothing", "a reading bent by the cube of the angle"

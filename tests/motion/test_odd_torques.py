@@ -8,9 +8,10 @@ import pytest
 from moved_arms import JOINTS, World, record
 
 from robolaser.errors import DataError
+from robolaser.estimation.certainty import CERTAIN
 from robolaser.motion.diagnosis import MotionDiagnosis, diagnose_motion
 from robolaser.motion.log import MotionLog
-from robolaser.motion.result_json import CERTAIN, motion_json, sentence
+from robolaser.motion.result_json import motion_json, sentence
 
 ELBOW, LIFT = JOINTS.index("elbow"), JOINTS.index("lift")
 FRICTION = ("coulomb_friction", "elbow")

@@ -12,7 +12,7 @@ from robolaser.diagnosis.gross_errors import contradicted_distance, outlying_pos
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE
 from robolaser.diagnosis.result import Diagnosis, Estimate, Finding
-from robolaser.diagnosis.thresholds import CERTAIN
+from robolaser.estimation.certainty import CERTAIN
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.sensor_sites import kind_of_site
 from robolaser.report.digits import plain

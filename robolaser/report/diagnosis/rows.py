@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.diagnosis.cause_words import named, noun, place, site_phrase, spoken
 from robolaser.diagnosis.result import Alternative, CauseClass, DetectionLimit, Diagnosis, Estimate, Finding
-from robolaser.diagnosis.thresholds import CERTAIN
+from robolaser.estimation.certainty import CERTAIN
 from robolaser.report.diagnosis.advice import UNDETERMINED, caveats, doubt, sentence_case
 from robolaser.report.digits import measured, millimetres, percent, plain
 from robolaser.report.document import Column, Table, TableCell
