@@ -1,15 +1,17 @@
 """Bases, pedestals and tables that tilt under the arm's overturning moment."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
+from robolaser.model.effects.hardening import hardened, with_hardening
 from robolaser.model.effects.mechanism import Footing, MechanismPart
 from robolaser.model.effects.requirements import masses
+from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
 
 
@@ -21,7 +23,8 @@ class BaseCompliance(Effect):
     The sum is the overturning moment: that of the weight of all that the first joint carries, the stated payload
     included, about the base's origin. It has no component along gravity. C is compliance (1 + anisotropy) about the
     base's x axis and compliance (1 - anisotropy) about its y axis; of a base on a wall, about the two axes that are
-    nearest to these and horizontal. It is counted from the unloaded base.
+    nearest to these and horizontal. It is counted from the unloaded base. Feet and floors soften or stiffen:
+    φ (1 - hardening \|φ\| / max \|φ\|).
     """
 
     name = "base_compliance"
@@ -38,23 +41,37 @@ class BaseCompliance(Effect):
     compliance: Array = parameter(unit="rad/Nm", bound=1e-3, prior_scale=1e-5, lower=0.0)
     # alike about both axes, and stiffer about either
     anisotropy: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0, tried=(0.0, -0.7, 0.7))
+    hardening: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
         """Turn the base under each pose's moment."""
-        axes = horizontal_axes(np.array(run.robot.gravity))
-        moment = run.loads.overturning_moment @ axes.T
-        turn = self._about_axes()[:, None] * moment @ axes
+        turn = self._turn(run) @ horizontal_axes(np.array(run.robot.gravity))
         return pose(exp_so3(turn), np.zeros(3)) @ T_base_flange
 
-    def _about_axes(self) -> Array:
-        """The compliance about each horizontal axis, (c, 2)."""
-        return self.compliance[:, None] * np.stack([1.0 + self.anisotropy, 1.0 - self.anisotropy], axis=-1)
+    def _turn(self, run: Run) -> Array:
+        """How far the base turns about each horizontal axis, (c, n, 2)."""
+        compliance = self.compliance[:, None] * np.stack([1.0 + self.anisotropy, 1.0 - self.anisotropy], axis=-1)
+        turn, reference = (compliance[:, None] * _moment(each) for each in (run, run.reference))
+        return hardened(turn, reference, self.hardening)
 
     def parts(self, run: Run) -> tuple[MechanismPart, ...]:
-        """Springs about the horizontal axes that give way."""
-        compliance, axes = self._about_axes()[0], horizontal_axes(np.array(run.robot.gravity))
-        soft = compliance > 0
-        return (Footing(axes[soft], 1.0 / compliance[soft]),) if soft.any() else ()
+        """Springs about the horizontal axes that give way, by least squares where these harden."""
+        turn, moment, axes = self._turn(run)[0], _moment(run), horizontal_axes(np.array(run.robot.gravity))
+        worked = (turn * moment).sum(axis=0)
+        soft = worked > 0.0
+        stiffness = np.square(moment[:, soft]).sum(axis=0) / worked[soft]
+        return (Footing(axes[soft], stiffness),) if soft.any() else ()
+
+    def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
+        """It acts as it was found, but the largest moment of other poses is another one."""
+        carried, unhardened = super().carried_to(run, found_in), replace(self, hardening=np.zeros(1))
+        return with_hardening(carried, self.hardening, unhardened)
+
+
+def _moment(run: Run) -> Array:
+    """The overturning moment about each horizontal axis, (n, 2) [Nm]."""
+    moment: Array = run.loads.overturning_moment @ horizontal_axes(np.array(run.robot.gravity)).T
+    return moment
 
 
 def horizontal_axes(gravity: Array) -> Array:

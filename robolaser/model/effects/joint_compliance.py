@@ -7,6 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
+from robolaser.model.effects.hardening import hardened, with_hardening
 from robolaser.model.effects.joints import add_to_joint, joint_column
 from robolaser.model.effects.mechanism import ElasticJoint, MechanismPart
 from robolaser.model.effects.requirements import masses
@@ -47,10 +48,8 @@ class JointCompliance(Effect):
 
     def apply(self, q: Array, run: Run, /) -> Array:
         """Let the joint sink."""
-        wound = self._wound(run)
-        most = np.abs(self._wound(run.reference)).max(axis=1, keepdims=True)
-        share = np.abs(wound) / np.where(most > 0, most, 1.0)
-        return add_to_joint(q, run, self.where, -wound * (1.0 - self.hardening[:, None] * share))
+        wound, reference = (self._wound(each)[:, :, None] for each in (run, run.reference))
+        return add_to_joint(q, run, self.where, -hardened(wound, reference, self.hardening)[:, :, 0])
 
     def _wound(self, run: Run) -> Array:
         column = joint_column(run, self.where)
@@ -70,11 +69,5 @@ class JointCompliance(Effect):
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It acts as it was found, but the largest load of other poses is another one."""
-        carried = super().carried_to(run, found_in)
-        if carried.effect is None or self.hardening[0] == 0:
-            return carried
-        return CarryOver(
-            self,
-            "its hardening is relative to the largest load of the poses, which differ from the calibrated ones",
-            alternatives=(replace(self, hardening=np.zeros(1)),),
-        )
+        carried, unhardened = super().carried_to(run, found_in), replace(self, hardening=np.zeros(1))
+        return with_hardening(carried, self.hardening, unhardened)
