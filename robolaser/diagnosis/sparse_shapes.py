@@ -11,10 +11,15 @@ from typing import Final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.diagnosis.candidate_sites import Site
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
 from robolaser.diagnosis.local_unknown import TARGET, joint_equations
-from robolaser.diagnosis.pose_coordinates import angle_of, torque_of
+from robolaser.diagnosis.localization import likelihood_ratio
+from robolaser.diagnosis.pose_coordinates import TIME, angle_of, torque_of
+from robolaser.diagnosis.random_functions import RandomFunctions
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
+from robolaser.estimation.noise_estimate import LEVER_M
+from robolaser.model.effects.base_shift import BaseShift
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.grouped_rows import GroupedRows
 from robolaser.model.stages import Stage
@@ -28,22 +33,49 @@ DENT_WIDTHS: Final = (0.06, 0.08, 0.1, 0.13, 0.18, 0.25)
 
 
 def sparse_shape_chi2(fit: Fit, site: str) -> float:
-    """Chi-squared that one of the shapes at a joint or in the target explains, beyond the cost of choosing it.
+    """Chi-squared that one of the shapes explains, beyond the cost of choosing it: at a joint, or in the target.
+
+    In the place of another site any joint, or what the flange carries, may have slipped at a moment of the run.
 
     Twice the logarithm of the marginal likelihood over a family's shapes, all alike probable, the amplitude of each
     normal with the variance that has the largest likelihood; of the best family.
     """
     dataset = fit.model.dataset
-    if site in moving_joints(dataset.robot):
+    joints = moving_joints(dataset.robot)
+    if site in joints:
         sums = joint_equations(fit, site)
         return max(_ratio(*_along(shapes, *sums)) for shapes in _of_joint(fit, site))
+    if site != TARGET:
+        return _slip_chi2(fit)
     xyz = dataset.points.xyz
-    if site != TARGET or xyz is None or not fit.has_optics or stage_derivatives(fit).passing(Stage.TARGET) is None:
+    if xyz is None or not fit.has_optics or stage_derivatives(fit).passing(Stage.TARGET) is None:
         return 0.0
     plane = fit.model.run.target
     sums, levels = _by_height(fit)
     parts = [_along(bells, *sums, levels) for bells in dents((xyz - plane.centre) @ plane.axes[:, :2])]
     return _ratio(*map(np.concatenate, zip(*parts, strict=True)))
+
+
+def _slip_chi2(fit: Fit) -> float:
+    """The same of a joint that slips, or of what the flange carries."""
+    functions, derivatives, run = RandomFunctions(fit), stage_derivatives(fit), fit.model.run
+    later = [
+        (run.progress > moment)[:, None].astype(np.float64) for moment in BaseShift.grid(run.dataset, "base")[:, 0]
+    ]
+    joints = [(name, derivatives.by_motion(Stage.JOINTS, name)) for name in moving_joints(run.dataset.robot)]
+    carried = derivatives.by_motion(Stage.FLANGE) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
+    best = 0.0
+    for name, moves in (*joints, ("flange", carried)):
+        slips = [Site(name, TIME, moves, basis, fit.pose_of_number) for basis in later]
+        best = max(
+            best,
+            _mean(
+                np.array(
+                    [likelihood_ratio(functions.normal_equations(slip), functions.gradient(slip))[0] for slip in slips]
+                )
+            ),
+        )
+    return best
 
 
 def _by_height(fit: Fit) -> tuple[tuple[Array, Array, Array], list[tuple[Array, GroupedRows]]]:
@@ -116,6 +148,10 @@ def _along(
 def _ratio(along: Array, squares: Array, full: Array) -> float:
     """Twice the logarithm of the mean likelihood ratio of shapes, by what `_along` gives."""
     z2 = np.maximum(along**2 / np.maximum(squares, NEGLIGIBLE * full), 1.0)
-    ratios = z2 - 1.0 - np.log(z2)
+    return _mean(z2 - 1.0 - np.log(z2))
+
+
+def _mean(ratios: Array) -> float:
+    """Of twice the logarithms of likelihood ratios, that of the mean ratio; 0 where it is below 1."""
     best = float(ratios.max())
     return max(0.0, best + 2.0 * float(np.log(np.exp(0.5 * (ratios - best)).mean())))

@@ -7,6 +7,7 @@ import pytest
 from worlds import seen
 
 from robolaser import find_robot
+from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.candidate_sites import FORCE
@@ -190,3 +191,30 @@ def test_a_place_is_listed_once() -> None:
     places = [(one.site, one.coordinate) for one in found.where]
     assert places[0] == ("camera", "image position")
     assert len(set(places)) == len(places)
+
+
+SLIP_RAD, TURN_PX = 6e-4, np.array([0.6, 0.5])
+
+
+def slipped(site: str) -> Dataset:
+    """Poses in which a joint's encoder, the camera's bracket or the base is another one from the middle of the run on.
+
+    A bracket that turns a little shifts all corners alike.
+    """
+    shift = {"base_shift:base.x": 2e-4, "base_shift:base.y": -3e-4, "base_shift:base.turn_y": 3e-4}
+    noise, effects = Noise(pixel_px=0.1, repeatability_m=1e-5), shift if site == "base" else None
+    dataset = simulate("ur5", kind="camera", poses=40, noise=noise, effects=effects, seed=7).dataset
+    q, pixel = dataset.poses.q.copy(), dataset.points.pixel.copy()
+    late = len(q) // 2
+    if site == "hand_eye":
+        pixel += np.where(dataset.points.pose[:, None] >= late, TURN_PX, 0.0)
+    elif site != "base":
+        q[late:, dataset.robot.joints.index(site)] += SLIP_RAD
+    return replace(dataset, poses=replace(dataset.poses, q=q), points=replace(dataset.points, pixel=pixel))
+
+
+@pytest.mark.parametrize(("site", "share"), [("shoulder_lift_joint", 0.9), ("hand_eye", 0.9), ("base", 0.0)])
+def test_what_slips_at_a_moment_explains_what_another_shift_then_would_and_not_what_a_base_does(site, share) -> None:
+    fit = Preparation.of(slipped(site), 1).fit(())
+    explained = sparse_shape_chi2(fit, "base") / (fit.chi2 - fit.freedoms)
+    assert share < explained < share + 0.5
