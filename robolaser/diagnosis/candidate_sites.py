@@ -103,6 +103,7 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis])
     (robot, q), run = fit.model.dataset.arm, fit.model.run
     free = {name: derivatives.by_motion(Stage.JOINTS, name) for name in joints}
     poses, alike = fit.pose_of_number, np.ones((len(fit.model.dataset.poses), 1))
+    turns_before = False
     for name in joints:
         own = tuple(smoothed([angle_of(run, name), *torque_of(run, name)]))
         for coordinate, basis in (
@@ -120,8 +121,9 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis])
         for coordinate, basis in () if fit.has_optics else own:
             yield Site(name, coordinate, across, basis, poses)
         shift = placement[:, :3]
-        for coordinate, basis in in_run if name != joints[0] else ():  # the first joint stands on the base
+        for coordinate, basis in in_run if turns_before else ():  # what no joint turns is shifted with the base
             yield Site(name, coordinate, shift, basis, poses)
+        turns_before |= not robot.prismatic[robot.joints.index(name)]
     qd = known_velocities(fit.model.dataset)
     if qd is not None and np.abs(qd).max() > 0:
         late = np.sum([free[name] * qd[poses][:, [robot.joints.index(name)]] for name in joints], axis=0)

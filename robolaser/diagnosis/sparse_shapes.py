@@ -59,22 +59,14 @@ def sparse_shape_chi2(fit: Fit, site: str) -> float:
 def _slip_chi2(fit: Fit) -> float:
     """The same of a joint that slips, or of what the flange carries."""
     functions, derivatives, run = RandomFunctions(fit), stage_derivatives(fit), fit.model.run
-    later = [
-        (run.progress > moment)[:, None].astype(np.float64) for moment in BaseShift.grid(run.dataset, "base")[:, 0]
-    ]
+    steps = (run.progress > BaseShift.grid(run.dataset, "base")).astype(np.float64)
     joints = [(name, derivatives.by_motion(Stage.JOINTS, name)) for name in moving_joints(run.dataset.robot)]
     carried = derivatives.by_motion(Stage.FLANGE) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
     best = 0.0
     for name, moves in (*joints, ("flange", carried)):
-        slips = [Site(name, TIME, moves, basis, fit.pose_of_number) for basis in later]
-        best = max(
-            best,
-            _mean(
-                np.array(
-                    [likelihood_ratio(functions.normal_equations(slip), functions.gradient(slip))[0] for slip in slips]
-                )
-            ),
-        )
+        slips = (Site(name, TIME, moves, step[:, None], fit.pose_of_number) for step in steps)
+        both = ((functions.normal_equations(slip), functions.gradient(slip)) for slip in slips)
+        best = max(best, _mean(np.array([likelihood_ratio(*each)[0] for each in both])))
     return best
 
 
