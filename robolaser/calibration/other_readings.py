@@ -61,7 +61,7 @@ def read_otherwise(dataset: Dataset) -> Iterator[Hypothesis]:
     """All that may be wrong with files whose points are centimetres off.
 
     Points of some poses exchanged; rows one pose off, flange poses the other way round, the sensor at the other end;
-    lengths in other units, a left-handed frame, transposed rotations; joints exchanged, reversed or in degrees.
+    lengths in other units, a left-handed frame, transposed rotations; joints exchanged, reversed, in degrees or one row off.
     """
     if names := exchanged_points(dataset):
         yield Hypothesis(with_names(dataset, names), fault_text(names, dataset.poses.names), "points.csv")
@@ -162,6 +162,13 @@ def _of_joints(dataset: Dataset) -> Iterator[Hypothesis]:
         if ((meant > robot.lower - FAR_OUTSIDE) & (meant < robot.upper + FAR_OUTSIDE)).all():
             qd = None if poses.qd is None else poses.qd[:, columns] * factors
             yield Hypothesis(replace(dataset, poses=replace(poses, q=meant, qd=qd)), fault)
+    for i in np.flatnonzero(np.ptp(q, axis=0) > 0):
+        for shift, which in SHIFTS.items():
+            meant = q.copy()
+            meant[:, i] = np.roll(q[:, i], shift)
+            kept = np.flatnonzero(dataset.points.pose != (0 if shift > 0 else len(q) - 1))
+            moved = replace(dataset, poses=replace(poses, q=meant), points=dataset.points.take(kept))
+            yield Hypothesis(moved, f"The readings of q_{robot.joints[i]} seem to belong to the pose {which} theirs")
 
 
 def _joints_read_otherwise(robot: Robot, moves: Bools) -> Iterator[tuple[Ints, Array, str]]:

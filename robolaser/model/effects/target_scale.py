@@ -33,7 +33,7 @@ class TargetScale(Effect):
     needs = (flat_target,)
     depends_on_trajectory = True
 
-    scale: Array = parameter(unit="", bound=0.05, prior_scale=5e-3)
+    scale: Array = parameter(unit="", bound=0.2, prior_scale=5e-3)
     centre_x: Array = nonlinear(unit="m", lower=-2.0, upper=2.0, nominal=0.0)
     centre_y: Array = nonlinear(unit="m", lower=-2.0, upper=2.0, nominal=0.0)
 
