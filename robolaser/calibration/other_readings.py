@@ -61,7 +61,7 @@ def read_otherwise(dataset: Dataset) -> Iterator[Hypothesis]:
     """All that may be wrong with files whose points are centimetres off.
 
     Points of some poses exchanged; rows one pose off, flange poses the other way round, the sensor at the other end;
-    lengths in other units, a left-handed frame, transposed rotations; joints exchanged, reversed, in degrees or one row off.
+    lengths in other units, a left-handed frame, transposed rotations; joints exchanged, reversed, in degrees, or late.
     """
     if names := exchanged_points(dataset):
         yield Hypothesis(with_names(dataset, names), fault_text(names, dataset.poses.names), "points.csv")

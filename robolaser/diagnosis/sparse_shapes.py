@@ -35,7 +35,7 @@ DENT_WIDTHS: Final = (0.06, 0.08, 0.1, 0.13, 0.18, 0.25)
 def sparse_shape_chi2(fit: Fit, site: str) -> float:
     """Chi-squared that one of the shapes explains, beyond the cost of choosing it: at a joint, or in the target.
 
-    In the place of another site any joint, or what the flange carries, may have slipped at a moment of the run.
+    In the place of another site joints, or what the flange carries, may have slipped at a moment of the run.
 
     Twice the logarithm of the marginal likelihood over a family's shapes, all alike probable, the amplitude of each
     normal with the variance that has the largest likelihood; of the best family.
@@ -57,14 +57,19 @@ def sparse_shape_chi2(fit: Fit, site: str) -> float:
 
 
 def _slip_chi2(fit: Fit) -> float:
-    """The same of a joint that slips, or of what the flange carries."""
+    """The same of one joint or all, of what the flange carries, and of a load to which joints yield from then on."""
     functions, derivatives, run = RandomFunctions(fit), stage_derivatives(fit), fit.model.run
     steps = (run.progress > BaseShift.grid(run.dataset, "base")).astype(np.float64)
-    joints = [(name, derivatives.by_motion(Stage.JOINTS, name)) for name in moving_joints(run.dataset.robot)]
-    carried = derivatives.by_motion(Stage.FLANGE) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
+    joints = moving_joints(run.dataset.robot)
+    moves = [derivatives.by_motion(Stage.JOINTS, joint) for joint in joints]
+    moves += [derivatives.by_motion(Stage.FLANGE) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]]
+    if joints:
+        loads = run.loads.torques_of_one_kg[:, [run.robot.joints.index(joint) for joint in joints]]
+        together = np.hstack(moves[:-1])
+        moves += [together, together * loads[fit.pose_of_number]]
     best = 0.0
-    for name, moves in (*joints, ("flange", carried)):
-        slips = (Site(name, TIME, moves, step[:, None], fit.pose_of_number) for step in steps)
+    for some in moves:
+        slips = (Site("", TIME, some, step[:, None], fit.pose_of_number) for step in steps)
         both = ((functions.normal_equations(slip), functions.gradient(slip)) for slip in slips)
         best = max(best, _mean(np.array([likelihood_ratio(*each)[0] for each in both])))
     return best
