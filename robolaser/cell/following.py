@@ -10,8 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import LEAST_S, Clock, seconds_for
-from robolaser.cell.failures import not_settled
-from robolaser.cell.joint_text import at_worst
+from robolaser.cell.failures import at_worst, not_settled
 from robolaser.data.cell_config import Cell
 from robolaser.data.csv_tables import read_table, table_text
 from robolaser.data.dataset_file import FORMAT

@@ -6,7 +6,7 @@ from typing import Self, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.cell.joint_text import joint_text
+from robolaser.cell.failures import joint_text
 from robolaser.cell.route import Waypoint, way
 from robolaser.data.cell_config import Box, Cell, Limits
 from robolaser.data.dataset import Dataset

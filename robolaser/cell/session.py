@@ -10,9 +10,8 @@ from robolaser.arrays import Array, Image
 from robolaser.cell.arm import Arm
 from robolaser.cell.camera import Camera, Warn
 from robolaser.cell.clock import Clock
-from robolaser.cell.failures import ArmRestarted, not_settled
+from robolaser.cell.failures import ArmRestarted, at_worst, configuration_text, not_settled
 from robolaser.cell.following import SetpointStreamer
-from robolaser.cell.joint_text import at_worst, configuration_text
 from robolaser.cell.motion import Mover
 from robolaser.cell.plan_validation import RouteCheck
 from robolaser.cell.recording_writer import RecordingWriter, Sample

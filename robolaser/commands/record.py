@@ -193,7 +193,7 @@ def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
 def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Terminal) -> None:
     """Each place, the time to it and the height of the arm's lowest part there."""
     from robolaser.cell.clock import seconds_for
-    from robolaser.cell.joint_text import joint_text
+    from robolaser.cell.failures import joint_text
     from robolaser.cell.plan_validation import RouteCheck, lowest
     from robolaser.cell.route import way
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robolaser.cell.failures import AnswerUnclear
-from robolaser.cell.servo_protocols import WRITE_ALL
+from robolaser.cell.servos import WRITE_ALL
 
 
 @pytest.mark.parametrize("kind", ["dynamixel", "feetech"])

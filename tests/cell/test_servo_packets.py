@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from emulated_cell import cell_folder
 
-from robolaser.cell.servo_protocols import READ_ALL, Feetech, crc16
+from robolaser.cell.servos import READ_ALL, Feetech, crc16
 from robolaser.data.cell_config import load_cell
 from robolaser.emulator.emulated_cell import controller_of
 
