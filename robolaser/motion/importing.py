@@ -9,10 +9,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import SETTINGS_BYTES, read_text
-from robolaser.data.importers.importer import ImportOptions
+from robolaser.data.importers.importer import ImportOptions, Units
 from robolaser.data.importers.ros_bag import JOINT_TOPIC
 from robolaser.data.importers.ros_messages import STAMPS
-from robolaser.data.importers.units import Units
 from robolaser.data.lerobot import TURN, MotorCalibration, read_servos
 from robolaser.errors import DataError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME

@@ -1,5 +1,6 @@
 """Which column of a file becomes which column of poses.csv and points.csv, and how it is read."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
@@ -10,9 +11,7 @@ from scipy.spatial.transform import Rotation
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import Cells, CsvTable, bad_cell, finite
 from robolaser.data.dataset import COMMAND
-from robolaser.data.importers.importer import ImportOptions
-from robolaser.data.importers.units import NONE, Units
-from robolaser.data.importers.wide_tables import joint_columns
+from robolaser.data.importers.importer import NONE, ImportOptions, Units
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.errors import DataError, UsageError, near
 from robolaser.geometry.rigid_motion import exp_so3, to_quaternion
@@ -172,6 +171,23 @@ def choose(
     left_out = [f"{table.file}: {name}" for table in tables for name in table.columns if (table.file, name) not in used]
     readers = {owner: ColumnReader(owner, file, chosen[owner], known[owner], options) for owner, file in files.items()}
     return readers, tuple(left_out)
+
+
+def joint_columns(table: CsvTable, joints: Sequence[str]) -> dict[str, str]:
+    """The columns with the readings of joints, by `q_JOINT`, where they are called otherwise; else none.
+
+    By the names of the joints, or A1 … An, J1 … Jn, joint_1 … and the like.
+    """
+    readings = [f"q_{joint}" for joint in joints]
+    if all(joint in table for joint in joints):
+        return dict(zip(readings, joints, strict=True))
+    for letters in ("a", "j", "q", "axis", "joint"):
+        pattern = re.compile(rf"^{letters}[ _.]?(\d+)(?:[ _]*[\[(]?(?:deg|rad|°)[\])]?)?$", re.IGNORECASE)
+        found = {int(m[1]): name for name in table.columns if (m := pattern.match(name))}
+        start = 0 if 0 in found else 1
+        if set(found) == set(range(start, start + len(joints))):
+            return {reading: found[start + i] for i, reading in enumerate(readings)}
+    return {}
 
 
 def _owners(name: str, known: Mapping[str, ColumnQuantities]) -> tuple[list[str], str]:

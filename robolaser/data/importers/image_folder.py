@@ -8,11 +8,10 @@ from typing import ClassVar, Final, final
 from robolaser.data.csv_tables import CsvTable, bad_row
 from robolaser.data.importers.camera_recording import BOARD, SUFFIXES, board_of, camera_recording, image_files
 from robolaser.data.importers.column_choice import POSES, TEXT, choose, pose_quantities, with_quaternions
-from robolaser.data.importers.delimited_text import read_delimited
 from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.industrial_calibration import FILE as CAL_DATA
-from robolaser.data.importers.tables import SUFFIXES as TABLES
+from robolaser.data.importers.table_files import TABLE_SUFFIXES, read_any_table
 from robolaser.data.pose_table import poses_of
 from robolaser.errors import UsageError, near
 
@@ -40,7 +39,7 @@ class ImageFolder(Importer):
         if len(paths) > 2 or not paths[0].is_dir() or (len(paths) == 1 and len(_tables(paths[0])) != 1):
             raise UsageError("Name a folder with images and one table, or the folder of images and then the table.")
         folder, file = paths[0], paths[1] if len(paths) == 2 else _tables(paths[0])[0]
-        table = read_delimited(file, options)
+        table = read_any_table(file, options)
         mount, board = mount_of(options, file.name), board_of(options.further, file.name)
         known = {**pose_quantities(options), IMAGE: TEXT}
         columns, left_out = choose({POSES: table}, {POSES: known}, options)
@@ -87,4 +86,4 @@ def _images(folder: Path) -> list[Path]:
 
 
 def _tables(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.iterdir() if path.suffix.lower() in TABLES)
+    return sorted(path for path in folder.iterdir() if path.suffix.lower() in TABLE_SUFFIXES)

@@ -1,4 +1,4 @@
-"""The abstract importer: what reads files of some kind that people have, and says how it reads them."""
+"""The abstract importer: what reads files of some kind that people have, what they state of them, and what was read."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,60 @@ from robolaser.data.loading import load
 from robolaser.data.result_folder import write_results
 from robolaser.data.writing import point_columns, pose_columns, save, texts_of
 from robolaser.errors import UsageError, near
+from robolaser.geometry.units import FACTORS, TIME
 from robolaser.robot.kinematics import Robot
+
+NONE: Final = ""  # quantity of pure numbers
+
+
+@final
+@dataclass(frozen=True)
+class Units:
+    """The units that were stated."""
+
+    stated: Mapping[str, str]  # unit of lengths, angles and times, as far as it was stated
+
+    @classmethod
+    def of(cls, names: Sequence[str], option: str = "--units") -> "Units":
+        """Read a list of units.
+
+        Args:
+            names: Of at most one unit for each quantity.
+            option: Or file where they are stated, for messages.
+
+        Raises:
+            UsageError: One is unknown, or two are of one quantity.
+        """
+        stated: dict[str, str] = {}
+        for name in names:
+            quantity = next((quantity for quantity, factors in FACTORS.items() if name in factors), None)
+            if quantity is None:
+                raise UsageError(
+                    f"{option}: no unit '{name}'.{near(name, [u for known in FACTORS.values() for u in known])}"
+                )
+            if stated.setdefault(quantity, name) != name:
+                raise UsageError(f"{option}: {stated[quantity]} and {name} are both of {quantity}: name one.")
+        return cls(stated)
+
+    def unit(self, quantity: str, column: str) -> str:
+        """The unit of a quantity; times are in seconds unless it is said otherwise, "" is that of pure numbers.
+
+        Raises:
+            UsageError: It was not stated.
+        """
+        if quantity in (TIME, NONE):
+            return self.stated.get(quantity, "s" if quantity else "")
+        if quantity not in self.stated:
+            example = ", ".join(list(FACTORS[quantity])[:3])
+            raise UsageError(
+                f"In which unit are {quantity}, such as {column}? State it with --units, {example} or another."
+            )
+        return self.stated[quantity]
+
+    def factor(self, quantity: str, column: str) -> float:
+        """What turns a number into metres, radians or seconds."""
+        return FACTORS[quantity][self.unit(quantity, column)] if quantity else 1.0
+
 
 ROWS_SHOWN: Final = 3
 GENERAL: Final = ("name", "path_known", "further")  # the options that every importer takes

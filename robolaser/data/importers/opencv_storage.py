@@ -10,8 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.bounded_reading import YAML_BYTES, read_text
 from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, flange_poses, mount_of, pairs_dataset
-from robolaser.data.importers.importer import Imported, Importer, ImportOptions
-from robolaser.data.importers.units import Units
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Units
 from robolaser.data.importers.yaml_file import motion_of_matrix, peek
 from robolaser.errors import DataError, near
 from robolaser.geometry.rigid_motion import exp_so3, inverse

@@ -57,6 +57,15 @@ def test_images_belong_to_the_rows_that_name_them(tmp_path: Path) -> None:
     assert read([raw], ImportOptions(columns={**COLUMNS, "image": "what"}, units=("mm",), further=STATED)).poses.image
 
 
+def test_the_table_beside_images_may_be_one_of_arrays(tmp_path: Path) -> None:
+    raw = folder(tmp_path)
+    (raw / "poses.csv").unlink()
+    turns = dict(zip(("qx", "qy", "qz", "qw"), np.eye(4)[[3, 3, 3]].T, strict=True))
+    np.savez(raw / "log.npz", x=[100.0, 200, 300], y=np.zeros(3), z=np.ones(3), image=["10.png", "3.png", ""], **turns)
+    found = read([raw], ImportOptions(columns=COLUMNS, units=("mm",), further=STATED))
+    assert found.poses.image == ("images/10.png", "images/3.png", "")
+
+
 def test_images_may_be_in_sub_folders(tmp_path: Path) -> None:
     raw = folder(tmp_path)
     (raw / "camera").mkdir()

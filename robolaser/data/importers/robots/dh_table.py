@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from robolaser.bounded_reading import ROBOT_BYTES, parse_toml, read_text
 from robolaser.data.csv_tables import finite, read_table
-from robolaser.data.importers.units import Units
+from robolaser.data.importers.importer import Units
 from robolaser.errors import RobotError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH
 from robolaser.robot.by_name.description import Convention, rows_urdf
