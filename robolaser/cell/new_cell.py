@@ -11,11 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from robolaser.cell.first_plan import Layout, first_poses, layout, reach_of, with_motions
 from robolaser.cell.route import route_text
-from robolaser.data.board import Board
+from robolaser.data.board import Board, board_pdf
 from robolaser.data.cell_config import load_cell
 from robolaser.data.csv_tables import table_text
 from robolaser.data.lerobot import TURN, MotorCalibration
-from robolaser.data.printed_board import board_pdf
 from robolaser.data.writing import toml_lines
 from robolaser.errors import UsageError
 from robolaser.model.sensors.placements import numbers_of_motion

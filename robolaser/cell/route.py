@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_json
 from robolaser.data.csv_tables import CsvTable, bad_cell, read_table, table_text
-from robolaser.data.pose_table import outside_limits
+from robolaser.data.data_tables import outside_limits
 from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
 

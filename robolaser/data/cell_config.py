@@ -4,11 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, final
 
-import numpy as np
 from msgspec import Meta
 
 from robolaser.data.dataset import Dataset
-from robolaser.data.dataset_file import QUATERNION_SLACK, NonEmpty, describe
+from robolaser.data.dataset_file import NonEmpty, check_rotation, describe
 from robolaser.data.toml_schema import NotNegative, Positive, lacking, read_toml, typed, wrong
 from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.robot.kinematics import Robot
@@ -212,5 +211,4 @@ def _check_boxes(boxes: tuple[Box, ...], robot: Robot) -> None:
             raise wrong(FILE, ("box", "name"), box.name, "a name that no other box and no link has")
         if box.link is not None and box.link not in links:
             raise unknown_frame(f"{FILE}, [[box]] {box.name}", box.link, links)
-        if abs(float(np.linalg.norm(box.quat)) - 1) > QUATERNION_SLACK:
-            raise wrong(FILE, ("box", "quat"), list(box.quat), "a rotation (x, y, z, w) of length 1")
+        check_rotation(box.quat, f"{FILE}, [[box]] quat, entry {number + 1}", FILE)

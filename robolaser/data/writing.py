@@ -7,9 +7,9 @@ from pathlib import Path
 
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import table_text
+from robolaser.data.data_tables import FLANGE_COLUMNS
 from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import FORMAT
-from robolaser.data.pose_table import FLANGE_COLUMNS
 from robolaser.data.result_folder import make_folder, write_results
 from robolaser.data.sessions import OWN
 from robolaser.errors import UsageError, output_exists

@@ -11,7 +11,7 @@ import numpy as np
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.dataset_file import QUATERNION_SLACK, Pixels, inside
+from robolaser.data.dataset_file import Pixels, check_rotation, inside
 from robolaser.data.toml_schema import NotNegative, typed
 from robolaser.errors import DataError, EffectError, ScanError, UsageError
 from robolaser.geometry.rigid_motion import Quaternion
@@ -228,8 +228,7 @@ def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
         raise _unusable(file, f"it is not JSON ({error})") from None
     saved = typed(contents if isinstance(contents, dict) else {}, SavedCalibration, file=str(file), others=True)
     model, robot = saved.model, _robot(file, saved.model, arm)
-    if abs((norm := float(np.linalg.norm(model.bracket_quat))) - 1) > QUATERNION_SLACK:
-        raise _unusable(file, f"model.bracket_quat has length {norm:g}, but a rotation has length 1")
+    check_rotation(model.bracket_quat, f"{file}, [model] bracket_quat", FILE)
     parameters = {name: _parameter(file, name, saved.parameters.get(name)) for name in SCANNER}
     values = {name: np.array([saved.parameters[name].value]) for name in SCANNER}
     candidates = tuple(_candidate(file, effect, robot) for effect in saved.effects)

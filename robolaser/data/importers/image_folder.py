@@ -6,13 +6,13 @@ from pathlib import Path, PurePosixPath
 from typing import ClassVar, Final, final
 
 from robolaser.data.csv_tables import CsvTable, bad_row
+from robolaser.data.data_tables import poses_of
 from robolaser.data.importers.camera_recording import BOARD, SUFFIXES, board_of, camera_recording, image_files
 from robolaser.data.importers.column_choice import POSES, TEXT, choose, pose_quantities, with_quaternions
 from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.industrial_calibration import FILE as CAL_DATA
 from robolaser.data.importers.table_files import TABLE_SUFFIXES, read_any_table
-from robolaser.data.pose_table import poses_of
 from robolaser.errors import UsageError, near
 
 IMAGE: Final = "image"

@@ -10,6 +10,7 @@ from typing import ClassVar, Final, final
 import numpy as np
 
 from robolaser.data.csv_tables import CsvTable, bad_row
+from robolaser.data.data_tables import points_of, poses_of
 from robolaser.data.dataset import Dataset
 from robolaser.data.importers.column_choice import (
     POINTS,
@@ -23,8 +24,6 @@ from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of, seen_by_tag
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.table_files import TABLE_SUFFIXES, read_any_table
 from robolaser.data.importers.time_matching import CLOCKS, TOLERANCE, joined_by_time
-from robolaser.data.point_table import points_of
-from robolaser.data.pose_table import poses_of
 from robolaser.data.sensor_format import XYZ, SensorFormat, sensor_format, sensor_kinds
 from robolaser.errors import DataError, UsageError, near
 

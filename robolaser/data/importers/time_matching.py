@@ -10,8 +10,8 @@ from scipy.signal import correlate
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.csv_tables import CsvTable, finite, numbers
+from robolaser.data.data_tables import points_of
 from robolaser.data.dataset import COMMAND, Dataset, Poses
-from robolaser.data.point_table import points_of
 from robolaser.data.sensor_format import QUATERNION, XYZ
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, log_so3, pose

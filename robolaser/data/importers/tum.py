@@ -10,11 +10,11 @@ import numpy as np
 
 from robolaser.bounded_reading import read_text
 from robolaser.data.csv_tables import CsvTable, bad_row, finite
+from robolaser.data.data_tables import FLANGE_COLUMNS
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.tables import import_tables
 from robolaser.data.importers.time_matching import CLOCKS, TOLERANCE
 from robolaser.data.importers.yaml_file import peek
-from robolaser.data.pose_table import FLANGE_COLUMNS
 from robolaser.errors import DataError, UsageError
 
 COLUMNS = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
