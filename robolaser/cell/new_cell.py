@@ -15,7 +15,7 @@ from robolaser.data.board import Board, board_pdf
 from robolaser.data.cell_config import load_cell
 from robolaser.data.csv_tables import table_text
 from robolaser.data.lerobot import TURN, MotorCalibration
-from robolaser.data.writing import toml_lines
+from robolaser.data.writing import toml_text
 from robolaser.errors import UsageError
 from robolaser.model.sensors.placements import numbers_of_motion
 from robolaser.robot.by_name import RobotEntry, find_robot, known_robots
@@ -126,15 +126,13 @@ def _cell(new: NewCell, reach_m: float) -> str:
         servos = [new.servos[joint] for joint in new.entry.joints]
         arm["ids"] = [servo.id for servo in servos]
         arm["reference_rad"] = [round((TURN / 2 - servo.middle) * 2 * math.pi / TURN, 6) for servo in servos]
-    lines = "\n".join(toml_lines("", arm))
+    lines = toml_text([("[arm]", arm)])
     speed = f"speed_rad_s = {FOLLOW_RAD_S}\n" if new.follows else ""
     lit = "\n[laser]\n# output = 1            # of the controller; absent: always on\n"
     return f"""\
 format = "robolaser-cell/1"
 
-[arm]
 {lines}
-
 [camera]
 source = 0              # number, device or URL
 {lit if new.sensor == "stripe" else ""}
