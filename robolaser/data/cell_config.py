@@ -163,15 +163,8 @@ def load_cell(folder: str | Path) -> Cell:
         raise lacking("dataset.toml", "[robot]", ": there is no arm to move. Name its urdf, flange and joints")
     _check_arm(read.arm, len(description.robot.joints))
     _check_boxes(read.box, description.robot)
-    return Cell(
-        description=description,
-        arm=read.arm,
-        camera=read.camera,
-        laser_output=read.laser.output,
-        limits=read.limits,
-        boxes=read.box,
-        warnings=(*description.warnings, *_unlimited(read.limits), *_unattended(read.arm)),
-    )
+    warnings = (*description.warnings, *_unlimited(read.limits), *_unattended(read.arm))
+    return Cell(description, read.arm, read.camera, read.laser.output, read.limits, read.box, warnings)
 
 
 def _unlimited(limits: Limits) -> list[str]:

@@ -12,6 +12,7 @@ from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import PoseImages, images_of_poses
 from robolaser.data.stripe_file import FILE, STRIPE, Stripes, open_stripes
+from robolaser.data.subsampling import evenly
 from robolaser.errors import DataError, ScanError, unreadable
 
 if TYPE_CHECKING:
@@ -67,10 +68,10 @@ def sample_points(source: Source, recording: Dataset) -> Points:
     if source.what == "images":
         return points_in_images(recording, np.array([shots.row for shots in images_of_poses(recording)]))
     if source.points is not None:
-        return source.points.take(_spread(len(source.points)))
+        return source.points.take(evenly(len(source.points), SAMPLES))
     assert recording.folder is not None  # stripes.npy lies in it
     stripes = open_stripes(recording.folder / FILE)
-    some = stripes[_spread(len(stripes))]
+    some = stripes[evenly(len(stripes), SAMPLES)]
     check_poses(some, recording)
     return as_points(some)
 
@@ -80,7 +81,7 @@ def points_in_images(recording: Dataset, rows: Ints) -> Points:
     assert recording.image_px is not None  # a stripe's data set has a size
     grid = np.linspace(0.2, 0.8, 3)
     places = np.stack(np.meshgrid(*(side * grid for side in recording.image_px)), axis=-1).reshape(-1, 2)
-    some = rows[np.unique(np.linspace(0, len(rows) - 1, SAMPLES // len(places)).astype(np.int64))]
+    some = rows[evenly(len(rows), SAMPLES // len(places))]
     return Points(some.repeat(len(places)), (), pixel=np.tile(places, (len(some), 1)))
 
 
@@ -112,10 +113,6 @@ def no_line_centres(source: str) -> ScanError:
         f"No image shows a stripe: there is no line centre in {source}. Check that the laser was on, the exposure, and"
         " [sensor] stripe_axis; then record again, or run `robolaser extract --force`."
     )
-
-
-def _spread(count: int) -> Ints:
-    return np.unique(np.linspace(0, max(count - 1, 0), min(count, SAMPLES)).astype(np.int64))
 
 
 def _from_file(path: Path) -> Source:
