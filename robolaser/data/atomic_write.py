@@ -23,12 +23,7 @@ def write_text(path: Path, text: str) -> None:
     Raises:
         OutputError: The disk or the rights say no.
     """
-    write_bytes(path, text.encode())
-
-
-def write_bytes(path: Path, data: bytes) -> None:
-    """As `write_text`, for bytes."""
-    write_together(path.parent, {path.name: data})
+    write_together(path.parent, {path.name: text.encode()})
 
 
 Contents = bytes | Callable[[BinaryIO], object] | Path

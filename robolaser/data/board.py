@@ -107,15 +107,19 @@ def dictionary(board: Board) -> int:
     Raises:
         DataError: There is none of that name.
     """
-    import cv2  # noqa: PLC0415 - slow to import
-
-    known = [name for name in dir(cv2.aruco) if name.startswith("DICT_")]
+    known = dictionaries()
     if board.dictionary not in known:
-        spelt_once = {getattr(cv2.aruco, name): name for name in known}
+        spelt_once = {number: name for name, number in known.items()}
         expected = f"one of OpenCV's: {', '.join(spelt_once.values())}"
-        raise wrong(FILE, ("board", "dictionary"), board.dictionary, expected, known)
-    number: int = getattr(cv2.aruco, board.dictionary)
-    return number
+        raise wrong(FILE, ("board", "dictionary"), board.dictionary, expected, tuple(known))
+    return known[board.dictionary]
+
+
+def dictionaries() -> dict[str, int]:
+    """OpenCV's number of each dictionary of markers, by its names."""
+    from cv2 import aruco  # noqa: PLC0415 - slow to import
+
+    return {name: getattr(aruco, name) for name in dir(aruco) if name.startswith("DICT_")}
 
 
 def _not_printed(what: str) -> DataError:

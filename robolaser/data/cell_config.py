@@ -163,22 +163,18 @@ def load_cell(folder: str | Path) -> Cell:
         raise lacking("dataset.toml", "[robot]", ": there is no arm to move. Name its urdf, flange and joints")
     _check_arm(read.arm, len(description.robot.joints))
     _check_boxes(read.box, description.robot)
-    warnings = (*description.warnings, *_unlimited(read.limits), *_unattended(read.arm))
+    warnings = (*description.warnings, *_warnings(read.arm, read.limits))
     return Cell(description, read.arm, read.camera, read.laser.output, read.limits, read.box, warnings)
 
 
-def _unlimited(limits: Limits) -> list[str]:
+def _warnings(arm: ArmLine, limits: Limits) -> list[str]:
     kept = {"floor_m": "no part of the arm is kept from the floor", "reach_m": "the arm may stretch as far as it goes"}
-    return [f"{FILE}, [limits] has no {key}: {what}." for key, what in kept.items() if getattr(limits, key) is None]
-
-
-def _unattended(arm: ArmLine) -> list[str]:
-    if arm.unattended_s <= MOST_UNATTENDED_S:
-        return []
-    return [
-        f"{FILE}, [arm] unattended_s: if this computer dies, the arm moves on for up to {arm.unattended_s:g} s. Use"
-        f" more than {MOST_UNATTENDED_S:g} s only with an emulator."
-    ]
+    warnings = [f"{FILE}, [limits] has no {key}: {why}." for key, why in kept.items() if getattr(limits, key) is None]
+    if arm.unattended_s > MOST_UNATTENDED_S:
+        on = f"if this computer dies, the arm moves on for up to {arm.unattended_s:g} s"
+        only = f"Use more than {MOST_UNATTENDED_S:g} s only with an emulator."
+        warnings.append(f"{FILE}, [arm] unattended_s: {on}. {only}")
+    return warnings
 
 
 def _check_arm(arm: ArmLine, joints: int) -> None:

@@ -21,34 +21,23 @@ RADIUS_SLACK = 0.3  # by which a sphere of known size may be off and still be ta
 
 @final
 @dataclass(frozen=True)
-class FittedPlane:
-    """A flat part of a cloud: normal · P = offset."""
+class Primitive:
+    """A flat or a round part of a cloud."""
 
-    normal: Array  # of length one, the axis that it is nearest to positive, (3,)
-    offset: float  # along the normal [m]
-    offset_std: float  # standard deviation, of points whose errors are independent [m]
+    # a plane's normal, of length one, the axis that it is nearest to positive; a sphere's centre [m], (3,)
+    place: Array
+    size: float  # the plane's offset along its normal: normal · P = offset; the sphere's radius [m]
+    size_std: float  # standard deviation, of points whose errors are independent [m]
     on: Bools  # the points that lie on it, (n,)
     distance: Array  # of all points from it, (n,) [m]
 
-
-@final
-@dataclass(frozen=True)
-class FittedSphere:
-    """A round part of a cloud."""
-
-    centre: Array  # (3,) [m]
-    radius: float  # [m]
-    radius_std: float  # standard deviation, of points whose errors are independent [m]
-    on: Bools  # the points that lie on it, (n,)
-    distance: Array  # of all points from its surface, (n,) [m]
+    @property
+    def rms_m(self) -> float:
+        """Scatter of its points about it."""
+        return float(np.sqrt(np.mean(self.distance[self.on] ** 2)))
 
 
-def rms_m(found: FittedPlane | FittedSphere) -> float:
-    """Scatter of its points about it."""
-    return float(np.sqrt(np.mean(found.distance[found.on] ** 2)))
-
-
-def find_plane(xyz: Array, std: Array, rng: np.random.Generator, normal: Array | None = None) -> FittedPlane | None:
+def find_plane(xyz: Array, std: Array, rng: np.random.Generator, normal: Array | None = None) -> Primitive | None:
     """The plane with the most points; None where fewer than FEWEST lie on one.
 
     Args:
@@ -76,7 +65,7 @@ def find_plane(xyz: Array, std: Array, rng: np.random.Generator, normal: Array |
     return _refined_plane(xyz, std, normals[best], float(offsets[best]), free=normal is None)
 
 
-def _refined_plane(xyz: Array, std: Array, normal: Array, offset: float, *, free: bool) -> FittedPlane | None:
+def _refined_plane(xyz: Array, std: Array, normal: Array, offset: float, *, free: bool) -> Primitive | None:
     weight, near = _weights(std), _near(std)
     on = np.abs(xyz @ normal - offset) < near
     for _ in range(ROUNDS):
@@ -95,10 +84,10 @@ def _refined_plane(xyz: Array, std: Array, normal: Array, offset: float, *, free
     if free and normal[np.abs(normal).argmax()] < 0:
         normal, offset, off = -normal, -offset, -off
     w = weight[on] / weight[on].sum()
-    return FittedPlane(normal, offset, float(np.sqrt((w**2) @ off[on] ** 2)), on, off)
+    return Primitive(normal, offset, float(np.sqrt((w**2) @ off[on] ** 2)), on, off)
 
 
-def find_sphere(xyz: Array, std: Array, radius: float, rng: np.random.Generator) -> FittedSphere | None:
+def find_sphere(xyz: Array, std: Array, radius: float, rng: np.random.Generator) -> Primitive | None:
     """The sphere of about a known radius with the most points; None where fewer than FEWEST lie on one.
 
     Args:
@@ -124,10 +113,10 @@ def find_sphere(xyz: Array, std: Array, radius: float, rng: np.random.Generator)
     apart = np.linalg.norm(centres[fits][:, None] - xyz[some], axis=-1)
     best = int(np.minimum(np.abs(apart - radii[fits][:, None]) / near[some], 1.0).sum(axis=1).argmin())
     found = _refined_sphere(xyz, std, centres[fits][best], float(radii[fits][best]))
-    return found if found is not None and abs(found.radius - radius) < RADIUS_SLACK * radius else None
+    return found if found is not None and abs(found.size - radius) < RADIUS_SLACK * radius else None
 
 
-def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> FittedSphere | None:
+def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> Primitive | None:
     """Gauss-Newton steps over the points that are near."""
     weight, near = _weights(std), _near(std)
     off = np.linalg.norm(xyz - centre, axis=-1) - radius
@@ -146,7 +135,7 @@ def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> Fit
         return None
     J, w = _towards(xyz[on], centre), weight[on]
     back = np.linalg.pinv(J.T @ (w[:, None] * J)) @ (w[:, None] * J).T
-    return FittedSphere(centre, radius, float(np.sqrt((back[3] ** 2) @ off[on] ** 2)), on, off)
+    return Primitive(centre, radius, float(np.sqrt((back[3] ** 2) @ off[on] ** 2)), on, off)
 
 
 def stands_out(distance: Array, on: Bools) -> bool:

@@ -1,6 +1,6 @@
 """How good a cloud is: its own scatter, and primitives of known size measured in it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.errors import ScanError
 from robolaser.scan.ply import Vertices, positions_of
-from robolaser.scan.primitives import FittedPlane, FittedSphere, find_plane, find_sphere, rms_m, stands_out
+from robolaser.scan.primitives import Primitive, find_plane, find_sphere, stands_out
 
 STEP_SLACK = 0.5  # by which a step of known height may be off and still be taken for it
 FAR_OFF = 3.0  # times that scatter and prediction may differ without a warning: few points alone make two
@@ -45,7 +45,7 @@ class Quality:
     most_m: float  # what LEVEL of them are below
     primitives: tuple[Measured, ...] = ()  # what was measured
     missing: tuple[ScanError, ...] = ()  # what was looked for in vain, and why, in the order wanted
-    plane: FittedPlane | None = None  # the largest plane, where one was looked for
+    plane: Primitive | None = None  # the largest plane, where one was looked for
 
     @property
     def positions(self) -> Array:
@@ -55,7 +55,7 @@ class Quality:
     @property
     def doubts(self) -> tuple[str, ...]:
         """A sentence for each primitive whose scatter is far from what its points' `std` predicts."""
-        return tuple(map(_doubt, filter(_differs, self.primitives)))
+        return tuple(filter(None, map(_doubt, self.primitives)))
 
 
 def measure(
@@ -86,7 +86,7 @@ def measure(
     primitives: list[Measured] = []
     missing: list[ScanError] = []
     if largest is not None and (plane or step_m):
-        primitives.append(_measured("plane", largest, std, None, None, None))
+        primitives.append(_measured("plane", largest, std))
     elif plane:
         missing.append(_not_found("plane", "too few points lie on one"))
     if step_m:
@@ -96,7 +96,7 @@ def measure(
             missing.append(_not_found("step", reason))
         else:
             left &= ~other.on
-            height, doubt = abs(other.offset - largest.offset), float(np.hypot(other.offset_std, largest.offset_std))
+            height, doubt = abs(other.size - largest.size), float(np.hypot(other.size_std, largest.size_std))
             primitives.append(_measured("step", other, std, height, doubt, step_m))
     if sphere_m:
         sphere = find_sphere(xyz[left], std[left], sphere_m, rng)
@@ -104,7 +104,7 @@ def measure(
             beside = f"of {int(left.sum())} points beside the planes too few lie on one of radius"
             missing.append(_not_found("sphere", f"{beside} {1e3 * sphere_m:.3g} mm"))
         else:
-            primitives.append(_measured("sphere", sphere, std[left], sphere.radius, sphere.radius_std, sphere_m))
+            primitives.append(_measured("sphere", sphere, std[left], sphere.size, sphere.size_std, sphere_m))
     return Quality(vertices, scatter, most, tuple(primitives), tuple(missing), largest)
 
 
@@ -115,34 +115,31 @@ def _not_found(what: str, reason: str) -> ScanError:
     )
 
 
-def _step(xyz: Array, std: Array, plane: FittedPlane, height: float, rng: np.random.Generator) -> FittedPlane | None:
+def _step(xyz: Array, std: Array, plane: Primitive, height: float, rng: np.random.Generator) -> Primitive | None:
     """The other plane, parallel to the first, about as far off as is known."""
     there = ~plane.on & (np.abs(np.abs(plane.distance) - height) < STEP_SLACK * height)
-    found = find_plane(xyz[there], std[there], rng, plane.normal)
+    found = find_plane(xyz[there], std[there], rng, plane.place)
     if found is None:
         return None
     on = np.zeros(len(xyz), dtype=bool)
     on[np.flatnonzero(there)[found.on]] = True
-    off = xyz @ found.normal - found.offset
+    off = xyz @ found.place - found.size
     if not stands_out(off[~plane.on], on[~plane.on]):
         return None
-    return FittedPlane(found.normal, found.offset, found.offset_std, on, off)
+    return replace(found, on=on, distance=off)
 
 
-def _measured(
-    what: str, found: FittedPlane | FittedSphere, std: Array, size: float | None, size_std: float | None,
-    known: float | None,
-) -> Measured:  # fmt: skip
+def _measured(what: str, found: Primitive, std: Array, *sizes: float) -> Measured:
+    """A primitive with its size, the standard deviation of that and what it is known to be, or without sizes."""
     predicted = float(np.sqrt(np.mean(std[found.on] ** 2)))
-    return Measured(what, size, size_std, known, rms_m(found), predicted, int(found.on.sum()))
-
-
-def _differs(body: Measured) -> bool:
-    """Whether scatter and prediction, where there is one, are more than FAR_OFF apart."""
-    return not (np.isnan(body.predicted_m) or 1 / FAR_OFF <= body.rms_m / max(body.predicted_m, TINY) <= FAR_OFF)
+    size, size_std, known = sizes or (None, None, None)
+    return Measured(what, size, size_std, known, found.rms_m, predicted, int(found.on.sum()))
 
 
 def _doubt(body: Measured) -> str:
+    """A sentence where scatter and prediction, where there is one, are more than FAR_OFF apart."""
+    if np.isnan(body.predicted_m) or 1 / FAR_OFF <= body.rms_m / max(body.predicted_m, TINY) <= FAR_OFF:
+        return ""
     found = f"points scatter about the {body.what} by {1e3 * body.rms_m:.2g} mm"
     said = f"{found}, their std predicts {1e3 * body.predicted_m:.2g} mm"
     if body.rms_m > body.predicted_m:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Final, final
 
 import numpy as np
 
-from robolaser.data.board import Board
+from robolaser.data.board import Board, dictionaries
 from robolaser.data.dataset import Poses
 from robolaser.data.dataset_file import inside
 from robolaser.data.importers.camera_recording import SUFFIXES, camera_recording, image_files
@@ -123,9 +123,7 @@ def _board(finder: Any, file: str) -> Board:
 
 def _dictionary(number: int, file: str) -> str:
     """OpenCV's name of a dictionary that the file gives as a number."""
-    from cv2 import aruco  # noqa: PLC0415 - slow to import
-
-    names = [name for name in dir(aruco) if name.startswith("DICT_") and getattr(aruco, name) == number]
+    names = [name for name, known in dictionaries().items() if known == number]
     if not names:
         raise DataError(f"{file}, target_finder.dictionary: OpenCV has no dictionary {number}.", file=file)
     return min(names, key=len)

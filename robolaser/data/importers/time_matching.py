@@ -210,7 +210,8 @@ def _clock(
 def _readings(arm: Poses, at: Match, times: Array) -> Poses:
     """The arm at times, (m,): numbers and commands lie between the readings around each, all else is as before it."""
     before = arm.take(at.before)
-    known: dict[str, Any] = {name: getattr(arm, name) for name in ("q", "qd", "payload_kg", "temperature_c")}
+    known = {name: getattr(arm, name) for name in ("q", "qd", "payload_kg", "temperature_c")}
+    between: dict[str, Any] = {name: at.values(values) for name, values in known.items() if values is not None}
     commands = {name: numbers(cells) for name, cells in arm.extra.items() if name.startswith(COMMAND)}
     told = {name: map(repr, at.values(values).tolist()) for name, values in commands.items() if values is not None}
     return replace(
@@ -220,7 +221,7 @@ def _readings(arm: Poses, at: Match, times: Array) -> Poses:
         T_base_flange=None if arm.T_base_flange is None else at.motions(arm.T_base_flange),
         following={joint: at.values(values) for joint, values in arm.following.items()},
         extra={**before.extra, **{name: tuple(cells) for name, cells in told.items()}},
-        **{name: at.values(values) for name, values in known.items() if values is not None},
+        **between,
     )
 
 
