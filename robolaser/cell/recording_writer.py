@@ -1,6 +1,7 @@
 """The writer of a recording: a complete data set is on the disk after every pose, and is gone on with from there."""
 
 import os
+import re
 import time
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -15,7 +16,6 @@ from robolaser.arrays import Array, Image
 from robolaser.bounded_reading import IMAGE_BYTES, read_bytes, read_text
 from robolaser.cell.camera import Warn
 from robolaser.cell.following import LOG_FILES, SetpointLog, Tick
-from robolaser.cell.quantization_noise import KEY, SECTION, quantization_rad, with_noise
 from robolaser.cell.route import Waypoint, from_table, route_text
 from robolaser.data.atomic_write import naming, write_together
 from robolaser.data.cell_config import Cell
@@ -23,6 +23,7 @@ from robolaser.data.csv_tables import CsvTable, read_table, table_text
 from robolaser.data.image_list import LIT, UNLIT
 from robolaser.data.toml_schema import read_toml
 from robolaser.errors import DataError, PlanError
+from robolaser.robot.kinematics import Robot
 
 DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
 FILES = (DATASET, POSES, PLAN, "points.csv", "stripes.npy", *LOG_FILES)
@@ -30,6 +31,8 @@ FILES = (DATASET, POSES, PLAN, "points.csv", "stripes.npy", *LOG_FILES)
 LEAST_PAUSE_S = 1.0
 """Between the last pose before an interruption and the first after it, where the disk's clock says less."""
 MERE_WORDS = ("name", "source", "licence")
+SECTION, KEY = "noise", "joint_rad"
+HEADER = re.compile(r"^[ \t]*\[[ \t]*[\"']?noise[\"']?[ \t]*\].*$", re.MULTILINE)
 PNG_BEGINS, PNG_ENDS = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 
 
@@ -238,9 +241,9 @@ def _check_same_cell(file: Path, cell: Cell) -> None:
     now, then = read_toml(cell.folder / file.name), read_toml(file)
     if KEY not in now.get(SECTION, {}):
         then.get(SECTION, {}).pop(KEY, None)
-    differing = [key for key in {**then, **now} if key not in MERE_WORDS and then.get(key, {}) != now.get(key, {})]
-    if differing:
-        raise _another_cell(file.parent, f"its dataset.toml and the cell's differ in {', '.join(differing)}")
+    keys = [key for key in {**then, **now} if key not in MERE_WORDS and then.get(key, {}) != now.get(key, {})]
+    if keys:
+        raise _another_cell(file.parent, f"its dataset.toml and the cell's differ in {', '.join(keys)}")
 
 
 def _pictured(folder: Path) -> list[str]:
@@ -254,7 +257,6 @@ def _pictured(folder: Path) -> list[str]:
 
 
 def _another_plan(folder: Path, what: str) -> PlanError:
-    """The error of a recording that was begun with other poses."""
     return PlanError(
         f"{folder} was begun with another plan: {what}. Continue with --resume alone, which keeps to that plan,"
         " or choose another --output."
@@ -275,3 +277,25 @@ def _another_cell(folder: Path, what: str) -> DataError:
         f"{folder} was begun in another cell: {what}. Continue with the cell as it was, or choose another --output.",
         file=folder,
     )
+
+
+def quantization_rad(step: Array, robot: Robot) -> float:
+    """Standard deviation of a reading cut off at steps, (j,) [rad or m], RMS over the joints that turn [rad]."""
+    turning = step[~robot.prismatic]
+    return float(np.sqrt(np.mean(turning**2) / 12.0)) if turning.size else 0.0
+
+
+def with_noise(text: str, noise_rad: float) -> str | None:
+    """dataset.toml with a standard deviation of readings [rad], unless it states one or there is none.
+
+    Returns:
+        None: Its [noise] is no section with a line of its own.
+    """
+    said = tomllib.loads(text)
+    if noise_rad == 0 or KEY in said.get(SECTION, {}):
+        return text
+    line = f"{KEY} = {noise_rad:.2g}   # the steps of the arm's readings over the root of 12"
+    if SECTION not in said:
+        return f"{text.rstrip()}\n\n[{SECTION}]\n{line}\n"
+    new = HEADER.sub(rf"\g<0>\n{line}", text, count=1)
+    return new if KEY in tomllib.loads(new)[SECTION] else None

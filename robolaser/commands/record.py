@@ -275,7 +275,7 @@ def _record(
 def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:
     """Take images while others move the arm."""
     from robolaser.cell.recording_writer import RecordingWriter
-    from robolaser.cell.watch import sample_names, watch
+    from robolaser.cell.session import sample_names, watch
     from robolaser.data.result_folder import results_in
 
     names, writer = list[str](), RecordingWriter(cell, output, (), 1)

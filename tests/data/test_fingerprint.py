@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robolaser.data.dataset import Dataset
-from robolaser.data.fingerprint import fingerprint
+from robolaser.data.joining import fingerprint
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate

@@ -14,7 +14,7 @@ from robolaser.data.loading import load
 from robolaser.data.writing import save
 from robolaser.emulator.world.world import load_world
 from robolaser.scan import prepare, read_calibration
-from robolaser.scan.cloud_filters import Subsample
+from robolaser.scan.cloud_files import Subsample
 from robolaser.scan.quality import measure
 
 THINGS = Path(__file__).parents[2] / "examples" / "scan-cell"

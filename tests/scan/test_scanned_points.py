@@ -17,7 +17,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.stages import Stage
 from robolaser.scan import Cloud, prepare, read_calibration, sources
-from robolaser.scan.cloud_filters import Subsample
+from robolaser.scan.cloud_files import Subsample
 from robolaser.scan.ply import VERTEX, positions_of
 from robolaser.simulation import simulate
 

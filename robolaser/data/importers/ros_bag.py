@@ -12,8 +12,8 @@ from robolaser.bounded_reading import decoded
 from robolaser.data.atomic_write import Contents
 from robolaser.data.csv_tables import finite
 from robolaser.data.dataset import Poses
-from robolaser.data.importers.camera_recording import BOARD, board_of, camera_recording
 from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, mount_of, pairs_dataset
+from robolaser.data.importers.image_folder import BOARD, board_of, camera_recording
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.ros_messages import IMAGES, JOINTS, ODOMETRY, POSES, STAMPS, Bag
 from robolaser.data.importers.time_matching import TOLERANCE, match, tolerance_of, with_readings

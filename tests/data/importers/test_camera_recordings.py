@@ -10,8 +10,7 @@ import pytest
 from examples import images, industrial_calibration, read
 from robolaser.data.board import Board
 from robolaser.data.importers import ImportOptions
-from robolaser.data.importers.camera_recording import board_of
-from robolaser.data.importers.image_folder import ImageFolder
+from robolaser.data.importers.image_folder import ImageFolder, board_of
 from robolaser.errors import DataError, UsageError
 
 CHARUCO = "charuco,4x6,36mm,18mm,DICT_6X6_250"
