@@ -17,10 +17,10 @@ from robolaser.bounded_reading import IMAGE_BYTES, read_bytes, read_text
 from robolaser.cell.camera import Warn
 from robolaser.cell.following import LOG_FILES, SetpointLog, Tick
 from robolaser.cell.route import Waypoint, from_table, route_text
-from robolaser.data.atomic_write import naming, write_together
 from robolaser.data.cell_config import Cell
 from robolaser.data.csv_tables import CsvTable, read_table, table_text
 from robolaser.data.image_list import LIT, UNLIT
+from robolaser.data.result_folder import naming, write_together
 from robolaser.data.toml_schema import read_toml
 from robolaser.errors import DataError, PlanError
 from robolaser.robot.kinematics import Robot

@@ -123,8 +123,7 @@ def scan(
         report: Write CLOUD.html beside it, with charts.
         force: Overwrite an earlier cloud.
     """
-    from robolaser.data.atomic_write import STAGED
-    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.data.result_folder import STAGED, results_in, write_results
     from robolaser.report.cloud import document
     from robolaser.report.console import print_document
     from robolaser.report.page import render

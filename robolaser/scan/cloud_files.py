@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from robolaser.arrays import Array, Ints
-from robolaser.data.atomic_write import write_streamed, write_together
+from robolaser.data.result_folder import write_streamed, write_together
 from robolaser.errors import ScanError, unwritable
 from robolaser.plugins import extra
 from robolaser.scan.ply import COLOURS, NORMALS, VERTEX, Vertices, positions_of, write_ply

@@ -6,7 +6,7 @@ from contextlib import suppress
 import pytest
 from failing_disk import contents, failing, restore, watched
 
-from robolaser.data.atomic_write import STAGED, write_together
+from robolaser.data.result_folder import STAGED, write_together
 from robolaser.errors import OutputError
 
 OLD = {"a": b"old", "b": b"old", "deep/c": b"old", "gone": b"old"}

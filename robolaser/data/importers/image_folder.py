@@ -7,7 +7,6 @@ from pathlib import Path, PurePosixPath
 from typing import ClassVar, Final, final, get_args
 
 from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
-from robolaser.data.atomic_write import Contents, written_later
 from robolaser.data.board import Board, Printed
 from robolaser.data.csv_tables import CsvTable, bad_row, finite
 from robolaser.data.data_tables import poses_of
@@ -16,6 +15,7 @@ from robolaser.data.importers.column_choice import POSES, TEXT, choose, pose_qua
 from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.table_files import TABLE_SUFFIXES, read_any_table
+from robolaser.data.result_folder import Contents, written_later
 from robolaser.data.sensor_format import Mount, sensor_format
 from robolaser.errors import DataError, UsageError, near
 from robolaser.geometry.units import FACTORS, LENGTH

@@ -8,10 +8,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import ClassVar, Final, final
 
-from robolaser.data.atomic_write import Contents
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
-from robolaser.data.result_folder import write_results
+from robolaser.data.result_folder import Contents, write_results
 from robolaser.data.writing import point_columns, pose_columns, save, texts_of
 from robolaser.errors import UsageError, near
 from robolaser.geometry.units import FACTORS, TIME

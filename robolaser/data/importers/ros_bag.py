@@ -9,7 +9,6 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.bounded_reading import decoded
-from robolaser.data.atomic_write import Contents
 from robolaser.data.csv_tables import finite
 from robolaser.data.dataset import Poses
 from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, mount_of, pairs_dataset
@@ -17,6 +16,7 @@ from robolaser.data.importers.image_folder import BOARD, board_of, camera_record
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.ros_messages import IMAGES, JOINTS, ODOMETRY, POSES, STAMPS, Bag
 from robolaser.data.importers.time_matching import TOLERANCE, match, tolerance_of, with_readings
+from robolaser.data.result_folder import Contents
 from robolaser.errors import DataError, UsageError
 
 SUFFIXES = (".bag", ".db3", ".mcap")
