@@ -15,7 +15,7 @@ from robolaser.cell.following import SetpointStreamer
 from robolaser.cell.motion import Mover
 from robolaser.cell.plan_validation import RouteCheck
 from robolaser.cell.recording_writer import RecordingWriter, Sample
-from robolaser.cell.route import Waypoint
+from robolaser.cell.route import Waypoint, pose_names
 from robolaser.data.cell_config import Cell
 from robolaser.data.image_list import UNLIT
 from robolaser.errors import Interrupted, PlanError, RobolaserError, unwritable
@@ -232,7 +232,7 @@ def watch(
         if laser_output is not None:
             arm.switch(laser_output, on=True)
             camera.shot(settle_s)  # the first one may have been exposed before
-        for name in sample_names(count):
+        for name in pose_names("w", count):
             arm.poll_faults()
             before_s, before = _reading(arm, clock)
             image = camera.shot(0.0)
@@ -249,12 +249,6 @@ def watch(
             with suppress(RobolaserError):
                 arm.switch(laser_output, on=False)
         _write(writer, waiting, recorded)
-
-
-def sample_names(count: int) -> list[str]:
-    """w001, w002, ..."""
-    digits = max(3, len(str(count)))
-    return [f"w{i:0{digits}d}" for i in range(1, count + 1)]
 
 
 def _reading(arm: Arm, clock: Clock) -> tuple[float, Array]:
