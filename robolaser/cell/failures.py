@@ -15,11 +15,6 @@ class AnswerUnclear(ArmError):
 
 
 @final
-class ArmRefused(ArmError):
-    """The controller rejects a command."""
-
-
-@final
 class ArmAlarm(ArmError):
     """The controller or a servo reports trouble unasked."""
 
@@ -27,11 +22,6 @@ class ArmAlarm(ArmError):
 @final
 class ArmRestarted(ArmError):
     """The controller was off in between."""
-
-
-@final
-class LineFlooded(ArmError):
-    """A device talks without end."""
 
 
 @final
@@ -55,10 +45,10 @@ def unclear(port: str, command: str, answer: str, tries: int) -> AnswerUnclear:
     )
 
 
-def refused(port: str, command: str, answer: str, meaning: str) -> ArmRefused:
+def refused(port: str, command: str, answer: str, meaning: str) -> ArmError:
     """The error of a command that was understood and rejected."""
     why = f": {meaning}" if meaning else ""
-    return ArmRefused(f"The arm on {port} refused '{command}' with '{answer}'{why}. Resolve this before going on.")
+    return ArmError(f"The arm on {port} refused '{command}' with '{answer}'{why}. Resolve this before going on.")
 
 
 def alarm(port: str, joint: str, message: str, advice: str) -> ArmAlarm:

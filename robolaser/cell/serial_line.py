@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
-from robolaser.cell.failures import LineFlooded, joints_differ, line_lost
+from robolaser.cell.failures import joints_differ, line_lost
 from robolaser.data.cell_config import ArmLine, Cell
 from robolaser.errors import ArmError
 from robolaser.robot.kinematics import Robot
@@ -26,7 +26,7 @@ LONGEST_S = 6.0  # how long a device may send without an answer; the longest tak
 class SerialLine:
     """Text from and to a device, over what pyserial opens.
 
-    Raises (every method): LineLost where the port is gone, LineFlooded where the device talks without end.
+    Raises (every method): LineLost where the port is gone, ArmError where the device talks without end.
     """
 
     def __init__(self, wire: Any, port: str, clock: Clock) -> None:
@@ -106,8 +106,8 @@ class SerialLine:
         """Close the port."""
         self._transport.close()
 
-    def _flooded(self, received: int) -> LineFlooded:
-        return LineFlooded(
+    def _flooded(self, received: int) -> ArmError:
+        return ArmError(
             f"The arm on {self.port} sends without end: {received} bytes and no answer among them."
             " Stop the program in the controller and check [arm] baud in cell.toml."
         )
