@@ -20,7 +20,7 @@ from robolaser.cell.route import Waypoint, from_table, route_text
 from robolaser.data.cell_config import Cell
 from robolaser.data.csv_tables import CsvTable, read_table, table_text
 from robolaser.data.image_list import LIT, UNLIT
-from robolaser.data.result_folder import naming, write_together
+from robolaser.data.result_folder import make_folder, write_together
 from robolaser.data.toml_schema import read_toml
 from robolaser.errors import DataError, PlanError
 from robolaser.robot.kinematics import Robot
@@ -180,8 +180,7 @@ class RecordingWriter:
         columns = self._columns()
         files[POSES] = table_text(columns, [[row.get(name, "") for name in columns] for row in rows]).encode()
         for home in {(self.folder / name).parent for name in files}:
-            with naming(home):
-                home.mkdir(parents=True, exist_ok=True)
+            make_folder(home)
         write_together(self.folder, files, cleared)
         self._rows, self.begun = rows, True
 

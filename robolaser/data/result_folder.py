@@ -74,28 +74,6 @@ def write_together(
 
 
 @contextmanager
-def locked(folder: Path) -> Iterator[bool]:
-    """Lock a folder, and say whether no other process has; the system lets go of it when this one ends, however."""
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        free = True
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            free = False
-        yield free
-    finally:
-        os.close(handle)
-
-
-def clear_staged(folder: Path) -> None:
-    """Remove what killed processes had begun to write into a folder that is locked."""
-    for left in folder.glob(f"{STAGED}*"):
-        with suppress(OSError):
-            left.unlink()
-
-
-@contextmanager
 def naming(path: Path) -> Iterator[None]:
     """Turn what the disk or the rights refuse into an `OutputError` that names the file or folder, as it is to be."""
     try:
@@ -193,19 +171,16 @@ def results_in(
             result without `force`.
     """
     _refuse_input(folder, files, inputs)
-    with _made(folder), locked(folder) as free:
-        if not free:
-            raise OutputError(
-                f"Another robolaser command is writing into {folder}. Wait for its end, or choose another folder."
-            )
+    with _locked(folder):
         known, own = _manifest(folder), dict[str, str]()
         cleared = set[Path]()
 
         def claim(names: Iterable[str]) -> None:
             new = dict.fromkeys(names, command)
             homes = {folder, *((folder / name).parent for name in new)} - cleared
-            for home in homes:
-                clear_staged(home)
+            for left in (left for home in homes for left in home.glob(f"{STAGED}*")):
+                with suppress(OSError):  # what killed processes had begun to write
+                    left.unlink()
             cleared.update(homes)
             for name in new:
                 if name not in own and os.path.lexists(folder / name):
@@ -250,13 +225,23 @@ def _refuse_input(folder: Path, files: Sequence[str], inputs: Sequence[Path]) ->
 
 
 @contextmanager
-def _made(folder: Path) -> Iterator[None]:
-    """Create a folder that holds something in the end, or is gone again if it was not there before."""
+def _locked(folder: Path) -> Iterator[None]:
+    """Create a folder and lock it; in the end it holds something, or is gone again if it was not there before.
+
+    The system lets go of the lock when this process ends, however.
+    """
     is_new = not os.path.lexists(folder)
     make_folder(folder)
+    handle = os.open(folder, os.O_RDONLY)
     try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            busy = f"Another robolaser command is writing into {folder}. Wait for its end, or choose another folder."
+            raise OutputError(busy) from None
         yield
     finally:
+        os.close(handle)
         if is_new:
             with suppress(OSError):  # it is not empty
                 folder.rmdir()

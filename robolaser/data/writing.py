@@ -10,7 +10,7 @@ from robolaser.data.csv_tables import table_text
 from robolaser.data.data_tables import FLANGE_COLUMNS
 from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import FORMAT
-from robolaser.data.result_folder import make_folder, write_results
+from robolaser.data.result_folder import write_results
 from robolaser.data.sessions import OWN
 from robolaser.errors import UsageError, output_exists
 from robolaser.geometry.rigid_motion import to_quaternion
@@ -43,7 +43,6 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
     for file in files_of(dataset):
         if not overwrite and (folder / file).exists():
             raise output_exists(folder / file)
-    make_folder(folder)
     write_results(folder, texts_of(dataset))
 
 
