@@ -171,7 +171,7 @@ def _in_words(schema: inspect.Type, name: str | int) -> str:
         case inspect.TupleType():
             parts = [_in_words(part, name) for part in schema.item_types]
             words = f"a list of {len(parts)}: {', '.join(parts) if len(set(parts)) > 1 else f'each {parts[0]}'}"
-        case inspect.VarTupleType(item_type=inspect.DataclassType()):
+        case inspect.VarTupleType(item_type=inspect.DataclassType() | inspect.DictType()):
             words = f"sections [[{name}]]"
         case inspect.VarTupleType():
             words = f"a list, each {_in_words(schema.item_type, name)}"

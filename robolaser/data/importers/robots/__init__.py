@@ -20,6 +20,7 @@ from robolaser.errors import RobotError, UsageError
 from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, pose
 from robolaser.plugins import extra
 from robolaser.robot import by_name
+from robolaser.robot.by_name.description import Convention
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.urdf.elements import add_fixed, add_link, add_moving
 
@@ -31,7 +32,7 @@ _BEGINNING = 4000
 class DescriptionOptions:
     """What the user states about a robot's file beyond its contents."""
 
-    dh: str | None = None  # convention of a table of Denavit-Hartenberg numbers, "standard" or "modified"
+    dh: Convention | None = None  # of a table of Denavit-Hartenberg numbers: "standard" or "modified"
     units: tuple[str, ...] = ()  # of its lengths and angles
     xacro: Mapping[str, str] = field(default_factory=dict)  # arguments of a xacro file, by name
 
