@@ -18,9 +18,8 @@ Key = tuple[str | int, ...]
 Positive = Annotated[float, msgspec.Meta(gt=0)]
 NotNegative = Annotated[float, msgspec.Meta(ge=0)]
 
-SCALARS: Mapping[type, tuple[type, ...]] = {
-    inspect.NoneType: (type(None),), inspect.BoolType: (bool,), inspect.StrType: (str,), inspect.IntType: (int,),
-    inspect.FloatType: (int, float),
+SCALARS: Mapping[type, Any] = {
+    inspect.NoneType: type(None), inspect.StrType: str, inspect.IntType: int, inspect.FloatType: (int, float),
 }  # fmt: skip
 LARGEST = 2**63 - 1
 MOST_SHOWN = 80
@@ -104,7 +103,9 @@ def _fits(value: Any, part: inspect.Type) -> bool:
     """Whether a value that has no others within it is what a schema declares."""
     if isinstance(part, inspect.AnyType | inspect.LiteralType):
         return isinstance(part, inspect.AnyType) or value in part.values
-    if type(value) not in SCALARS.get(type(part), ()):
+    if isinstance(value, bool):
+        return isinstance(part, inspect.BoolType)
+    if not isinstance(value, SCALARS.get(type(part), ())):
         return False
     if isinstance(part, inspect.StrType):
         return len(value) >= (part.min_length or 0) and re.search(part.pattern or "", value) is not None
