@@ -165,9 +165,9 @@ class RecordingWriter:
         rows = list(self._rows)
         for sample in samples:
             row = {"pose": sample.name, "time_s": f"{sample.time_s:.3f}"}
-            row |= {f"q_{joint}": repr(float(q)) for joint, q in zip(self._robot.joints, sample.q, strict=True)}
-            if sample.qd is not None:
-                row |= {f"qd_{joint}": repr(float(v)) for joint, v in zip(self._robot.joints, sample.qd, strict=True)}
+            for what, values in (("q", sample.q), ("qd", sample.qd)):
+                told = () if values is None else zip(self._robot.joints, values.tolist(), strict=True)
+                row |= {f"{what}_{joint}": repr(value) for joint, value in told}
             for column, image in sample.images.items():
                 row[column] = f"{IMAGES}/{self._stem(sample.name)}{_ending(column)}"
                 files[row[column]] = cv2.imencode(".png", image)[1].tobytes()
@@ -191,11 +191,10 @@ class RecordingWriter:
         return name if plain.isascii() and plain.isalnum() else f"visit.{number:04d}"
 
     def _columns(self) -> list[str]:
-        switched = [UNLIT] if self._cell.laser_output is not None else []
-        joints = [f"q_{joint}" for joint in self._robot.joints]
-        if not self.waypoints:  # somebody else moves the arm
-            return ["pose", "time_s", *joints, *(f"qd_{joint}" for joint in self._robot.joints), "image"]
-        return ["pose", "time_s", *joints, "image", *switched, *(f"image_{k}" for k in range(2, self.shots + 1))]
+        switched = [UNLIT] if self.waypoints and self._cell.laser_output is not None else []
+        quantities = ("q",) if self.waypoints else ("q", "qd")  # where somebody else moves the arm, it moves on
+        joints = [f"{what}_{joint}" for what in quantities for joint in self._robot.joints]
+        return ["pose", "time_s", *joints, LIT, *switched, *(f"image_{k}" for k in range(2, self.shots + 1))]
 
     def _description(self) -> dict[str, bytes]:
         """dataset.toml and the URDF that it names, as the cell has them; dataset.toml comes last."""
