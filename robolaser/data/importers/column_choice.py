@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import Cells, CsvTable, bad_cell, finite
 from robolaser.data.dataset import COMMAND
-from robolaser.data.importers.importer import NONE, ImportOptions, Units
+from robolaser.data.importers.importer import NONE, ImportOptions, stated_units, unit_of
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.errors import DataError, UsageError, near
 from robolaser.geometry.rigid_motion import exp_so3, to_quaternion
-from robolaser.geometry.units import ANGLE, LENGTH, TIME
+from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME
 
 POSES: Final = "poses"
 POINTS: Final = "points"
@@ -71,23 +71,23 @@ class ColumnReader:
 
     def read(self, *, number_poses: bool) -> tuple[CsvTable, dict[str, str]]:
         """The columns by their names in the data set, in SI units; and what each is read from, with its unit."""
-        units = Units.of(self.options.units_in(self.file.file))
+        units = stated_units(self.options.units_in(self.file.file))
         columns: dict[str, Cells] = {}
         read_from: dict[str, str] = {}
         for column, source in self.chosen.items():
             quantity = self.quantities.get(column, TEXT)
-            unit = units.unit(quantity or NONE, source)
+            unit = unit_of(units, quantity or NONE, source)
             read_from[column] = f"{source} [{unit}{'/s' * column.startswith('qd_')}]" if unit else source
             if quantity is TEXT:
                 columns[column] = self._texts(column, source)
                 continue
-            numbers = units.factor(quantity, source) * self._numbers(source)
+            numbers = (FACTORS[quantity][unit] if quantity else 1.0) * self._numbers(source)
             is_further = column.startswith(COMMAND)  # and kept as texts, though it has a unit
             columns[column] = tuple(map(repr, numbers.tolist())) if is_further else numbers
         for names, words in ((EULER, f"Euler angles {self.options.euler}"), (ROTATION_VECTOR, "rotation vector")):
             if names[0] in self.chosen:
                 sources = [self.chosen[name] for name in names]
-                turned = f"{words} of {', '.join(sources)} [{units.unit(ANGLE, sources[0])}]"
+                turned = f"{words} of {', '.join(sources)} [{unit_of(units, ANGLE, sources[0])}]"
                 read_from |= dict.fromkeys(QUATERNION, turned)
         if number_poses and "pose" not in self.chosen:
             columns["pose"], read_from["pose"] = tuple(map(str, self.file.lines)), "(number of the row)"

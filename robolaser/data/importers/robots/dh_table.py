@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Literal, final
 
 from robolaser.data.csv_tables import finite, read_table
-from robolaser.data.importers.importer import Units
+from robolaser.data.importers.importer import stated_units
 from robolaser.data.toml_schema import read_toml, typed
 from robolaser.errors import RobotError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH
@@ -64,8 +64,8 @@ def read_dh_table(path: Path, convention: Convention | None = None, units: Seque
             " under convention."
         )
     names = read.units.split(",") if isinstance(read.units, str) else read.units or units
-    stated_units = Units.of([name.strip() for name in names], path.name).stated
-    rows = [_row(cells, number, stated_units, path.name) for number, cells in enumerate(read.joint, 1)]
+    of_file = stated_units([name.strip() for name in names], path.name)
+    rows = [_row(cells, number, of_file, path.name) for number, cells in enumerate(read.joint, 1)]
     if not any("joint" in row for row in rows):
         raise RobotError(f"{path.name}: the table has no joint that moves.")
     return rows_urdf(rows, known, path.stem, "base", FLANGE, first=1)
