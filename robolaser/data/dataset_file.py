@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
+from robolaser.data.sensor_format import SensorFormat, sensor_format
 from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.several_sensors import described_members
 from robolaser.data.stated_noise import Noise
@@ -121,14 +121,10 @@ def describe(folder: str | Path) -> Dataset:
     if "sensors" not in contents:
         return _described(contents, folder)
     members = described_members(contents, lambda one: _described(one, folder))
-    first, formats = members[0].data, [member.data.format for member in members]
+    several = replace(members[0].data, members=members)
     whole = typed({key: contents[key] for key in contents if key != "sensors"}, DatasetFile, file=FILE)
-    return replace(
-        first,
-        members=members,
-        parameters=parameters_of(whole.parameters, format_of_several(formats), FILE),
-        warnings=_unused(contents, format_of_several(formats)),
-    )
+    parameters = parameters_of(whole.parameters, several.format)
+    return replace(several, parameters=parameters, warnings=_unused(contents, several.format))
 
 
 def _refuse_motion(sensor: object) -> None:
@@ -156,7 +152,7 @@ def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
         options=options if declared.options else None,
         robot=None if read.robot is None else read_robot(read.robot, folder),
         poses=Poses(()),
-        parameters=parameters_of(read.parameters, declared, FILE),
+        parameters=parameters_of(read.parameters, declared),
         stripe_axis=getattr(options, "stripe_axis", "u"),
         image_px=None if image is None else (image.width_px, image.height_px),
         board=read.board,
@@ -260,17 +256,17 @@ class ParameterEntry:
     fixed: bool = False
 
 
-def parameters_of(table: Mapping[str, Any], declared: SensorFormat, file: str) -> dict[str, Parameter]:
+def parameters_of(table: Mapping[str, Any], declared: SensorFormat) -> dict[str, Parameter]:
     """Every key as a parameter; `target.x = ...` and `"target.x" = ...` are one."""
     found = {}
     for name, values in _entries(table):
         at = ("parameters", name)
         if not isinstance(values, dict):
-            raise wrong(file, at, values, "{ nominal = ..., lower = ..., upper = ... }")
-        entry = typed(values, ParameterEntry, file=file, at=at)
+            raise wrong(FILE, at, values, "{ nominal = ..., lower = ..., upper = ... }")
+        entry = typed(values, ParameterEntry, file=FILE, at=at)
         reason = _fault(name, entry, declared)
         if reason:
-            raise refused(file, f"[parameters] {name}", reason)
+            raise refused(FILE, f"[parameters] {name}", reason)
         lower, upper = (entry.nominal if end is None else end for end in (entry.lower, entry.upper))
         found[name] = Parameter(name, declared.unit_of(name), entry.nominal, lower, upper)
     return found
