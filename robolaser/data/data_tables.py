@@ -77,24 +77,16 @@ def poses_of(table: CsvTable, folder: Path, robot: Robot | None) -> tuple[Poses,
     return poses, [*warnings, *_no_coordinates(table, poses)]
 
 
-def not_too_far(table: CsvTable, xyz: Array) -> None:
-    """See that places are in metres.
-
-    Raises:
-        DataError: One is farther off than any arm or tracker reaches.
-    """
+def _not_too_far(table: CsvTable, xyz: Array) -> None:
+    """See that places are in metres: none is farther off than any arm or tracker reaches."""
     if max(xyz.max(initial=0.0), -xyz.min(initial=0.0)) > FARTHEST_M:
         i, j = np.argwhere(np.abs(xyz) > FARTHEST_M)[0]
         said = f"{xyz[i, j]:.6g} m is farther than any arm reaches. Are these millimetres? Lengths are metres."
         raise bad_row(table.file, table.lines[i], said, XYZ[j])
 
 
-def check_quaternions(table: CsvTable, quaternions: Array) -> None:
-    """See that quaternions (rows, 4) are rotations.
-
-    Raises:
-        DataError: The length of one is not one.
-    """
+def _check_quaternions(table: CsvTable, quaternions: Array) -> None:
+    """See that quaternions (rows, 4) are rotations."""
     lengths = np.linalg.norm(quaternions, axis=1)
     for i in np.flatnonzero(np.abs(lengths - 1) > QUATERNION_SLACK)[:1]:
         row, columns = table.lines[i], " ".join(QUATERNION)
@@ -123,8 +115,8 @@ def _stated(table: CsvTable, column: str) -> Array | None:
 
 def _flange(table: CsvTable) -> Array:
     numbers = table.numbers(FLANGE_COLUMNS)
-    not_too_far(table, numbers[:, :3])
-    check_quaternions(table, numbers[:, 3:])
+    _not_too_far(table, numbers[:, :3])
+    _check_quaternions(table, numbers[:, 3:])
     return pose(from_quaternion(numbers[:, 3:]), numbers[:, :3])
 
 
@@ -218,9 +210,9 @@ def points_of(table: CsvTable, described: Dataset) -> Points:
             raise wrong("dataset.toml", ("sensor", "kind"), declared.kind, f"{table.file} without {column}: {why}")
     arrays = {name: table.numbers(columns) for name, columns in declared.columns.items()}
     if "xyz" in arrays:
-        not_too_far(table, arrays["xyz"])
+        _not_too_far(table, arrays["xyz"])
     if "quaternion" in arrays:
-        check_quaternions(table, arrays["quaternion"])
+        _check_quaternions(table, arrays["quaternion"])
     if "pixel" in arrays and described.image_px is not None:
         _in_the_image(table, arrays["pixel"], described.image_px)
     if "pixel" in arrays:

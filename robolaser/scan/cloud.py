@@ -85,7 +85,7 @@ def sample_points(source: Source, recording: Dataset) -> Points:
     assert recording.folder is not None  # stripes.npy lies in it
     stripes = open_stripes(recording.folder / FILE)
     some = stripes[evenly(len(stripes), SAMPLES)]
-    check_poses(some, recording)
+    _check_poses(some, recording)
     return as_points(some)
 
 
@@ -105,12 +105,8 @@ def as_points(stripes: Stripes) -> Points:
     return Points(stripes["pose"].astype(np.int64), (), pixel=pixel)
 
 
-def check_poses(stripes: Stripes, recording: Dataset) -> None:
-    """Check that all line centres are of poses that exist.
-
-    Raises:
-        DataError: They are not.
-    """
+def _check_poses(stripes: Stripes, recording: Dataset) -> None:
+    """See that all line centres are of poses that exist."""
     last = int(stripes["pose"].max(initial=0))
     if len(stripes) and last >= len(recording.poses):
         raise DataError(
@@ -181,7 +177,7 @@ class ScannedRecording:
     def piece(self, read: Callable[[], Stripes]) -> tuple[int, Vertices]:
         """How many line centres a piece of the source has, and the points that they give."""
         stripes = read()
-        check_poses(stripes, self.scanner.dataset)
+        _check_poses(stripes, self.scanner.dataset)
         points = self.source.points or as_points(stripes)
         places = self.scanner.in_base(points)
         across = stripes["std"] * self.scanner.slope(points)

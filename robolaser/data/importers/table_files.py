@@ -19,8 +19,8 @@ SEPARATORS = (",", ";", "\t")  # those of which a header has one only, where not
 
 
 def read_any_table(path: Path, options: ImportOptions) -> CsvTable:
-    """All cells of a file as texts, as its suffix says; see `read_delimited` and `array_table`."""
-    return array_table(path) if path.suffix.lower() in ARRAY_FILES else read_delimited(path, options)
+    """All cells of a file as texts, as its suffix says; see `read_delimited` and `read_arrays`."""
+    return _array_table(path) if path.suffix.lower() in ARRAY_FILES else read_delimited(path, options)
 
 
 def read_delimited(path: Path, options: ImportOptions) -> CsvTable:
@@ -87,12 +87,8 @@ def read_arrays(path: Path) -> dict[str, Array]:
     return out
 
 
-def array_table(path: Path) -> CsvTable:
-    """The columns as a table of texts, numbers to the last bit; NaN is an empty cell.
-
-    Raises:
-        DataError: The file cannot be read, or its columns are not of one length.
-    """
+def _array_table(path: Path) -> CsvTable:
+    """The columns as a table of texts, numbers to the last bit; NaN is an empty cell."""
     arrays = read_arrays(path)
     lengths = {len(values) for values in arrays.values()}
     if len(lengths) != 1:

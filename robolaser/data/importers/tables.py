@@ -142,7 +142,7 @@ def _points_in_a_row(
     if not places or options.point is not None or stated & {"point", *XYZ} or "point" in table:
         return {}
     known = {*pose_quantities(options), *point_quantities(declared), *options.columns.values()}
-    return points_side_by_side(table, known)
+    return _points_side_by_side(table, known)
 
 
 def _each_once(table: CsvTable, chosen: Mapping[str, str]) -> CsvTable:
@@ -205,13 +205,8 @@ def with_axes(table: CsvTable) -> CsvTable:
     return CsvTable(table.file, columns, table.lines)
 
 
-def points_side_by_side(table: CsvTable, taken: Collection[str]) -> dict[str, tuple[str, str, str]]:
-    """The points whose x, y and z are columns of a table, in their order, with these three columns.
-
-    Args:
-        table: Has a row for each pose.
-        taken: Columns that are known to be something else.
-    """
+def _points_side_by_side(table: CsvTable, taken: Collection[str]) -> dict[str, tuple[str, str, str]]:
+    """The points whose x, y and z are columns of a table, not taken by anything else, with these three columns."""
     found: dict[str, dict[str, str]] = {}
     for name in table.columns:
         if name not in taken and (match := AXIS.match(name)):

@@ -78,9 +78,9 @@ def _urdf_of(path: Path, stated: DescriptionOptions) -> str:
         return read_dh_table(path, stated.dh, stated.units)
     text = read_text(path, ROBOT_BYTES)
     if "<mujoco" in text[:_BEGINNING]:
-        return mjcf_urdf(path)
+        return _mjcf_urdf(path)
     if path.suffix == ".xacro" or "<xacro:" in text:
-        return expanded(path, stated.xacro)
+        return _expanded(path, stated.xacro)
     return text
 
 
@@ -88,19 +88,10 @@ _UNDEFINED = re.compile(r"Undefined substitution argument (?P<name>\S+)")
 MOST_PARENTS = 4  # folders above the file in which a package is sought that the file names by `$(find ...)`
 
 
-def expanded(path: Path, arguments: Mapping[str, str]) -> str:
-    """The URDF of a xacro file.
+def _expanded(path: Path, arguments: Mapping[str, str]) -> str:
+    """The URDF of a xacro file, with arguments as `xacro FILE NAME:=VALUE` takes them.
 
     `$(find PACKAGE)` is a folder of that name near the file; else whatever an installed ROS says.
-
-    Args:
-        path: The xacro file.
-        arguments: Of the file, as `xacro FILE NAME:=VALUE` takes them.
-
-    Raises:
-        DependencyMissing: The package xacro is not installed.
-        RobotError: A package is missing, or the file is no xacro.
-        UsageError: An argument is missing.
     """
     missing = f"{path.name} is a xacro file, which needs: pip install 'robolaser[ros]'"
     xacro, substitution_args = extra("xacro", missing), extra("xacro.substitution_args", missing)
@@ -148,15 +139,11 @@ def _packages_near(path: Path, substitution_args: Any) -> Iterator[None]:
 TINY_KG = 1e-9  # mass that MuJoCo asks of a body whose shape is a mesh that is not there; it is written as none
 
 
-def mjcf_urdf(path: Path) -> str:
+def _mjcf_urdf(path: Path) -> str:
     """The bodies, joints and named sites of an MJCF file as a URDF; meshes are not needed.
 
     A hinge becomes a revolute joint whose zero is MuJoCo's, a slide a prismatic one; a ball or free joint a floating
     one. Where a body's mass follows from a mesh that is not there, the body has none.
-
-    Raises:
-        DependencyMissing: MuJoCo is not installed.
-        RobotError: MuJoCo does not read the file.
     """
     model, mujoco = _compiled(path)
     robot = ET.Element("robot", name=path.stem)
