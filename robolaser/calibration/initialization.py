@@ -12,7 +12,7 @@ from robolaser.arrays import Array, Progress
 from robolaser.calibration.misread import misread
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import History, search
-from robolaser.data.fingerprint import fingerprint
+from robolaser.data.joining import fingerprint
 from robolaser.errors import EstimationError
 from robolaser.estimation.multistart import AGREEING, SAME, Optimum, check_bounds, multistart, subsampled
 from robolaser.estimation.nonlinear_parameters import initialize_effects, with_nonlinear_grid

@@ -14,7 +14,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
 from robolaser.bounded_reading import read_json
-from robolaser.data.atomic_write import write_text
+from robolaser.data.result_folder import write_text
 from robolaser.errors import AlgorithmError
 
 CHECKPOINT = "search.json"

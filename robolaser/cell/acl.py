@@ -8,8 +8,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.cell.acl_protocol import SLOW_PERCENT, AclProtocol
 from robolaser.cell.failures import line_lost, unclear
-from robolaser.cell.line_arm import LineArm
-from robolaser.cell.serial_line import SerialLine
+from robolaser.cell.serial_line import LineArm, SerialLine
 from robolaser.data.cell_config import ArmLine, Axes
 from robolaser.errors import ArmError, DataError
 from robolaser.robot.kinematics import Robot

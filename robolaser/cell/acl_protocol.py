@@ -48,8 +48,8 @@ class AclProtocol:
 
     Each command is written in another mixture of capitals. Its echo tells its own answer from one that comes late.
 
-    Raises (every method): LineLost, LineFlooded, and what the controller reports
-    unasked: ArmAlarm, ArmRestarted.
+    Raises (every method): LineLost, ArmError where it talks without end, and what the controller reports unasked:
+    ArmAlarm, ArmRestarted.
     """
 
     def __init__(self, line: SerialLine, joints: Sequence[str]) -> None:
@@ -91,7 +91,7 @@ class AclProtocol:
             understand: What an answer, prompt included, means; None: it is spoilt.
 
         Raises:
-            ArmRefused: The controller says no.
+            ArmError: The controller says no.
             AnswerUnclear: None was understood.
         """
         answer, refusals = "", []
@@ -112,7 +112,7 @@ class AclProtocol:
         """Have a command carried out.
 
         Raises:
-            ArmRefused: The controller says no.
+            ArmError: The controller says no.
             AnswerUnclear: Its echo was never right.
         """
         self.ask(command, lambda answer: True if ">" in answer and not REFUSAL.search(answer) else None)
@@ -133,7 +133,7 @@ class AclProtocol:
         """Look for reports of trouble in what came, or for the rejection of a command whose echo was right.
 
         Raises:
-            ArmRefused: It says no.
+            ArmError: It says no.
         """
         if not self._begun:
             return

@@ -10,10 +10,9 @@ from typing import ClassVar, Self
 
 from robolaser.arrays import Array
 from robolaser.cell.clock import Clock
-from robolaser.cell.failures import ArmRefused
 from robolaser.data.cell_config import FILE, Cell
 from robolaser.data.toml_schema import wrong
-from robolaser.errors import DataError
+from robolaser.errors import ArmError, DataError
 from robolaser.plugins import announced
 
 GROUP = "robolaser.arms"
@@ -35,8 +34,8 @@ class Arm(ABC):
 
     Angles are in the order of the joints of the cell's robot.
 
-    Raises (every method): LineLost, and of `robolaser.cell.failures` LineFlooded, AnswerUnclear, ArmRefused,
-    ArmAlarm and ArmRestarted.
+    Raises (every method): LineLost, and of `robolaser.cell.failures` AnswerUnclear, ArmAlarm and
+    ArmRestarted; ArmError where a device talks without end, or its controller rejects a command.
     """
 
     step: Array
@@ -109,9 +108,9 @@ class Arm(ABC):
         """Switch a digital output, such as the laser's, on or off; see `outputs`.
 
         Raises:
-            ArmRefused: Its controller has none.
+            ArmError: Its controller has none.
         """
-        raise ArmRefused("This arm cannot switch outputs. Take [laser] out of cell.toml.")
+        raise ArmError("This arm cannot switch outputs. Take [laser] out of cell.toml.")
 
     @abstractmethod
     def close(self) -> None:

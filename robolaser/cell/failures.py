@@ -1,18 +1,17 @@
-"""Failures of an arm that a recording tells apart, and the sentences that several files say."""
+"""Failures of an arm that a recording tells apart, the sentences that several files say, and joint values in them."""
 
 from typing import final
 
+import numpy as np
+
+from robolaser.arrays import Array
 from robolaser.errors import ArmError, DataError, LineLost
+from robolaser.robot.kinematics import Robot
 
 
 @final
 class AnswerUnclear(ArmError):
     """A device answers, but not to the question."""
-
-
-@final
-class ArmRefused(ArmError):
-    """The controller rejects a command."""
 
 
 @final
@@ -23,11 +22,6 @@ class ArmAlarm(ArmError):
 @final
 class ArmRestarted(ArmError):
     """The controller was off in between."""
-
-
-@final
-class LineFlooded(ArmError):
-    """A device talks without end."""
 
 
 @final
@@ -51,10 +45,10 @@ def unclear(port: str, command: str, answer: str, tries: int) -> AnswerUnclear:
     )
 
 
-def refused(port: str, command: str, answer: str, meaning: str) -> ArmRefused:
+def refused(port: str, command: str, answer: str, meaning: str) -> ArmError:
     """The error of a command that was understood and rejected."""
     why = f": {meaning}" if meaning else ""
-    return ArmRefused(f"The arm on {port} refused '{command}' with '{answer}'{why}. Resolve this before going on.")
+    return ArmError(f"The arm on {port} refused '{command}' with '{answer}'{why}. Resolve this before going on.")
 
 
 def alarm(port: str, joint: str, message: str, advice: str) -> ArmAlarm:
@@ -75,3 +69,19 @@ def joints_differ(kind: str, joints: int, most: int) -> DataError:
         file="dataset.toml",
         column="joints",
     )
+
+
+def joint_text(robot: Robot, joint: int, value: float) -> str:
+    """One joint's value, in degrees, or in millimetres for a rail."""
+    return f"{1000 * value:.2f} mm" if robot.prismatic[joint] else f"{np.rad2deg(value):.2f}°"
+
+
+def configuration_text(robot: Robot, q: Array) -> str:
+    """All joints' values, (j,)."""
+    return ", ".join(f"{joint} {joint_text(robot, i, float(q[i]))}" for i, joint in enumerate(robot.joints))
+
+
+def at_worst(robot: Robot, off: Array, *postures: Array) -> tuple[str, ...]:
+    """Name of the joint that is off the most, (j,), and its value in each of some postures, (j,) each."""
+    joint = int(np.argmax(off))
+    return robot.joints[joint], *(joint_text(robot, joint, float(q[joint])) for q in postures)

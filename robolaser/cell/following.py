@@ -10,12 +10,11 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import LEAST_S, Clock, seconds_for
-from robolaser.cell.failures import not_settled
-from robolaser.cell.joint_text import at_worst
+from robolaser.cell.failures import at_worst, not_settled
 from robolaser.data.cell_config import Cell
 from robolaser.data.csv_tables import read_table, table_text
 from robolaser.data.dataset_file import FORMAT
-from robolaser.data.writing import robot_table, toml_lines
+from robolaser.data.writing import robot_table, toml_text
 from robolaser.errors import ArmError
 from robolaser.robot.kinematics import Robot
 
@@ -156,8 +155,8 @@ class SetpointLog:
             "[sensor]": {"kind": "motion"},
             "[motion]": {"encoder_step_rad": self.step_rad},
         }
-        settings = "\n".join(line for table in described.items() for line in toml_lines(*table)) + "\n"
-        contents = (table_text(["series", "time_s", *columns], self._rows), settings, self._robot.urdf)
+        table = table_text(["series", "time_s", *columns], self._rows)
+        contents = (table, toml_text(described.items()), self._robot.urdf)
         return {name: each.encode() for name, each in zip(LOG_FILES, contents, strict=True)}
 
 

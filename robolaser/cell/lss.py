@@ -9,8 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.cell.clock import PEAK
 from robolaser.cell.failures import AnswerUnclear, alarm, line_lost, unclear
-from robolaser.cell.line_arm import BusArm
-from robolaser.cell.serial_line import SerialLine
+from robolaser.cell.serial_line import BusArm, SerialLine
 from robolaser.data.cell_config import ArmLine
 from robolaser.errors import LineLost
 from robolaser.robot.kinematics import Robot

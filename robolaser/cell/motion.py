@@ -7,8 +7,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock, seconds_for, way_in
-from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRestarted, NotSettled, not_settled
-from robolaser.cell.joint_text import at_worst
+from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRestarted, NotSettled, at_worst, not_settled
 from robolaser.data.cell_config import UNATTENDED_S
 from robolaser.errors import ArmError, PlanError, RobolaserError
 from robolaser.robot.kinematics import Robot

@@ -3,7 +3,7 @@
 import math
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final, final
 
@@ -11,12 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from robolaser.cell.first_plan import Layout, first_poses, layout, reach_of, with_motions
 from robolaser.cell.route import route_text
-from robolaser.data.board import Board
+from robolaser.data.board import Board, board_pdf
 from robolaser.data.cell_config import load_cell
 from robolaser.data.csv_tables import table_text
 from robolaser.data.lerobot import TURN, MotorCalibration
-from robolaser.data.printed_board import board_pdf
-from robolaser.data.writing import toml_lines
+from robolaser.data.writing import toml_text
 from robolaser.errors import UsageError
 from robolaser.model.sensors.placements import numbers_of_motion
 from robolaser.robot.by_name import RobotEntry, find_robot, known_robots
@@ -89,34 +88,15 @@ def new_cell(new: NewCell) -> dict[str, str | bytes | None]:
 
 
 def _dataset(new: NewCell) -> str:
-    entry, joints = new.entry, ", ".join(f'"{joint}"' for joint in new.entry.joints)
-    return f"""\
-format = "robolaser-dataset/1"
-name = "{entry.name}-cell"
-
-[robot]
-urdf = "{entry.name}"
-flange = "{entry.flange}"
-joints = [{joints}]
-
-[sensor]
-kind = "{new.sensor}"
-
-[image]
-width_px = {IMAGE_PX[0]}
-height_px = {IMAGE_PX[1]}
-
-[board]                 # board.pdf: measure the print, and correct square_m and marker_m
-kind = "{BOARD.kind}"
-columns = {BOARD.columns}
-rows = {BOARD.rows}
-square_m = {BOARD.square_m}
-marker_m = {BOARD.marker_m}
-dictionary = "{BOARD.dictionary}"
-
-[target]
-placed = false          # the position of the board is found
-"""
+    entry, size = new.entry, dict(zip(("width_px", "height_px"), IMAGE_PX, strict=True))
+    return toml_text((
+        ("", {"format": "robolaser-dataset/1", "name": f"{entry.name}-cell"}),
+        ("[robot]", {"urdf": entry.name, "flange": entry.flange, "joints": entry.joints}),
+        ("[sensor]", {"kind": new.sensor}),
+        ("[image]", size),
+        ("[board]", asdict(BOARD)),
+        ("[target]", {"placed": False}),  # the position of the board is found
+    ))  # fmt: skip
 
 
 def _cell(new: NewCell, reach_m: float) -> str:
@@ -127,15 +107,13 @@ def _cell(new: NewCell, reach_m: float) -> str:
         servos = [new.servos[joint] for joint in new.entry.joints]
         arm["ids"] = [servo.id for servo in servos]
         arm["reference_rad"] = [round((TURN / 2 - servo.middle) * 2 * math.pi / TURN, 6) for servo in servos]
-    lines = "\n".join(toml_lines("", arm))
+    lines = toml_text([("[arm]", arm)])
     speed = f"speed_rad_s = {FOLLOW_RAD_S}\n" if new.follows else ""
     lit = "\n[laser]\n# output = 1            # of the controller; absent: always on\n"
     return f"""\
 format = "robolaser-cell/1"
 
-[arm]
 {lines}
-
 [camera]
 source = 0              # number, device or URL
 {lit if new.sensor == "stripe" else ""}
@@ -153,33 +131,23 @@ def _world(new: NewCell, at: Layout) -> str:
     T[:3, :3] = T[:3, :3] @ Rotation.from_euler("XYZ", [-0.12, 0.03, 0.02]).as_matrix()
     camera = {
         "fx": focal, "fy": 0.998 * focal, "cx": 0.51 * IMAGE_PX[0], "cy": 0.49 * IMAGE_PX[1],
-        "k1": 0.05, "k2": -0.08, **numbers_of_motion(T, "hand_eye"),
+        "k1": 0.05, "k2": -0.08,
+        "hand_eye": {name.partition(".")[2]: round(x, 6) for name, x in numbers_of_motion(T, "hand_eye").items()},
     }  # fmt: skip
-    numbers = "\n".join(f"{name} = {value:.6g}" for name, value in camera.items())
     quat = [round(value, 6) for value in Rotation.from_matrix(at.T_base_board[:3, :3]).as_quat().tolist()]
     origin = [round(value, 6) for value in at.T_base_board[:3, 3].tolist()]
     faults = [("joint_offset", joints[2], 0.05), ("backlash", joints[1], 0.01)]
     if new.follows:
         late = [(name, joint, size) for joint in joints for name, size in (("lag", 0.06), ("dead_time", 0.03))]
         faults += [("dead_zone", joints[2], 0.03), ("droop", joints[1], 0.05), ("droop", joints[2], 0.08), *late]
-    effects = "\n".join(
-        f'[[effect]]\nname = "{name}"\nwhere = "{where}"\nsize = {size}\n' for name, where, size in faults
-    )
-    return f"""\
-format = "robolaser-world/1"
-# An emulated cell to practise with: the true camera and board, and the faults of the arm.
-# Only `robolaser emulate` reads it.
-
-[truth]
-{numbers}
-
-[floor]
-
-[board]
-origin_m = {origin}
-quat = {quat}
-
-{effects}"""
+    about = "# The true camera and board, and the faults of the arm: only `robolaser emulate` reads them.\n"
+    return about + toml_text((
+        ("", {"format": "robolaser-world/1"}),
+        ("[truth]", camera),
+        ("[floor]", {"height_m": 0}),
+        ("[board]", {"origin_m": origin, "quat": quat}),
+        *(("[[effect]]", {"name": name, "where": where, "size": size}) for name, where, size in faults),
+    ))  # fmt: skip
 
 
 def _readme(new: NewCell, at: Layout) -> str:

@@ -1,12 +1,12 @@
 """Validation of a route before its first motion: limits and collisions, at poses and on the way between."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Self, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.cell.joint_text import joint_text
+from robolaser.cell.failures import joint_text
 from robolaser.cell.route import Waypoint, way
 from robolaser.data.cell_config import Box, Cell, Limits
 from robolaser.data.dataset import Dataset
@@ -127,38 +127,34 @@ class RouteCheck:
 
     def allows(self, q: Array, run_up: float) -> Bools:
         """Whether the arm may stand at postures (n, j), and with all joints a run-up below and above [rad or m]."""
-        robot, limits = self.robot, self.limits
         good: Bools = np.ones(len(q), dtype=np.bool_)
-        for place in (q, q - run_up, q + run_up):
-            good &= ((place >= robot.lower) & (place <= robot.upper)).all(axis=1)
-            good &= True if limits.floor_m is None else lowest(robot, place, self.tools) >= limits.floor_m
-            good &= True if limits.reach_m is None else reach(robot, place) <= limits.reach_m
-        for place in (q, q - run_up, q + run_up)[: 3 if run_up else 1]:
-            good[good] = self.bodies.clear(place[good], limits.margin_m)
+        places = (q, q - run_up, q + run_up)[: 3 if run_up else 1]
+        for excess in (excess for place in places for _, excess, *_ in self._excesses(place)):
+            good &= excess <= 0.0
+        for place in places:
+            good[good] = self.bodies.clear(place[good], self.limits.margin_m)
         return good
+
+    def _excesses(self, q: Array) -> Iterator[tuple[str, Array, str, str]]:
+        """What is limited, by how much postures (n, j) are beyond it, (n,), where it is at worst, and the limit."""
+        robot, floor_m, reach_m = self.robot, self.limits.floor_m, self.limits.reach_m
+        for i, joint in enumerate(robot.joints if len(q) else ()):
+            for sign, end, worst in ((-1.0, robot.lower[i], q[:, i].min()), (1.0, robot.upper[i], q[:, i].max())):
+                yield joint, sign * (q[:, i] - end), joint_text(robot, i, worst), joint_text(robot, i, end)
+        if floor_m is not None and len(q):
+            height = lowest(robot, q, self.tools)
+            yield "the lowest part", floor_m - height, f"{height.min():.3f} m", f"{floor_m:.3f} m (floor_m)"
+        if reach_m is not None and len(q):
+            far = reach(robot, q)
+            yield "the flange", far - reach_m, f"{far.max():.3f} m", f"{reach_m:.3f} m (reach_m)"
 
     def _broken(self, line: Array) -> list[Broken]:
         """Of one straight way whose last posture is the pose itself, (s, j)."""
-        robot, limits = self.robot, self.limits
         found: list[Broken] = []
-
-        def note(excess: Array, what: str, value: str, limit: str) -> None:
-            if excess.max() > 0:
-                found.append((bool(excess[-1] <= 0), f"{what} at {value}, limit {limit}"))
-
-        for i, joint in enumerate(robot.joints):
-            lower, upper = float(robot.lower[i]), float(robot.upper[i])
-            least, most = float(line[:, i].min()), float(line[:, i].max())
-            note(lower - SLACK - line[:, i], joint, joint_text(robot, i, least), joint_text(robot, i, lower))
-            note(line[:, i] - upper - SLACK, joint, joint_text(robot, i, most), joint_text(robot, i, upper))
-        if limits.floor_m is not None:
-            height = lowest(robot, line, self.tools)
-            note(
-                limits.floor_m - height, "the lowest part", f"{height.min():.3f} m", f"{limits.floor_m:.3f} m (floor_m)"
-            )
-        if limits.reach_m is not None:
-            far = reach(robot, line)
-            note(far - limits.reach_m, "the flange", f"{far.max():.3f} m", f"{limits.reach_m:.3f} m (reach_m)")
+        for what, excess, value, limit in self._excesses(line):
+            slack = SLACK if what in self.robot.joints else 0.0
+            if excess.max() > slack:
+                found.append((bool(excess[-1] <= slack), f"{what} at {value}, limit {limit}"))
         return found
 
 

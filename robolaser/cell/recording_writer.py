@@ -1,6 +1,7 @@
-"""The writer of a recording: a complete data set is on the disk after every pose."""
+"""The writer of a recording: a complete data set is on the disk after every pose, and is gone on with from there."""
 
 import os
+import re
 import time
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -12,23 +13,27 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array, Image
-from robolaser.bounded_reading import read_text
+from robolaser.bounded_reading import IMAGE_BYTES, read_bytes, read_text
 from robolaser.cell.camera import Warn
 from robolaser.cell.following import LOG_FILES, SetpointLog, Tick
-from robolaser.cell.quantization_noise import KEY, SECTION, quantization_rad, with_noise
-from robolaser.cell.recovery import POSES, another_plan, check_same_cell, pictured, recorded_rows
 from robolaser.cell.route import Waypoint, from_table, route_text
-from robolaser.data.atomic_write import naming, write_together
 from robolaser.data.cell_config import Cell
-from robolaser.data.csv_tables import read_table, table_text
+from robolaser.data.csv_tables import CsvTable, read_table, table_text
 from robolaser.data.image_list import LIT, UNLIT
-from robolaser.errors import DataError
+from robolaser.data.result_folder import make_folder, write_together
+from robolaser.data.toml_schema import read_toml
+from robolaser.errors import DataError, PlanError
+from robolaser.robot.kinematics import Robot
 
-DATASET, PLAN, IMAGES = "dataset.toml", "plan.csv", "images"
+DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
 FILES = (DATASET, POSES, PLAN, "points.csv", "stripes.npy", *LOG_FILES)
 """Those that make a folder a recording, and what is extracted from one and no longer true of another."""
 LEAST_PAUSE_S = 1.0
 """Between the last pose before an interruption and the first after it, where the disk's clock says less."""
+MERE_WORDS = ("name", "source", "licence")
+SECTION, KEY = "noise", "joint_rad"
+HEADER = re.compile(r"^[ \t]*\[[ \t]*[\"']?noise[\"']?[ \t]*\].*$", re.MULTILINE)
+PNG_BEGINS, PNG_ENDS = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 
 
 @final
@@ -86,18 +91,19 @@ class RecordingWriter:
                 file=folder / PLAN,
             )
         planned = from_table(folder / PLAN, cell.robot)
-        begun = read_table(folder / POSES).columns if (folder / POSES).is_file() else ()
-        taken = sum(column.startswith(LIT) and column != UNLIT for column in begun)
+        begun = read_table(folder / POSES) if (folder / POSES).is_file() else None
+        shown = [] if begun is None else [column for column in begun.columns if column.startswith(LIT)]
+        taken = len({*shown} - {UNLIT})
         if shots and taken not in (0, shots):
-            raise another_plan(folder, f"{taken} shots a pose, not {shots}")
+            raise _another_plan(folder, f"{taken} shots a pose, not {shots}")
         if waypoints is not None and route_text(cell.robot, waypoints) != route_text(cell.robot, planned):
-            raise another_plan(folder, f"its {len(planned)} poses are not the {len(waypoints)} of this one")
+            raise _another_plan(folder, f"its {len(planned)} poses are not the {len(waypoints)} of this one")
         writer = cls(cell, folder, planned, taken or shots or 1)
         writer.begun = True
         if (folder / DATASET).is_file():
-            check_same_cell(folder / DATASET, cell)
-        if (folder / POSES).is_file():
-            writer._take_up(folder / POSES)
+            _check_same_cell(folder / DATASET, cell)
+        if begun is not None:
+            writer._take_up(begun)
         return writer
 
     @property
@@ -116,7 +122,7 @@ class RecordingWriter:
         """Names of what will be written to the folder or cleared away there."""
         stems, shots = map(self._stem, (one.name for one in self.remaining)), self._columns()
         images = [f"{IMAGES}/{stem}{_ending(shot)}" for stem in stems for shot in shots if shot.startswith(LIT)]
-        return images if self.begun else [*pictured(self.folder), *FILES, *self._description(), *images]
+        return images if self.begun else [*_pictured(self.folder), *FILES, *self._description(), *images]
 
     def unused(self, name: str) -> str:
         """A name that no pose bears: the one given, or with a number after it."""
@@ -153,15 +159,15 @@ class RecordingWriter:
         Raises:
             OutputError: The disk is full; the recording is as it was before.
         """
-        cleared = () if self.begun else (*pictured(self.folder), *FILES)
+        cleared = () if self.begun else (*_pictured(self.folder), *FILES)
         planned = bool(self.waypoints) and not self.begun
         files = {PLAN: route_text(self._robot, self.waypoints).encode()} if planned else {}
         rows = list(self._rows)
         for sample in samples:
             row = {"pose": sample.name, "time_s": f"{sample.time_s:.3f}"}
-            row |= {f"q_{joint}": repr(float(q)) for joint, q in zip(self._robot.joints, sample.q, strict=True)}
-            if sample.qd is not None:
-                row |= {f"qd_{joint}": repr(float(v)) for joint, v in zip(self._robot.joints, sample.qd, strict=True)}
+            for what, values in (("q", sample.q), ("qd", sample.qd)):
+                told = () if values is None else zip(self._robot.joints, values.tolist(), strict=True)
+                row |= {f"{what}_{joint}": repr(value) for joint, value in told}
             for column, image in sample.images.items():
                 row[column] = f"{IMAGES}/{self._stem(sample.name)}{_ending(column)}"
                 files[row[column]] = cv2.imencode(".png", image)[1].tobytes()
@@ -174,8 +180,7 @@ class RecordingWriter:
         columns = self._columns()
         files[POSES] = table_text(columns, [[row.get(name, "") for name in columns] for row in rows]).encode()
         for home in {(self.folder / name).parent for name in files}:
-            with naming(home):
-                home.mkdir(parents=True, exist_ok=True)
+            make_folder(home)
         write_together(self.folder, files, cleared)
         self._rows, self.begun = rows, True
 
@@ -186,11 +191,10 @@ class RecordingWriter:
         return name if plain.isascii() and plain.isalnum() else f"visit.{number:04d}"
 
     def _columns(self) -> list[str]:
-        switched = [UNLIT] if self._cell.laser_output is not None else []
-        joints = [f"q_{joint}" for joint in self._robot.joints]
-        if not self.waypoints:  # somebody else moves the arm
-            return ["pose", "time_s", *joints, *(f"qd_{joint}" for joint in self._robot.joints), "image"]
-        return ["pose", "time_s", *joints, "image", *switched, *(f"image_{k}" for k in range(2, self.shots + 1))]
+        switched = [UNLIT] if self.waypoints and self._cell.laser_output is not None else []
+        quantities = ("q",) if self.waypoints else ("q", "qd")  # where somebody else moves the arm, it moves on
+        joints = [f"{what}_{joint}" for what in quantities for joint in self._robot.joints]
+        return ["pose", "time_s", *joints, LIT, *switched, *(f"image_{k}" for k in range(2, self.shots + 1))]
 
     def _description(self) -> dict[str, bytes]:
         """dataset.toml and the URDF that it names, as the cell has them; dataset.toml comes last."""
@@ -199,13 +203,24 @@ class RecordingWriter:
         drawn = self._cell.folder / urdf
         return {**({urdf: drawn.read_bytes()} if drawn.is_file() else {}), DATASET: text.encode()}
 
-    def _take_up(self, table: Path) -> None:
-        """Read the rows whose images are whole; the others' poses are visited again."""
-        self._rows = recorded_rows(table, self._columns())
+    def _take_up(self, table: CsvTable) -> None:
+        """Take the rows whose images are whole, of columns as they would be now; the others' poses are visited again.
+
+        Raises:
+            DataError: It has other columns, or a time or a reading is no number; with row and column.
+        """
+        columns = self._columns()
+        if differing := sorted(table.columns.keys() ^ set(columns)):
+            what = f"its poses.csv and what would be recorded now differ in {', '.join(differing)}"
+            raise _another_cell(self.folder, what)
+        table.numbers([name for name in columns if name == "time_s" or name.startswith("q_")])
+        rows = (dict(zip(columns, cells, strict=True)) for cells in zip(*map(table.cells, columns), strict=True))
+        images = [name for name in columns if name.startswith(LIT)]
+        self._rows = [row for row in rows if all(_is_whole(self.folder / row[name]) for name in images if row[name])]
         self.time_s = max([0.0, *(float(row["time_s"]) for row in self._rows)])
         again = {name for waypoint in self.remaining for name in waypoint.approach_names}
         self._rows = [row for row in self._rows if row["pose"] not in again]
-        pause_s = time.time() - os.stat(table).st_mtime
+        pause_s = time.time() - os.stat(self.folder / POSES).st_mtime
         self.time_s += max(LEAST_PAUSE_S, pause_s)
         self._log.take_up(self.folder, {row["pose"] for row in self._rows})
 
@@ -213,3 +228,72 @@ class RecordingWriter:
 def _ending(column: str) -> str:
     """image: .png, image_2: .2.png, image_off: .off.png."""
     return f"{column.removeprefix('image').replace('_', '.')}.png"
+
+
+def _check_same_cell(file: Path, cell: Cell) -> None:
+    """See that a recording's dataset.toml is its cell's, but for the noise of readings that was put there.
+
+    Raises:
+        DataError: It is not.
+    """
+    now, then = read_toml(cell.folder / file.name), read_toml(file)
+    if KEY not in now.get(SECTION, {}):
+        then.get(SECTION, {}).pop(KEY, None)
+    keys = [key for key in {**then, **now} if key not in MERE_WORDS and then.get(key, {}) != now.get(key, {})]
+    if keys:
+        raise _another_cell(file.parent, f"its dataset.toml and the cell's differ in {', '.join(keys)}")
+
+
+def _pictured(folder: Path) -> list[str]:
+    """Names of the images that a recording has taken; none where its poses.csv cannot be read."""
+    try:
+        read = read_table(folder / POSES)
+    except DataError:
+        return []
+    names = [name for column in read.columns if column.startswith("image") for name in read.cells(column)]
+    return [name for name in names if name.startswith("images/") and ".." not in name and (folder / name).is_file()]
+
+
+def _another_plan(folder: Path, what: str) -> PlanError:
+    return PlanError(
+        f"{folder} was begun with another plan: {what}. Continue with --resume alone, which keeps to that plan,"
+        " or choose another --output."
+    )
+
+
+def _is_whole(image: Path) -> bool:
+    """Whether a PNG file is there from its first byte to its last."""
+    try:
+        data = read_bytes(image, IMAGE_BYTES)
+    except DataError:
+        return False
+    return data.startswith(PNG_BEGINS) and data.endswith(PNG_ENDS)
+
+
+def _another_cell(folder: Path, what: str) -> DataError:
+    return DataError(
+        f"{folder} was begun in another cell: {what}. Continue with the cell as it was, or choose another --output.",
+        file=folder,
+    )
+
+
+def quantization_rad(step: Array, robot: Robot) -> float:
+    """Standard deviation of a reading cut off at steps, (j,) [rad or m], RMS over the joints that turn [rad]."""
+    turning = step[~robot.prismatic]
+    return float(np.sqrt(np.mean(turning**2) / 12.0)) if turning.size else 0.0
+
+
+def with_noise(text: str, noise_rad: float) -> str | None:
+    """dataset.toml with a standard deviation of readings [rad], unless it states one or there is none.
+
+    Returns:
+        None: Its [noise] is no section with a line of its own.
+    """
+    said = tomllib.loads(text)
+    if noise_rad == 0 or KEY in said.get(SECTION, {}):
+        return text
+    line = f"{KEY} = {noise_rad:.2g}   # the steps of the arm's readings over the root of 12"
+    if SECTION not in said:
+        return f"{text.rstrip()}\n\n[{SECTION}]\n{line}\n"
+    new = HEADER.sub(rf"\g<0>\n{line}", text, count=1)
+    return new if KEY in tomllib.loads(new)[SECTION] else None

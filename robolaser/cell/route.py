@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_json
 from robolaser.data.csv_tables import CsvTable, bad_cell, read_table, table_text
-from robolaser.data.pose_table import outside_limits
+from robolaser.data.data_tables import outside_limits
 from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
 
@@ -40,8 +40,13 @@ class Waypoint:
 
 def numbered(q: Array) -> tuple[Waypoint, ...]:
     """Poses (n, j) under the names p001, p002, ..."""
-    digits = max(3, len(str(len(q))))
-    return tuple(Waypoint(f"p{i:0{digits}d}", row) for i, row in enumerate(q, start=1))
+    return tuple(map(Waypoint, pose_names("p", len(q)), q))
+
+
+def pose_names(letter: str, count: int) -> list[str]:
+    """p001, p002, ..."""
+    digits = max(3, len(str(count)))
+    return [f"{letter}{i:0{digits}d}" for i in range(1, count + 1)]
 
 
 def from_table(path: Path, robot: Robot) -> tuple[Waypoint, ...]:

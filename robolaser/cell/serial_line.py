@@ -1,13 +1,18 @@
-"""A serial line: what goes out, what comes in, and how long silence may last; bytes are the letters of Latin-1."""
+"""Arms on a serial line: what goes out, what comes in, and how long silence may last; bytes are Latin-1's letters."""
 
 import re
 from collections.abc import Sequence
-from typing import Any, Self, final
+from typing import Any, ClassVar, Self, final
 
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
-from robolaser.cell.failures import LineFlooded, line_lost
-from robolaser.data.cell_config import ArmLine
+from robolaser.cell.failures import joints_differ, line_lost
+from robolaser.data.cell_config import ArmLine, Cell
 from robolaser.errors import ArmError
+from robolaser.robot.kinematics import Robot
 
 SCHEMES = ("socket", "rfc2217", "loop")  # of URLs that may be opened; what loop:// hears is what it sent
 LETTERS = "latin-1"
@@ -21,7 +26,7 @@ LONGEST_S = 6.0  # how long a device may send without an answer; the longest tak
 class SerialLine:
     """Text from and to a device, over what pyserial opens.
 
-    Raises (every method): LineLost where the port is gone, LineFlooded where the device talks without end.
+    Raises (every method): LineLost where the port is gone, ArmError where the device talks without end.
     """
 
     def __init__(self, wire: Any, port: str, clock: Clock) -> None:
@@ -101,8 +106,8 @@ class SerialLine:
         """Close the port."""
         self._transport.close()
 
-    def _flooded(self, received: int) -> LineFlooded:
-        return LineFlooded(
+    def _flooded(self, received: int) -> ArmError:
+        return ArmError(
             f"The arm on {self.port} sends without end: {received} bytes and no answer among them."
             " Stop the program in the controller and check [arm] baud in cell.toml."
         )
@@ -134,3 +139,60 @@ def _ports() -> Sequence[str]:
     from serial.tools.list_ports import comports  # noqa: PLC0415
 
     return sorted(port.device for port in comports() if port.hwid != "n/a")
+
+
+class LineArm(Arm):
+    """angle = reference_rad + direction (what the controller counts, as an angle)."""
+
+    most: ClassVar[int]
+    """How many joints can share the line."""
+
+    def __init__(self, line: SerialLine, arm: ArmLine, robot: Robot) -> None:
+        self._line, self._joints = line, robot.joints
+        count = len(self._joints)
+        if not 0 < count <= self.most:
+            raise joints_differ(arm.kind, count, self.most)
+        self._reference = np.array(arm.reference_rad or [0.0] * count)
+        self._direction = np.array(arm.direction or [1.0] * count)
+
+    @classmethod
+    def open(cls, cell: Cell, clock: Clock) -> Self:
+        """Open the port and begin its protocol; where that fails, the port is closed again.
+
+        Raises:
+            ArmError: It cannot be opened, or does not lead to this robot's controller.
+            DataError: The robot has more joints than can share the line.
+        """
+        line = SerialLine.open(cell.arm, clock)
+        try:
+            return cls(line, cell.arm, cell.robot)
+        except BaseException:
+            line.close()
+            raise
+
+    def close(self) -> None:
+        """Close the port."""
+        self._line.close()
+
+
+class BusArm(LineArm):
+    """Servos with absolute encoders, and no output."""
+
+    outputs: ClassVar[int | None] = 0
+    absolute_encoders: ClassVar[bool] = True
+    counted_rad: ClassVar[float]
+    """What one count of a servo, from its middle, is [rad]."""
+
+    def __init__(self, line: SerialLine, arm: ArmLine, robot: Robot) -> None:
+        super().__init__(line, arm, robot)
+        self._ids = arm.ids or tuple(range(1, len(self._joints) + 1))
+        self.step = np.full(len(self._joints), self.counted_rad)
+
+    def home(self) -> None:
+        """Nothing: their encoders are absolute."""
+
+    def _angles(self, counts: Ints) -> Array:
+        return np.asarray(self._reference + self._direction * counts * self.counted_rad)
+
+    def _counts(self, q: Array) -> Ints:
+        return np.asarray(np.rint(self._direction * (q - self._reference) / self.counted_rad).astype(np.int64))

@@ -127,7 +127,7 @@ class UrArm(Arm):
         """Take note of what the package returns: False where the controller did not take a command.
 
         Raises:
-            ArmRefused: It did not.
+            ArmError: It did not.
         """
         if not done:
             raise refused(self._address, command, "False", "look at the teach pendant: is it in remote control?")

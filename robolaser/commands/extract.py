@@ -42,10 +42,9 @@ def extract(
         force: Overwrite earlier points.
     """
     from robolaser.bounded_reading import IMAGE_BYTES, read_bytes
-    from robolaser.data.atomic_write import STAGED, written_later
     from robolaser.data.image_list import images_of_poses
     from robolaser.data.loading import load
-    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.data.result_folder import STAGED, results_in, write_results, written_later
     from robolaser.data.several_sensors import CORNERS
     from robolaser.data.writing import FOLDER, point_texts, texts_of
     from robolaser.model.sensors import sensor_class

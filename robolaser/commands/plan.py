@@ -91,9 +91,9 @@ def _of_table(file: Path, robot: str, flange: str | None, sensor: str) -> "Datas
     """The poses of a poses.csv that stands by itself."""
     import numpy as np
 
+    from robolaser.data.data_tables import read_poses
     from robolaser.data.dataset import Dataset, Points
     from robolaser.data.importers.robots import find_robot
-    from robolaser.data.pose_table import read_poses
     from robolaser.model.sensors import sensors
 
     if sensor not in sensors():

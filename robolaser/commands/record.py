@@ -193,7 +193,7 @@ def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
 def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Terminal) -> None:
     """Each place, the time to it and the height of the arm's lowest part there."""
     from robolaser.cell.clock import seconds_for
-    from robolaser.cell.joint_text import joint_text
+    from robolaser.cell.failures import joint_text
     from robolaser.cell.plan_validation import RouteCheck, lowest
     from robolaser.cell.route import way
 
@@ -275,11 +275,12 @@ def _record(
 def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:
     """Take images while others move the arm."""
     from robolaser.cell.recording_writer import RecordingWriter
-    from robolaser.cell.watch import sample_names, watch
+    from robolaser.cell.route import pose_names
+    from robolaser.cell.session import watch
     from robolaser.data.result_folder import results_in
 
     names, writer = list[str](), RecordingWriter(cell, output, (), 1)
-    files = [*writer.files, *(f"images/{name}.png" for name in sample_names(count))]
+    files = [*writer.files, *(f"images/{name}.png" for name in pose_names("w", count))]
     with (
         results_in(output, command="record", files=files, inputs=read, over=["extract"], force=force),
         _opened(cell, terminal) as (arm, camera, clock, progress),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from robolaser.arrays import Array, Progress
     from robolaser.scan import Scan
     from robolaser.scan.cloud import Cloud
-    from robolaser.scan.cloud_filters import Subsample
+    from robolaser.scan.cloud_files import Subsample
     from robolaser.scan.ply import Vertices
 
 ENDINGS = (".ply", ".pcd", ".las", ".e57")
@@ -74,7 +74,7 @@ class PointOptions:
         """The points of a cloud that are kept, with what is added to them; some are remembered in a sample."""
         import numpy as np
 
-        from robolaser.scan.cloud_filters import one_per_voxel, with_colours, with_normals, within
+        from robolaser.scan.cloud_files import one_per_voxel, with_colours, with_normals, within
 
         pieces: Iterable[Vertices] = cloud.pieces(progress)
         pieces = pieces if self.region is None else within(pieces, region_of(self.region))
@@ -123,13 +123,11 @@ def scan(
         report: Write CLOUD.html beside it, with charts.
         force: Overwrite an earlier cloud.
     """
-    from robolaser.data.atomic_write import STAGED
-    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.data.result_folder import STAGED, results_in, write_results
     from robolaser.report.cloud import document
     from robolaser.report.console import print_document
     from robolaser.report.page import render
-    from robolaser.scan.cloud_files import write_cloud
-    from robolaser.scan.cloud_filters import Subsample
+    from robolaser.scan.cloud_files import Subsample, write_cloud
     from robolaser.scan.quality import measure
 
     files, inputs = [output, *([output.with_suffix(".html")] if report else [])], [calibration, recording, *more]

@@ -75,19 +75,15 @@ def view(
 
 def _fitted(data: "Dataset", calibration: Path) -> tuple["CellPoses", Sequence[str]]:
     """The cell by the numbers and effects of a saved calibration, and what is not known of the effects."""
-    import msgspec
-
+    from robolaser.data.toml_schema import typed
     from robolaser.model.effects import found_effect
     from robolaser.report.viewer.cells import fitted_cell
     from robolaser.results.calibration import load_calibration
     from robolaser.results.contents import numbers_of
-    from robolaser.scan.saved_calibration import SavedCell
+    from robolaser.scan.calibrated import SavedCell
 
-    try:
-        contents = load_calibration(calibration).to_dict()
-        found = msgspec.convert(contents, SavedCell)
-    except msgspec.ValidationError as error:
-        raise DataError(f"Cannot use {calibration}: {error}.", file=calibration) from None
+    contents = load_calibration(calibration).to_dict()
+    found = typed(contents, SavedCell, file=str(calibration), others=True)
     image = found.model.image
     if image and data.image_px and image != data.image_px:
         of_data, of_calibration = ("{} x {} px".format(*size) for size in (data.image_px, image))
@@ -96,7 +92,7 @@ def _fitted(data: "Dataset", calibration: Path) -> tuple["CellPoses", Sequence[s
             " calibration of the camera that took them, or correct [image] in dataset.toml.",
             file=calibration,
         )
-    effects = [found_effect(one.effect, one.where, data.robot) for one in found.effects]
+    effects = [found_effect(one["effect"], one["where"], data.robot) for one in contents["effects"]]
     numbers = {name: number["value"] for name, number in numbers_of(contents).items()}
     return fitted_cell(data, effects, numbers, found.run)
 

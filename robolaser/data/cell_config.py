@@ -4,11 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, final
 
-import numpy as np
 from msgspec import Meta
 
 from robolaser.data.dataset import Dataset
-from robolaser.data.dataset_file import QUATERNION_SLACK, NonEmpty, describe
+from robolaser.data.dataset_file import NonEmpty, check_rotation, describe
 from robolaser.data.toml_schema import NotNegative, Positive, lacking, read_toml, typed, wrong
 from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.robot.kinematics import Robot
@@ -164,29 +163,18 @@ def load_cell(folder: str | Path) -> Cell:
         raise lacking("dataset.toml", "[robot]", ": there is no arm to move. Name its urdf, flange and joints")
     _check_arm(read.arm, len(description.robot.joints))
     _check_boxes(read.box, description.robot)
-    return Cell(
-        description=description,
-        arm=read.arm,
-        camera=read.camera,
-        laser_output=read.laser.output,
-        limits=read.limits,
-        boxes=read.box,
-        warnings=(*description.warnings, *_unlimited(read.limits), *_unattended(read.arm)),
-    )
+    warnings = (*description.warnings, *_warnings(read.arm, read.limits))
+    return Cell(description, read.arm, read.camera, read.laser.output, read.limits, read.box, warnings)
 
 
-def _unlimited(limits: Limits) -> list[str]:
+def _warnings(arm: ArmLine, limits: Limits) -> list[str]:
     kept = {"floor_m": "no part of the arm is kept from the floor", "reach_m": "the arm may stretch as far as it goes"}
-    return [f"{FILE}, [limits] has no {key}: {what}." for key, what in kept.items() if getattr(limits, key) is None]
-
-
-def _unattended(arm: ArmLine) -> list[str]:
-    if arm.unattended_s <= MOST_UNATTENDED_S:
-        return []
-    return [
-        f"{FILE}, [arm] unattended_s: if this computer dies, the arm moves on for up to {arm.unattended_s:g} s. Use"
-        f" more than {MOST_UNATTENDED_S:g} s only with an emulator."
-    ]
+    warnings = [f"{FILE}, [limits] has no {key}: {why}." for key, why in kept.items() if getattr(limits, key) is None]
+    if arm.unattended_s > MOST_UNATTENDED_S:
+        on = f"if this computer dies, the arm moves on for up to {arm.unattended_s:g} s"
+        only = f"Use more than {MOST_UNATTENDED_S:g} s only with an emulator."
+        warnings.append(f"{FILE}, [arm] unattended_s: {on}. {only}")
+    return warnings
 
 
 def _check_arm(arm: ArmLine, joints: int) -> None:
@@ -212,5 +200,4 @@ def _check_boxes(boxes: tuple[Box, ...], robot: Robot) -> None:
             raise wrong(FILE, ("box", "name"), box.name, "a name that no other box and no link has")
         if box.link is not None and box.link not in links:
             raise unknown_frame(f"{FILE}, [[box]] {box.name}", box.link, links)
-        if abs(float(np.linalg.norm(box.quat)) - 1) > QUATERNION_SLACK:
-            raise wrong(FILE, ("box", "quat"), list(box.quat), "a rotation (x, y, z, w) of length 1")
+        check_rotation(box.quat, f"{FILE}, [[box]] quat, entry {number + 1}", FILE)

@@ -230,10 +230,25 @@ class Dataset:
         points: Mapping[str, Iterable[Any]],
         *,
         robot: Robot | str | Path | None = None,
+        flange: str | None = None,
         sensor: str = "point",
-        **tables: Any,
+        name: str = "measured",
+        **tables: Mapping[str, Any],
     ) -> "Dataset":
-        """A data set of columns in memory: see `robolaser.data.frames.dataset_of_frames`.
+        """A data set of columns in memory, such as a dictionary of lists or a data frame of pandas, checked like files.
+
+        Args:
+            poses: The columns of poses.csv; without `pose`, poses are called 0, 1, 2 …
+            points: The columns of points.csv.
+            robot: The arm: what `find_robot` takes, or its result; None for measured flange poses.
+            flange: Frame of a robot's file that carries the sensor.
+            sensor: Its kind.
+            name: Name of the data set.
+            tables: Of dataset.toml, such as `noise={"point_m": 3e-5}` or `target={"placed": False}`.
+
+        Raises:
+            DataError: A column is missing or has a wrong value, as in a file; columns have different lengths.
+            UsageError: There is no such robot.
 
         Examples:
             >>> poses = {f"q_{joint}": [0.1, 0.4, 0.9] for joint in robolaser.find_robot("ur5").joints}
@@ -242,7 +257,8 @@ class Dataset:
             <Dataset measured: laser tracker, robot ur5, 3 points in 3 poses>
         """
         frames = import_module("robolaser.data.frames")  # it reads, and stands above this file
-        made: Dataset = frames.dataset_of_frames(poses, points, robot=robot, sensor=sensor, **tables)
+        described = {"": {"format": "robolaser-dataset/1", "name": name}, "sensor": {"kind": sensor}, **tables}
+        made: Dataset = frames.dataset_of_frames(poses, points, robot, flange, described)
         return made
 
     @property

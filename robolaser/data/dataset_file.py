@@ -1,25 +1,25 @@
-"""dataset.toml: what its keys mean, and what it says of robot, sensor and target."""
+"""dataset.toml: what its keys mean, and what it says of robot, sensor, target and parameters."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, final
 
 import numpy as np
 from msgspec import Meta
+from numpy.typing import ArrayLike
 
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.parameter_table import parameters_of
-from robolaser.data.printed_board import dictionary
-from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
+from robolaser.data.sensor_format import SensorFormat, sensor_format
 from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.several_sensors import described_members
 from robolaser.data.stated_noise import Noise
 from robolaser.data.toml_schema import Positive, lacking, read_toml, refused, typed, wrong
 from robolaser.errors import DataError, UsageError, unreadable
 from robolaser.geometry.rigid_motion import Quaternion
+from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import DOWN, Robot
 
@@ -121,14 +121,10 @@ def describe(folder: str | Path) -> Dataset:
     if "sensors" not in contents:
         return _described(contents, folder)
     members = described_members(contents, lambda one: _described(one, folder))
-    first, formats = members[0].data, [member.data.format for member in members]
+    several = replace(members[0].data, members=members)
     whole = typed({key: contents[key] for key in contents if key != "sensors"}, DatasetFile, file=FILE)
-    return replace(
-        first,
-        members=members,
-        parameters=parameters_of(whole.parameters, format_of_several(formats), FILE),
-        warnings=_unused(contents, format_of_several(formats)),
-    )
+    parameters = parameters_of(whole.parameters, several.format)
+    return replace(several, parameters=parameters, warnings=_unused(contents, several.format))
 
 
 def _refuse_motion(sensor: object) -> None:
@@ -156,7 +152,7 @@ def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
         options=options if declared.options else None,
         robot=None if read.robot is None else read_robot(read.robot, folder),
         poses=Poses(()),
-        parameters=parameters_of(read.parameters, declared, FILE),
+        parameters=parameters_of(read.parameters, declared),
         stripe_axis=getattr(options, "stripe_axis", "u"),
         image_px=None if image is None else (image.width_px, image.height_px),
         board=read.board,
@@ -194,21 +190,27 @@ def inside(folder: Path, path: str, where: str) -> Path:
     return whole
 
 
-def no_rotation(where: str, length: float, file: str, row: int | None = None, column: str | None = None) -> DataError:
-    """The error of a quaternion whose length is not one."""
-    return DataError(
-        f"{where}: the quaternion (x, y, z, w) has length {length:.4g}, expected 1. "
-        "Check the order of its four numbers, or normalise it.",
-        file=file,
-        row=row,
-        column=column,
-    )
+def check_rotation(
+    quaternion: ArrayLike, where: str, file: str, row: int | None = None, column: str | None = None
+) -> None:
+    """See that a quaternion is a rotation.
+
+    Raises:
+        DataError: Its length is not one.
+    """
+    length = float(np.linalg.norm(quaternion))
+    if abs(length - 1) > QUATERNION_SLACK:
+        raise DataError(
+            f"{where}: the quaternion (x, y, z, w) has length {length:.4g}, expected 1. "
+            "Check the order of its four numbers, or normalise it.",
+            file=file,
+            row=row,
+            column=column,
+        )
 
 
 def _check(read: DatasetFile, declared: SensorFormat) -> None:
-    length = float(np.linalg.norm(read.scanner.bracket_quat))
-    if abs(length - 1) > QUATERNION_SLACK:
-        raise no_rotation(f"{FILE}, [scanner] bracket_quat", length, FILE)
+    check_rotation(read.scanner.bracket_quat, f"{FILE}, [scanner] bracket_quat", FILE)
     if read.robot is not None and len(set(read.robot.joints)) < len(read.robot.joints):
         raise wrong(FILE, ("robot", "joints"), list(read.robot.joints), "a list of different names")
     if read.robot is None and declared.needs_robot:
@@ -217,20 +219,7 @@ def _check(read: DatasetFile, declared: SensorFormat) -> None:
         if getattr(read, table) is None:
             raise lacking(FILE, f"[{table}]", f", which a {declared.title} needs")
     if read.board is not None:
-        _check_board(read.board)
-
-
-def _check_board(board: Board) -> None:
-    markers = {"marker_m": board.marker_m, "dictionary": board.dictionary}
-    for key, value in markers.items():
-        if board.kind == "charuco" and value is None:
-            raise lacking(FILE, f"[board] {key}", ", which a ChArUco board needs")
-        if board.kind != "charuco" and value is not None:
-            raise wrong(FILE, ("board", key), value, f"no {key}: only a ChArUco board has markers")
-    if board.kind == "charuco":
-        dictionary(board)
-    if board.marker_m is not None and board.marker_m >= board.square_m:
-        raise wrong(FILE, ("board", "marker_m"), board.marker_m, f"less than square_m, {board.square_m:g}")
+        read.board.check()
 
 
 def read_robot(table: RobotTable, folder: Path) -> Robot:
@@ -251,3 +240,65 @@ def read_robot(table: RobotTable, folder: Path) -> Robot:
         except UsageError as error:
             raise DataError(f"{FILE}, [robot] urdf: {error}", file=FILE, column="urdf") from None
     return Robot.from_urdf(text, flange=table.flange, joints=table.joints, gravity=table.gravity, source=table.urdf)
+
+
+FULL_TURN = 2 * np.pi
+
+
+@final
+@dataclass(frozen=True)
+class ParameterEntry:
+    """One of `[parameters]`."""
+
+    nominal: float
+    lower: float | None = None
+    upper: float | None = None
+    fixed: bool = False
+
+
+def parameters_of(table: Mapping[str, Any], declared: SensorFormat) -> dict[str, Parameter]:
+    """Every key as a parameter; `target.x = ...` and `"target.x" = ...` are one."""
+    found = {}
+    for name, values in _entries(table):
+        at = ("parameters", name)
+        if not isinstance(values, dict):
+            raise wrong(FILE, at, values, "{ nominal = ..., lower = ..., upper = ... }")
+        entry = typed(values, ParameterEntry, file=FILE, at=at)
+        reason = _fault(name, entry, declared)
+        if reason:
+            raise refused(FILE, f"[parameters] {name}", reason)
+        lower, upper = (entry.nominal if end is None else end for end in (entry.lower, entry.upper))
+        found[name] = Parameter(name, declared.unit_of(name), entry.nominal, lower, upper)
+    return found
+
+
+def _fault(name: str, entry: ParameterEntry, declared: SensorFormat) -> str:
+    """What is wrong with a parameter's numbers; "" where nothing is."""
+    nominal, lower, upper = entry.nominal, entry.lower, entry.upper
+    if entry.fixed:
+        if (lower, upper) != (None, None):
+            return "it is fixed at its nominal value, and has no bounds. Delete fixed, or lower and upper."
+        lower = upper = nominal
+    elif lower is None or upper is None:
+        missing = "lower" if lower is None else "upper"
+        return f"{missing} is missing: expected a number, or fixed = true to hold it at its nominal value."
+    elif not lower <= nominal <= upper or lower == upper:
+        why = "the nominal value must lie between the bounds" if lower < upper else "lower must be below upper"
+        return f"nominal {nominal:g}, lower {lower:g}, upper {upper:g}; {why}."
+    if name in declared.positive and lower <= 0:
+        return f"lower is {lower:g}, but this parameter is positive. Give a lower bound above zero."
+    largest = max((nominal, lower, upper), key=abs)
+    if declared.unit_of(name) == "rad" and abs(largest) > FULL_TURN:
+        return f"{largest:g} rad is more than a full turn. Are these degrees?"
+    return ""
+
+
+def _entries(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Names and what they stand for; TOML reads a name with dots as tables within tables."""
+    known = set(ParameterEntry.__annotations__)
+    for name, values in table.items():
+        tables = isinstance(values, dict) and values and all(isinstance(value, dict) for value in values.values())
+        if tables and not values.keys() & known:
+            yield from ((f"{name}.{rest}", value) for rest, value in _entries(values))
+        else:
+            yield name, values

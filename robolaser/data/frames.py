@@ -7,10 +7,9 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from robolaser.data.dataset import Dataset
-from robolaser.data.dataset_file import FORMAT
 from robolaser.data.importers.robots import find_robot
 from robolaser.data.loading import load
-from robolaser.data.writing import csv_text, robot_table, toml_lines
+from robolaser.data.writing import csv_text, robot_table, toml_text
 from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
 
@@ -21,37 +20,18 @@ FrameColumns = Mapping[str, Iterable[Any]]
 def dataset_of_frames(
     poses: FrameColumns,
     points: FrameColumns,
-    *,
-    robot: Robot | str | Path | None = None,
-    flange: str | None = None,
-    sensor: str = "point",
-    name: str = "measured",
-    **tables: Mapping[str, Any],
+    robot: Robot | str | Path | None,
+    flange: str | None,
+    tables: Mapping[str, Mapping[str, Any]],
 ) -> Dataset:
-    """A data set of columns in memory, checked like files.
-
-    Args:
-        poses: The columns of poses.csv; without `pose`, poses are called 0, 1, 2 …
-        points: The columns of points.csv.
-        robot: The arm: what `find_robot` takes, or its result; None for measured flange poses.
-        flange: Frame of a robot's file that carries the sensor.
-        sensor: Its kind.
-        name: Name of the data set.
-        tables: Of dataset.toml, such as `noise={"point_m": 3e-5}` or `target={"placed": False}`.
-
-    Raises:
-        DataError: A column is missing or has a wrong value, as in a file; columns have different lengths.
-        UsageError: There is no such robot.
-    """
+    """See `Dataset.from_frames`; `tables` are all of dataset.toml but that of the robot."""
     arm = robot if isinstance(robot, Robot) or robot is None else find_robot(robot, flange=flange)
-    described: dict[str, Mapping[str, Any]] = {"": {"format": FORMAT, "name": name}, "[sensor]": {"kind": sensor}}
-    described |= {f"[{table}]": values for table, values in tables.items()}
+    described = {f"[{table}]" if table else "": values for table, values in tables.items()}
     if arm is not None:
         described["[robot]"] = robot_table(arm)
-    poses = dict(poses.items())
-    count = len(_column(next(iter(poses.values()), ())))
+    count = len(_column(next(iter(dict(poses.items()).values()), ())))
     texts = {
-        "dataset.toml": "\n".join(line for table in described.items() for line in toml_lines(*table)),
+        "dataset.toml": toml_text(described.items()),
         "poses.csv": _csv({"pose": range(count), **poses}, "poses"),
         "points.csv": _csv(points, "points"),
         **({} if arm is None else {"robot.urdf": arm.urdf}),

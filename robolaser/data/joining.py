@@ -1,7 +1,8 @@
-"""Data sets of one arm joined into one, with a session each, or as poses that followed others."""
+"""Data sets of one arm joined into one, with a session each, or as poses that followed others; and which are alike."""
 
+import hashlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, fields, is_dataclass, replace
 from itertools import chain
 from typing import Any
 
@@ -9,7 +10,6 @@ import numpy as np
 
 from robolaser.data.csv_tables import RowTable
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.data.fingerprint import fingerprint
 from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import DataError
@@ -209,3 +209,38 @@ def _differences(one: Dataset, other: Dataset) -> Iterator[str]:
 
 def _listed(sensors: list[tuple[str, str]]) -> str:
     return ", ".join(f"{name} ({kind})" for name, kind in sensors) or "not there"
+
+
+WORDS = frozenset({"name", "source", "licence", "folder", "warnings"})
+"""Descriptions of a data set and its folder, which its residuals do not depend on."""
+
+
+def fingerprint(*values: Any) -> str:
+    """A digest of values of any kind, 64 hexadecimal digits.
+
+    All fields of a data set count except `WORDS` and those that follow from others (`compare=False`), so new fields are
+    included without a change here.
+
+    Args:
+        values: Data sets, further dataclasses, mappings, sequences, arrays, texts and numbers, one within another.
+    """
+    return _digest(repr(_plain(values)).encode())
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    """Lists, dictionaries and texts that say the same."""
+    if isinstance(value, np.ndarray):
+        return [value.dtype.str, value.shape, _digest(value.tobytes())]
+    if is_dataclass(value) and not isinstance(value, type):
+        names = [one.name for one in fields(value) if one.compare]
+        uncounted = WORDS if {"poses", "points"} <= set(names) else frozenset()
+        return [type(value).__name__, _plain({name: getattr(value, name) for name in names if name not in uncounted})]
+    if isinstance(value, Mapping):
+        return {name: _plain(value[name]) for name in sorted(value)}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_plain(one) for one in value]
+    return value

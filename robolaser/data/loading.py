@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from robolaser.data import pose_table
+from robolaser.data import data_tables
 from robolaser.data.csv_tables import read_table
+from robolaser.data.data_tables import points_of, read_poses, some
 from robolaser.data.dataset import Dataset, Points, Poses, SensorData
 from robolaser.data.dataset_file import FILE, describe, inside
 from robolaser.data.path_velocities import with_path_velocities
-from robolaser.data.point_table import points_of
-from robolaser.data.pose_table import read_poses, some
 from robolaser.data.sessions import FEWEST_POSES, Sessions
 from robolaser.data.several_sensors import with_points_of
 from robolaser.data.toml_schema import lacking, refused, wrong
@@ -30,7 +29,7 @@ def load(folder: str | Path) -> Dataset:
     """
     folder = Path(folder)
     described = describe(folder)
-    poses, odd = read_poses(folder / pose_table.FILE, described.robot)
+    poses, odd = read_poses(folder / data_tables.FILE, described.robot)
     dataset = with_path_velocities(
         replace(described, poses=poses, sessions=_sessions(described, poses), warnings=(*described.warnings, *odd))
     )
@@ -83,7 +82,7 @@ def _sessions(described: Dataset, poses: Poses) -> Sessions | None:
     if poses.session is None:
         if described.sessions is not None:
             how = "Add the column, with the name of each pose's campaign, or delete [sessions]"
-            raise lacking(pose_table.FILE, "column session", f", but {FILE} has [sessions]. {how}")
+            raise lacking(data_tables.FILE, "column session", f", but {FILE} has [sessions]. {how}")
         return None
     names = tuple(dict.fromkeys(poses.session))
     return Sessions(names) if described.sessions is None else replace(described.sessions, names=names)
@@ -98,7 +97,7 @@ def _check_sessions(dataset: Dataset) -> None:
         if count < FEWEST_POSES:
             few = f"'{name}' has {count} pose{'s' * (count != 1)} with points, but a session needs at least"
             how = f"{FEWEST_POSES}. Is the name misspelt? Otherwise measure more poses, or delete these."
-            raise refused(pose_table.FILE, "column session", f"{few} {how}")
+            raise refused(data_tables.FILE, "column session", f"{few} {how}")
 
 
 def _silent(dataset: Dataset) -> list[str]:

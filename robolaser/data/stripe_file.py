@@ -14,7 +14,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from robolaser.bounded_reading import CLOUD_BYTES, opened
-from robolaser.data.atomic_write import write_streamed
+from robolaser.data.result_folder import write_streamed
 from robolaser.errors import DataError, unreadable
 
 FILE = "stripes.npy"  # its name in the recording's folder

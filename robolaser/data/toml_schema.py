@@ -1,8 +1,9 @@
-"""TOML files read against dataclasses: a value of every declared type, or a sentence about the first that is wrong."""
+"""TOML and JSON read against dataclasses: a value of every declared type, or a sentence on the first that is wrong."""
 
 import math
+import operator
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -17,8 +18,9 @@ Key = tuple[str | int, ...]
 Positive = Annotated[float, msgspec.Meta(gt=0)]
 NotNegative = Annotated[float, msgspec.Meta(ge=0)]
 
-_FAULT = re.compile(r"(?:.*missing required field `(?P<missing>[^`]*)`|.*?)(?: - at `\$(?P<at>.*)`)?")
-_STEP = re.compile(r"\.([^.\[\]]+)|\[(\d+)\]")
+SCALARS: Mapping[type, Any] = {
+    inspect.NoneType: type(None), inspect.StrType: str, inspect.IntType: int, inspect.FloatType: (int, float),
+}  # fmt: skip
 LARGEST = 2**63 - 1
 MOST_SHOWN = 80
 
@@ -50,39 +52,68 @@ def read_toml(path: Path, expected: str = "", folder: str = "") -> dict[str, Any
     return contents
 
 
-def typed(values: object, type_: type[T], *, file: str, at: Key = ()) -> T:
-    """Values of a TOML file as a dataclass, nested ones included.
+def typed(values: object, type_: type[T], *, file: str, at: Key = (), others: bool = False) -> T:
+    """Values of a TOML or JSON file as a dataclass, nested ones included.
 
     Args:
         values: The file's contents, or a part of them.
         type_: A dataclass; its annotations are the schema, with bounds by `msgspec.Meta`.
         file: The file's name, for messages.
         at: Key of that part, for messages.
+        others: Whether the file may have further keys.
 
     Raises:
         DataError: A key is missing or unknown, or a value is not what the schema declares.
     """
-    schema, entries = inspect.type_info(type_), dict(_entries(values))
-    for key in entries:
-        known = _fields(_part(schema, key[:-1])) if isinstance(key[-1], str) else {}
-        if known and key[-1] not in known:
-            raise refused(file, _name(at + key), f"this key is not known.{near(str(key[-1]), known)}")
-    for key, value in entries.items():
-        is_huge = isinstance(value, int) and abs(value) > LARGEST
-        if is_huge or (isinstance(value, float) and not math.isfinite(value)):
-            raise wrong(file, at + key, value, _expected(_part(schema, key), key[-1], "a finite number"))
-    try:
-        return msgspec.convert(values, type_)
-    except msgspec.ValidationError as fault:
-        found = _FAULT.fullmatch(str(fault))
-        assert found is not None  # the pattern takes any text
-        key = tuple(name or int(number) for name, number in _STEP.findall(found["at"] or ""))
-        if found["missing"]:
-            key = (*key, found["missing"])
-            raise lacking(file, _name(at + key), f": expected {_expected(_part(schema, key), key[-1])}") from None
-        part = _part(schema, key)
-        choices = [str(value) for value in part.values] if isinstance(part, inspect.LiteralType) else []
-        raise wrong(file, at + key, entries[key], _expected(part, key[-1]), choices) from None
+    _check(values, inspect.type_info(type_), file, at, others=others)
+    return msgspec.convert(values, type_)
+
+
+def _check(value: object, schema: inspect.Type, file: str, key: Key, *, others: bool) -> None:
+    """See that a value, and all within it, are what a schema declares."""
+    inner: Iterable[tuple[str | int, object, inspect.Type]] | None = None
+    for part in schema.types if isinstance(schema, inspect.UnionType) else (schema,):
+        match part, value:
+            case inspect.DataclassType(), Mapping():
+                types = {one.encode_name: one.type for one in part.fields}
+                if unknown := [name for name in value if name not in types and not others]:
+                    why = f"this key is not known.{near(unknown[0], types)}"
+                    raise refused(file, _name((*key, unknown[0])), why)
+                if missing := [one.name for one in part.fields if one.required and one.name not in value]:
+                    expected = _expected(types[missing[0]], missing[0])
+                    raise lacking(file, _name((*key, missing[0])), f": expected {expected}")
+                inner = [(name, value[name], types[name]) for name in value if name in types]
+            case inspect.DictType(), Mapping():
+                inner = [(name, one, part.value_type) for name, one in value.items()]
+            case inspect.TupleType(), list() if len(value) == len(part.item_types):
+                inner = [(i, *one) for i, one in enumerate(zip(value, part.item_types, strict=True))]
+            case inspect.VarTupleType() | inspect.ListType(), list():
+                if len(value) >= (part.min_length or 0) and len(value) <= (part.max_length or len(value)):
+                    inner = [(i, one, part.item_type) for i, one in enumerate(value)]
+            case _ if _fits(value, part):
+                inner = ()
+    if inner is None:
+        choices = [str(one) for one in schema.values] if isinstance(schema, inspect.LiteralType) else []
+        raise wrong(file, key, value, _expected(schema, key[-1]), choices)
+    for name, one, type_ in inner:
+        _check(one, type_, file, (*key, name), others=others)
+
+
+def _fits(value: Any, part: inspect.Type) -> bool:
+    """Whether a value that has no others within it is what a schema declares."""
+    if isinstance(part, inspect.AnyType | inspect.LiteralType):
+        return isinstance(part, inspect.AnyType) or value in part.values
+    if isinstance(value, bool):
+        return isinstance(part, inspect.BoolType)
+    if not isinstance(value, SCALARS.get(type(part), ())):
+        return False
+    if isinstance(part, inspect.StrType):
+        return len(value) >= (part.min_length or 0) and re.search(part.pattern or "", value) is not None
+    if isinstance(part, inspect.IntType | inspect.FloatType):
+        ends = ((part.ge, operator.ge), (part.gt, operator.gt), (part.le, operator.le), (part.lt, operator.lt))
+        finite = math.isfinite(value) if isinstance(value, float) else abs(value) <= LARGEST
+        return finite and all(end is None or holds(value, end) for end, holds in ends)
+    return True
 
 
 def wrong(file: str, key: Key, value: object, expected: str, choices: Sequence[str] = ()) -> DataError:
@@ -118,45 +149,10 @@ def _name(key: Key) -> str:
     return f"{table}{'.'.join(words[1:] or words)}{entries}"
 
 
-def _entries(values: object, at: Key = ()) -> Iterator[tuple[Key, object]]:
-    """All values within values, tables and lists before what is in them."""
-    inner = values.items() if isinstance(values, Mapping) else enumerate(values) if isinstance(values, list) else ()
-    for key, value in inner:
-        yield (*at, key), value
-        yield from _entries(value, (*at, key))
-
-
-def _part(schema: inspect.Type, key: Key) -> inspect.Type | None:
-    """The schema of a key."""
-    if not key:
-        return schema
-    first, *rest = key
-    if isinstance(first, str):
-        part = _fields(schema).get(first)
-        return part and _part(part, tuple(rest))
-    for part in _alternatives(schema):
-        if isinstance(part, inspect.VarTupleType):
-            return _part(part.item_type, tuple(rest))
-        if isinstance(part, inspect.TupleType) and first < len(part.item_types):
-            return _part(part.item_types[first], tuple(rest))
-    return None
-
-
-def _fields(schema: inspect.Type | None) -> dict[str, inspect.Type]:
-    """The keys that a table may have."""
-    parts = _alternatives(schema) if schema else ()
-    return {one.name: one.type for part in parts if isinstance(part, inspect.DataclassType) for one in part.fields}
-
-
-def _alternatives(schema: inspect.Type) -> tuple[inspect.Type, ...]:
-    types = schema.types if isinstance(schema, inspect.UnionType) else (schema,)
-    return tuple(part for part in types if not isinstance(part, inspect.NoneType))
-
-
-def _expected(schema: inspect.Type | None, name: str | int, otherwise: str = "another value") -> str:
+def _expected(schema: inspect.Type, name: str | int) -> str:
     """What a schema asks for under a name, in words."""
-    words = [] if schema is None else [_in_words(part, name) for part in _alternatives(schema)]
-    return " or ".join(filter(None, words)) or otherwise
+    parts = schema.types if isinstance(schema, inspect.UnionType) else (schema,)
+    return " or ".join(filter(None, (_in_words(part, name) for part in parts))) or "another value"
 
 
 def _in_words(schema: inspect.Type, name: str | int) -> str:
@@ -176,7 +172,7 @@ def _in_words(schema: inspect.Type, name: str | int) -> str:
         case inspect.TupleType():
             parts = [_in_words(part, name) for part in schema.item_types]
             words = f"a list of {len(parts)}: {', '.join(parts) if len(set(parts)) > 1 else f'each {parts[0]}'}"
-        case inspect.VarTupleType(item_type=inspect.DataclassType()):
+        case inspect.VarTupleType(item_type=inspect.DataclassType() | inspect.DictType()):
             words = f"sections [[{name}]]"
         case inspect.VarTupleType():
             words = f"a list, each {_in_words(schema.item_type, name)}"

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import table_text
+from robolaser.data.data_tables import FLANGE_COLUMNS
 from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import FORMAT
-from robolaser.data.pose_table import FLANGE_COLUMNS
-from robolaser.data.result_folder import make_folder, write_results
+from robolaser.data.result_folder import write_results
 from robolaser.data.sessions import OWN
 from robolaser.errors import UsageError, output_exists
 from robolaser.geometry.rigid_motion import to_quaternion
@@ -43,7 +43,6 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
     for file in files_of(dataset):
         if not overwrite and (folder / file).exists():
             raise output_exists(folder / file)
-    make_folder(folder)
     write_results(folder, texts_of(dataset))
 
 
@@ -59,7 +58,7 @@ def texts_of(dataset: Dataset) -> dict[str, str | None]:
         **({} if dataset.robot is None else {"robot.urdf": dataset.robot.urdf}),
         "poses.csv": csv_text(pose_columns(dataset)),
         **(point_texts(dataset) if has_points else dict.fromkeys(sensor.file for sensor in dataset.sensors)),
-        "dataset.toml": "\n".join(_settings(dataset)) + "\n",
+        "dataset.toml": toml_text(_settings(dataset)),
     }
 
 
@@ -118,41 +117,34 @@ def point_columns(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
         yield from _spread(columns, points[name])
 
 
-def _settings(dataset: Dataset) -> Iterator[str]:
-    """The lines of dataset.toml."""
+def _settings(dataset: Dataset) -> Iterator[tuple[str, Mapping[str, object]]]:
+    """The tables of dataset.toml."""
     own = None if dataset.sessions is None or dataset.sessions.own == OWN else dataset.sessions.own
-    yield from toml_lines(
-        "", {"format": FORMAT, "name": dataset.name, "source": dataset.source, "licence": dataset.licence}
-    )
+    yield "", {"format": FORMAT, "name": dataset.name, "source": dataset.source, "licence": dataset.licence}
     path = {"time": "order" if dataset.time_is_order else None, "path": None if dataset.path_known else "unknown"}
-    yield from toml_lines("[robot]", robot_table(dataset.robot) | path if dataset.robot else {})
-    if not dataset.members:
-        yield from toml_lines("[sensor]", _sensor(dataset))
-        for table, values in _tables(dataset).items():
-            yield from toml_lines(f"[{table}]", values)
-    for member in dataset.members:
-        told = {"name": member.name, "points": member.file, "camera": member.camera}
-        named = {} if member.target == "target" else {"target": member.target}
-        yield from toml_lines("[[sensors]]", {**told, **named, **_sensor(member.data)})
-        for table, values in _tables(member.data).items():
-            if table not in named:
-                yield from toml_lines(f"[sensors.{table}]", values)
+    yield "[robot]", robot_table(dataset.robot) | path if dataset.robot else {}
+    header, within = ("[[sensors]]", "sensors.") if dataset.members else ("[sensor]", "")
+    for sensor in dataset.members or dataset.sensors:
+        named = {"name": sensor.name, "points": sensor.file, "camera": sensor.camera} if dataset.members else {}
+        named |= {} if sensor.target in ("target", "") else {"target": sensor.target}
+        yield header, {**named, **_sensor(sensor.data)}
+        own_tables = _tables(sensor.data).items()
+        yield from ((f"[{within}{table}]", values) for table, values in own_tables if table not in named)
     for member in [one for one in dataset.members if one.target != "target"][:1]:  # its key `target` is the name
-        yield from toml_lines("[target]", _tables(member.data)["target"])
-    if own is not None:
-        yield from ("", "[sessions]", f"own = {_value(own)}")
-    yield from toml_lines("[parameters]", {name: _parameter(item) for name, item in dataset.parameters.items()})
+        yield "[target]", _tables(member.data)["target"]
+    yield "[sessions]", {"own": None if own is None else list(own)}
+    yield "[parameters]", {name: _parameter(item) for name, item in dataset.parameters.items()}
 
 
-def toml_lines(header: str, values: Mapping[str, object]) -> Iterator[str]:
-    """A table; nothing where it says nothing."""
-    lines = [
-        f"{_key(key)} = {_value(value)}"
-        for key, value in values.items()
-        if value is not None and value not in ("", (), {})
-    ]
-    if lines:
-        yield from ("", header, *lines) if header else lines
+def toml_text(tables: Iterable[tuple[str, Mapping[str, object]]]) -> str:
+    """A TOML file of tables by their headers, the first perhaps ""; without those, and keys, that say nothing."""
+    written = []
+    for header, values in tables:
+        told = {key: value for key, value in values.items() if value is not None and value not in ("", (), {})}
+        lines = [f"{_key(key)} = {_value(value)}" for key, value in told.items()]
+        if lines:
+            written.append("\n".join([header, *lines] if header else lines))
+    return "\n\n".join(written) + "\n"
 
 
 def _parameter(item: Parameter) -> dict[str, object]:

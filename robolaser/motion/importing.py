@@ -9,10 +9,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import SETTINGS_BYTES, read_text
-from robolaser.data.importers.importer import ImportOptions
+from robolaser.data.importers.importer import ImportOptions, stated_units
 from robolaser.data.importers.ros_bag import JOINT_TOPIC
 from robolaser.data.importers.ros_messages import STAMPS
-from robolaser.data.importers.units import Units
 from robolaser.data.lerobot import TURN, MotorCalibration, read_servos
 from robolaser.errors import DataError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME
@@ -47,7 +46,7 @@ class _Angles:
     def of(cls, units: Sequence[str], robot: Robot, further: Mapping[str, str]) -> tuple["_Angles", Mapping[str, str]]:
         """As stated; and the other units."""
         of_servo = [unit for unit in units if unit in OF_SERVO]
-        stated = Units.of([unit for unit in units if unit not in OF_SERVO]).stated
+        stated = stated_units([unit for unit in units if unit not in OF_SERVO])
         if LENGTH in stated:
             raise UsageError(f"--units {stated[LENGTH]}: a log of a moving arm has angles and times, but no lengths.")
         if not of_servo:

@@ -12,7 +12,7 @@ from robolaser.bounded_reading import SETTINGS_BYTES, parse_toml, read_text
 from robolaser.data.csv_tables import CsvTable, bad_cell, finite, read_table, table_text
 from robolaser.data.dataset_file import FILE, FORMAT, RobotTable, read_robot
 from robolaser.data.toml_schema import NotNegative, Positive, read_toml, typed
-from robolaser.data.writing import robot_table, toml_lines
+from robolaser.data.writing import robot_table, toml_text
 from robolaser.errors import DataError, near
 from robolaser.motion.effect import MOVES_RAD
 from robolaser.motion.log import OTHER_UNIT, PAUSE_S, QUANTITIES, MotionLog
@@ -216,16 +216,15 @@ def motion_texts(log: MotionLog) -> dict[str, str]:
     cells = [["" if not np.isfinite(value) else f"{value:.10g}" for value in column] for column in columns.values()]
     names = (log.series[run] for run in log.run)
     rows = zip(names, (f"{time:.9g}" for time in log.time_s), *cells, strict=True)
+    stated = {key: getattr(log, key) for key in MotionTable.__annotations__}
+    described: dict[str, dict[str, object]] = {
+        "": {"format": FORMAT, "name": log.name, "source": log.source, "licence": log.licence},
+        "[robot]": robot_table(log.robot),
+        "[sensor]": {"kind": "motion"},
+        "[motion]": {**stated, **log.notes},
+    }
     return {
         "robot.urdf": log.robot.urdf,
         MOTION: table_text(["series", "time_s", *columns], rows),
-        "dataset.toml": "\n".join(_settings(log)) + "\n",
+        "dataset.toml": toml_text(described.items()),
     }
-
-
-def _settings(log: MotionLog) -> Iterator[str]:
-    yield from toml_lines("", {"format": FORMAT, "name": log.name, "source": log.source, "licence": log.licence})
-    yield from toml_lines("[robot]", robot_table(log.robot))
-    yield from toml_lines("[sensor]", {"kind": "motion"})
-    stated = {key: getattr(log, key) for key in MotionTable.__annotations__}
-    yield from toml_lines("[motion]", {**stated, **log.notes})

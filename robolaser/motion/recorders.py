@@ -13,11 +13,10 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_text
 from robolaser.data.csv_tables import finite
-from robolaser.data.importers.array_files import ARRAY_FILES, read_arrays
-from robolaser.data.importers.delimited_text import SEPARATORS, read_delimited
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.ros_bag import JOINT_TOPIC, RosBag
 from robolaser.data.importers.ros_messages import ARRAY, CONTROLLER, JOINTS, STAMPS, Bag, JointTrack
+from robolaser.data.importers.table_files import ARRAY_FILES, SEPARATORS, read_arrays, read_delimited
 from robolaser.errors import DataError
 from robolaser.motion.log import PAUSE_S
 from robolaser.robot.kinematics import Robot

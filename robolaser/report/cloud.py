@@ -8,7 +8,6 @@ from robolaser.report.document import Content, Document, Figure, Figures, Notes,
 from robolaser.report.scene import Scene, dots
 from robolaser.report.viewer.shapes import CLEAR, by_height
 from robolaser.scan import Scan
-from robolaser.scan.primitives import rms_m
 from robolaser.scan.quality import LEVEL, Measured, Quality
 
 READING = (
@@ -196,6 +195,6 @@ def off_plane(quality: Quality) -> Chart | None:
         "Distances of the points from the largest plane. Wider than predicted: the stripes do not agree with each"
         " other, and the calibration contributes; narrower: the surface is nearly parallel to the error, or errors of"
         " the calibrated model were counted as noise.",
-        f"Histogram of {int(plane.on.sum())} distances from a plane, root mean square {1e3 * rms_m(plane):.3g} mm.",
+        f"Histogram of {int(plane.on.sum())} distances from a plane, root mean square {1e3 * plane.rms_m:.3g} mm.",
         layers,
     )

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from robolaser.bounded_reading import read_text
-from robolaser.data.atomic_write import write_text
-from robolaser.data.result_folder import results_in, write_results
+from robolaser.data.result_folder import results_in, write_results, write_text
 from robolaser.errors import UsageError, near
 from robolaser.report.console import print_document, printed
 from robolaser.report.document import Charts, Document

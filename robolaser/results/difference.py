@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final, final
 
 import numpy as np
 
-from robolaser.data.atomic_write import write_text
+from robolaser.data.result_folder import write_text
 from robolaser.errors import UsageError
 from robolaser.report.console import printed
 from robolaser.report.difference import document

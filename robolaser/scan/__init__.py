@@ -6,9 +6,8 @@ from typing import final
 
 from robolaser.data.dataset import Dataset
 from robolaser.scan.calibrated import Calibrated, read_calibration
-from robolaser.scan.cloud import Cloud, ScannedRecording, arm_scatter
+from robolaser.scan.cloud import Cloud, ScannedRecording, arm_scatter, sample_points, source_of
 from robolaser.scan.scanner_model import carried_over
-from robolaser.scan.sources import sample_points, source_of
 
 __all__ = ["Calibrated", "Cloud", "Scan", "merged", "prepare", "read_calibration"]
 

@@ -1,10 +1,9 @@
 """A scanner as a calibration left it, read from calibration.json and the robot.urdf beside it."""
 
-import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import final
+from typing import Literal, final
 
 import msgspec
 import numpy as np
@@ -12,17 +11,90 @@ import numpy as np
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.dataset_file import QUATERNION_SLACK, inside
-from robolaser.errors import DataError, EffectError, ScanError, near
-from robolaser.model import effects as library
+from robolaser.data.dataset_file import Pixels, check_rotation, inside
+from robolaser.data.toml_schema import NotNegative, typed
+from robolaser.errors import DataError, EffectError, ScanError, UsageError
+from robolaser.geometry.rigid_motion import Quaternion
+from robolaser.model.effects import found_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.sensors.stripe import SCANNER, Stripe
 from robolaser.parameters import Parameter, Values, as_batch
 from robolaser.robot.kinematics import DOWN, Robot
-from robolaser.scan.saved_calibration import SavedCalibration, SavedEffect, SavedModel, SavedParameter
 
 FILE = "calibration.json"
+_POSES = ("joint angles", "measured flange poses")
+
+
+@final
+@dataclass(frozen=True)
+class SavedModel:
+    """`model` of a stripe scanner's calibration."""
+
+    sensor: Literal["stripe"]
+    stripe_axis: Literal["u", "v"]  # image axis that the stripe runs along
+    bracket_quat: Quaternion  # nominal turn of the camera on the flange, (x, y, z, w)
+    angles: Literal["xyz", "zyz"]  # order of the hand-eye angles
+    image: tuple[Pixels, Pixels]  # width and height [px]
+    robot: str | None = None
+    flange: str | None = None
+    joints: tuple[str, ...] | None = None
+    gravity: tuple[float, float, float] | None = None
+
+
+@final
+@dataclass(frozen=True)
+class SavedParameter:
+    """A number as it was found; of the scanner's, nominal value and bounds, or where it started without these, too."""
+
+    value: float
+    nominal: float | None = None
+    lower: float | None = None
+    upper: float | None = None
+    start: float | None = None
+
+
+@final
+@dataclass(frozen=True)
+class SavedEffect:
+    """An effect at a location."""
+
+    effect: str
+    where: str
+    parameters: dict[str, SavedParameter]
+
+
+@final
+@dataclass(frozen=True)
+class SavedCalibration:
+    """calibration.json of a stripe scanner, as far as a scan needs it."""
+
+    format: Literal["robolaser-calibration/1"]
+    dataset: str
+    parameters: dict[str, SavedParameter]
+    model: SavedModel
+    effects: list[SavedEffect]
+    rms_m: NotNegative | None = None
+    held_out_rms_m: NotNegative | None = None
+    noise: dict[str, NotNegative] = field(default_factory=dict)
+    run: RunSummary | None = None
+
+
+@final
+@dataclass(frozen=True)
+class SavedImages:
+    """`model` of any calibration."""
+
+    image: tuple[Pixels, Pixels] | None = None  # width and height [px]
+
+
+@final
+@dataclass(frozen=True)
+class SavedCell:
+    """What a picture of the cell needs of any sensor's calibration.json beside its numbers."""
+
+    model: SavedImages
+    run: RunSummary | None = None
 
 
 @final
@@ -103,7 +175,7 @@ class Calibrated:
             ("kind of sensor", recording.kind, Stripe.format.kind),
             ("stripe_axis", recording.stripe_axis, self.model.stripe_axis),
             ("image size", recording.image_px, self.model.image),
-            ("poses", _kind_of_poses(recording.robot), _kind_of_poses(self.robot)),
+            ("poses", *(_POSES[one is None] for one in (recording.robot, self.robot))),
         )
         for what, found, expected in same:
             if found != expected:
@@ -136,8 +208,8 @@ def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
 
     Raises:
         DataError: It is of another format, lacks something, or has something impossible, or is of another sensor.
-        EffectError: An effect is not known here.
-        DataError, RobotError: It or the robot beside it cannot be read.
+        EffectError: An effect is not known here, or cannot be at its location.
+        RobotError: The robot beside it cannot be read.
 
     Examples:
         >>> from robolaser.scan import read_calibration
@@ -151,20 +223,18 @@ def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
         what = f"has no {FILE}" if path.is_dir() else "does not exist"
         raise DataError(f"{path} {what}. Name the folder that `robolaser calibrate` wrote, or its {FILE}.", file=path)
     try:
-        saved = msgspec.json.decode(read_text(file), type=SavedCalibration)
-    except msgspec.ValidationError as error:
-        reason = re.sub(r"Invalid enum value (.*) - at `\$\.(.*)`", r"its \2 is \1", str(error))
-        raise _unusable(file, reason) from None
+        contents = msgspec.json.decode(read_text(file))
     except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
         raise _unusable(file, f"it is not JSON ({error})") from None
+    saved = typed(contents if isinstance(contents, dict) else {}, SavedCalibration, file=str(file), others=True)
     model, robot = saved.model, _robot(file, saved.model, arm)
-    norm = float(np.linalg.norm(model.bracket_quat))
-    if abs(norm - 1) > QUATERNION_SLACK:
-        raise _unusable(file, f"model.bracket_quat has length {norm:g}, but a rotation has length 1")
+    check_rotation(model.bracket_quat, f"{file}, [model] bracket_quat", FILE)
     parameters = {name: _parameter(file, name, saved.parameters.get(name)) for name in SCANNER}
     values = {name: np.array([saved.parameters[name].value]) for name in SCANNER}
-    candidates = _candidates(file, saved.effects, robot)
+    candidates = tuple(_candidate(file, effect, robot) for effect in saved.effects)
     for candidate, effect in zip(candidates, saved.effects, strict=True):
+        if candidates.count(candidate) > 1:
+            raise _unusable(file, f"it has {effect.effect} at {effect.where} twice")
         for key in candidate.parameters.names:
             name = key.rsplit(".", 1)[-1]
             if name not in effect.parameters:
@@ -209,25 +279,12 @@ def _robot(file: Path, model: SavedModel, arm: Robot | None) -> Robot | None:
     )
 
 
-def _candidates(file: Path, saved: Sequence[SavedEffect], robot: Robot | None) -> tuple[CandidateEffect, ...]:
-    """The effects that the file names: each is known here, at a location where it can be, and there once."""
-    known = {effect.name: effect for effect in library.EFFECTS}
-    found: list[CandidateEffect] = []
-    for name, where in ((one.effect, one.where) for one in saved):
-        if name not in known:
-            raise EffectError(
-                f"{file} has the effect '{name}' in its model, which is not known here.{near(name, known)} Install"
-                " the package that provides it, or calibrate again without it."
-            )
-        locations = known[name].sites(robot)
-        if where not in locations:
-            which = f"it can be at {', '.join(locations)}" if locations else "its arm has no joint for it"
-            raise _unusable(file, f"its {name} is at '{where}', where it cannot be: {which}")
-        candidate = CandidateEffect(known[name], where)
-        if candidate in found:
-            raise _unusable(file, f"it has {name} at {where} twice")
-        found.append(candidate)
-    return tuple(found)
+def _candidate(file: Path, saved: SavedEffect, robot: Robot | None) -> CandidateEffect:
+    try:
+        return found_effect(saved.effect, saved.where, robot)
+    except UsageError as error:
+        how = "Install the package that brings the effect, or calibrate again without it."
+        raise EffectError(f"{file}: {error} {how}") from None
 
 
 def _unusable(file: Path, reason: str) -> DataError:
@@ -244,7 +301,3 @@ def _of_another_scanner(what: str, found: object, expected: object) -> ScanError
         f"The recording's {what} is {found}, but the calibration's is {expected}: they belong to different scanners."
         " Use the calibration of the scanner that made the recording, or correct dataset.toml."
     )
-
-
-def _kind_of_poses(robot: Robot | None) -> str:
-    return "measured flange poses" if robot is None else "joint angles"

@@ -1,17 +1,128 @@
-"""Point clouds in the formats that other programs read: PLY, PCD, LAS and E57."""
+"""What is kept of a cloud on its way to a file and what is added, and the formats: PLY, PCD, LAS and E57."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, final
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from robolaser.data.atomic_write import write_streamed, write_together
+from robolaser.arrays import Array, Ints
+from robolaser.data.result_folder import write_streamed, write_together
 from robolaser.errors import ScanError, unwritable
 from robolaser.plugins import extra
-from robolaser.scan.ply import Vertices, positions_of, write_ply
+from robolaser.scan.ply import COLOURS, NORMALS, VERTEX, Vertices, positions_of, write_ply
+
+NEIGHBOURS = 16  # points, itself among them, whose plane gives a point's normal
+BLOCK = 100_000  # points whose neighbours are in memory at a time: 50 MB
+GATHERED = 2_000_000  # points, at least, after which voxels are gathered anew
+SAMPLED = 200_000  # points of a sample: more say no more about a plane, and show no more in a picture
+
+
+def within(pieces: Iterable[Vertices], region: Array) -> Iterator[Vertices]:
+    """The points inside a box, (3, 2): least and largest x, y and z in the base frame [m]; infinite where open."""
+    for piece in pieces:
+        places = positions_of(piece)
+        yield piece[((places >= region[:, 0]) & (places <= region[:, 1])).all(axis=1)]
+
+
+def one_per_voxel(pieces: Iterable[Vertices], size_m: float) -> Vertices:
+    """The mean of the points in each cube of a grid, in the order in which the cubes were first met, (k,).
+
+    `std` is the root mean square of theirs: neighbours share the arm's errors. `pose` is that of the first.
+    """
+    kept: list[tuple[Ints, Array, Vertices]] = []
+    count, most = 0, GATHERED
+    for piece in pieces:
+        values = np.stack([piece[name].astype(np.float64) for name in ("x", "y", "z", "std", "intensity")], axis=-1)
+        values[:, 3] **= 2
+        cells = np.floor(positions_of(piece) / size_m).astype(np.int64)
+        kept.append((cells, np.column_stack([values, np.ones(len(piece))]), piece))
+        count += len(piece)
+        if count > most:
+            kept = [_gathered(kept)]
+            count = len(kept[0][0])
+            most = max(GATHERED, 2 * count)  # else many voxels would be gathered with each piece
+    _, sums, cloud = _gathered(kept)
+    means = sums[:, :5] / sums[:, 5:]
+    for column, name in enumerate(("x", "y", "z", "std", "intensity")):
+        cloud[name] = np.sqrt(means[:, 3]) if name == "std" else means[:, column]
+    return cloud
+
+
+def _gathered(kept: list[tuple[Ints, Array, Vertices]]) -> tuple[Ints, Array, Vertices]:
+    """Cells, sums and first points of all, each cell once."""
+    cells, sums, cloud = (np.concatenate(column) for column in zip(*kept, strict=True))
+    _, first, inverse = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+    total = np.zeros((len(first), sums.shape[1]))
+    np.add.at(total, inverse.ravel(), sums)
+    order = np.argsort(first)
+    return cells[first[order]], total[order], cloud[first[order]]
+
+
+def with_normals(cloud: Vertices, cameras: Array) -> Vertices:
+    """The points with unit normals `nx`, `ny`, `nz`: of the plane through their neighbours, towards the camera.
+
+    Args:
+        cloud: All points, (n,).
+        cameras: Positions of the camera in the base frame by pose, (poses, 3) [m].
+    """
+    places = positions_of(cloud)
+    tree, count = cKDTree(places), min(NEIGHBOURS, len(cloud))
+    normals = np.empty((len(cloud), 3))
+    for begin in range(0, len(cloud), BLOCK):
+        here = slice(begin, begin + BLOCK)
+        around = places[tree.query(places[here], k=count)[1].reshape(-1, count)]
+        around -= around.mean(axis=1, keepdims=True)
+        normal = np.linalg.eigh(np.swapaxes(around, 1, 2) @ around)[1][:, :, 0]
+        away = ((cameras[cloud["pose"][here]] - places[here]) * normal).sum(axis=1) < 0
+        normals[here] = np.where(away[:, None], -normal, normal)
+    return _extended(cloud, NORMALS, normals.T)
+
+
+def with_colours(cloud: Vertices) -> Vertices:
+    """The points with `red`, `green`, `blue`: the grey of the stripe, which shows what the surface reflects."""
+    grey = np.clip(np.rint(cloud["intensity"]), 0, 255).astype(np.uint8)
+    return _extended(cloud, COLOURS, [grey, grey, grey])
+
+
+def _extended(cloud: Vertices, fields: list[tuple[str, str]], columns: Iterable[Any]) -> Vertices:
+    out = np.empty(len(cloud), [*cloud.dtype.descr, *fields])
+    for name in cloud.dtype.names or ():
+        out[name] = cloud[name]
+    for (name, _), column in zip(fields, columns, strict=True):
+        out[name] = column
+    return out
+
+
+@final
+class Subsample:
+    """Evenly taken points of a cloud of unknown size: every one at first, then ever fewer.
+
+    Args:
+        most: Points remembered, at most.
+    """
+
+    def __init__(self, most: int = SAMPLED) -> None:
+        self._most, self._every, self._seen = most, 1, 0
+        self._kept: list[Vertices] = []
+
+    def watch(self, pieces: Iterable[Vertices]) -> Iterator[Vertices]:
+        """Hand on pieces, (n,) of VERTEX each, and remember some of their points."""
+        for piece in pieces:
+            self._kept.append(piece[-self._seen % self._every :: self._every].copy())
+            self._seen += len(piece)
+            while sum(map(len, self._kept)) > self._most:
+                self._kept = [self.vertices[::2].copy()]
+                self._every *= 2
+            yield piece
+
+    @property
+    def vertices(self) -> Vertices:
+        """What was remembered, in the order in which it came, (m,) of VERTEX."""
+        return np.concatenate([np.empty(0, VERTEX), *self._kept])
+
 
 LAS_STEP_M = 1e-6  # LAS stores whole numbers: of micrometres, which reach 2 km
 LAS_INTENSITY = 257  # LAS counts intensity and colours to 65535, an image to 255
@@ -109,7 +220,7 @@ def _writer(library: str, what: str) -> Any:
     return extra(library, f"{library} is not installed, which writes {what}: pip install 'robolaser[clouds]'.")
 
 
-FORMATS: Mapping[str, Callable[[Path, Iterable[Vertices], Sequence[str], np.dtype[Any]], int]] = MappingProxyType(
-    {".ply": write_ply, ".pcd": _pcd, ".las": _las, ".e57": _e57}
-)
+FORMATS: Mapping[str, Callable[[Path, Iterable[Vertices], Sequence[str], np.dtype[Any]], int]] = {
+    ".ply": write_ply, ".pcd": _pcd, ".las": _las, ".e57": _e57,
+}  # fmt: skip
 """How a cloud is written, by the end of its file's name."""

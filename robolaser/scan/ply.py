@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import CLOUD_BYTES, opened
-from robolaser.data.atomic_write import write_streamed
+from robolaser.data.result_folder import write_streamed
 from robolaser.errors import DataError
 
 VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("std", "<f4"), ("pose", "<i4"), ("intensity", "<f4")])

@@ -105,8 +105,9 @@ def carried_over(calibrated: Calibrated, recording: Dataset, probe: Points) -> t
     """
     run = _run_of(calibrated, recording)
     carried = tuple(_carried(calibrated, run))
-    scanner = _scanner_model(calibrated, run, (one.effect for _, one in carried))
-    bare = _scanner_model(calibrated, run, ())
+    acting = tuple(one.effect for _, one in carried if one.effect is not None)
+    scanner = ScannerModel(run.dataset, calibrated.values, acting, run.course)
+    bare = replace(scanner, effects=())
     notes = []
     for effect, one in carried:
         reference = bare if one.effect is None else scanner
@@ -135,11 +136,6 @@ def _carried(calibrated: Calibrated, run: Run) -> Iterable[tuple[Effect, CarryOv
         if effect.stage is not Stage.TARGET:
             as_found = run.course is None and not effect.hindrance(run)
             yield effect, CarryOver(effect) if as_found else effect.carried_to(run, calibrated.run)
-
-
-def _scanner_model(calibrated: Calibrated, run: Run, effects: Iterable[Effect | None]) -> ScannerModel:
-    acting = tuple(effect for effect in effects if effect is not None)
-    return ScannerModel(run.dataset, calibrated.values, acting, run.course)
 
 
 def _instead(scanner: ScannerModel, effect: Effect | None, alternative: Effect | None) -> ScannerModel:

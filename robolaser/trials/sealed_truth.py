@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.bounded_reading import read_bytes, read_text
-from robolaser.data.atomic_write import write_together
-from robolaser.data.result_folder import make_folder
+from robolaser.data.result_folder import make_folder, write_together
 from robolaser.data.writing import FOLDER
 from robolaser.errors import DataError, TrialError
 

@@ -6,8 +6,7 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Image
-from robolaser.data.board import Board, lattice
-from robolaser.data.printed_board import dictionary
+from robolaser.data.board import Board, dictionary, lattice
 from robolaser.vision.board import LARGEST_UNEVENNESS, find_board, off_pattern, quarter_turns, sharpened
 
 FEWEST = 4  # corners of which an image must show at least so many: fewer say nothing of where the board stands

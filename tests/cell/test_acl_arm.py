@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robolaser.cell.acl import PLACES, AclArm
-from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRefused, ArmRestarted, LineFlooded
+from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRestarted
 from robolaser.cell.motion import Mover
 from robolaser.cell.serial_line import SerialLine
 from robolaser.data.cell_config import Cell
@@ -72,7 +72,7 @@ def test_an_arm_whose_motors_are_off_refuses(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
     rig.controller._controller._disabled = {1, 2, 3, 4, 5}
-    with pytest.raises(ArmRefused, match=r"304.*switch the motors on"):
+    with pytest.raises(ArmError, match=r"304.*switch the motors on"):
         arm.start_move(rig.motor() + 0.1, 1.0)
 
 
@@ -143,14 +143,14 @@ def test_an_arm_that_will_not_search_its_home_says_why(cell: Cell) -> None:
     arm = bench.arm_on(rig, cell)
     rig.controller._controller._disabled = {1, 2, 3, 4, 5}
     began = rig.clock.now()
-    with pytest.raises(ArmRefused, match=r"'HOME'.*304"):
+    with pytest.raises(ArmError, match=r"'HOME'.*304"):
         arm.home()
     assert rig.clock.now() - began < 5.0
 
 
 def test_what_is_refused_each_time_with_the_same_words_is_no_disturbed_line(cell: Cell) -> None:
     rig = bench.bench_for(cell)
-    with pytest.raises(ArmRefused, match=r"'SET OUT\[99\]=1' with '\*\*\* BAD OUTPUT 99'"):
+    with pytest.raises(ArmError, match=r"'SET OUT\[99\]=1' with '\*\*\* BAD OUTPUT 99'"):
         bench.arm_on(rig, cell).switch(99, on=True)
 
 
@@ -185,5 +185,5 @@ def test_a_parameter_without_sense_is_named(cell: Cell) -> None:
 
 def test_what_is_no_acl_controller_is_told_apart(cell: Cell) -> None:
     rig = bench.bench_for(cell, ["garbage:1"])
-    with pytest.raises((AnswerUnclear, LineFlooded, LineLost)):
+    with pytest.raises(ArmError):
         bench.arm_on(rig, cell)

@@ -16,7 +16,7 @@ from robolaser.data.dataset_file import describe
 from robolaser.data.loading import load
 from robolaser.emulator.world.world import load_world
 from robolaser.scan import Calibrated, prepare, read_calibration
-from robolaser.scan.cloud_filters import Subsample
+from robolaser.scan.cloud_files import Subsample
 from robolaser.scan.quality import Measured, measure
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

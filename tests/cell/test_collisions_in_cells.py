@@ -86,7 +86,7 @@ def test_a_box_that_the_arm_is_in_wherever_it_goes_is_refused(tmp_path: Path, ca
         (POST + 'link = "nowhere"', "No frame 'nowhere'"),
         (POST.replace("post", "link_2"), "a name that no other box and no link has"),
         (POST + POST, "a name that no other box"),
-        (POST + "quat = [0, 0, 0, 2]", "of length 1"),
+        (POST + "quat = [0, 0, 0, 2]", "has length 2, expected 1"),
         (POST.replace("0.6]", "-0.6]"), "size_m"),
     ],
 )

@@ -17,9 +17,8 @@ from failing_disk import contents, restore, watched
 import robolaser
 from robolaser.cell.recording_writer import RecordingWriter, Sample
 from robolaser.cell.route import Waypoint, both_ways, from_diagnosis, from_table, numbered, route_text, way
-from robolaser.data.atomic_write import STAGED
 from robolaser.data.cell_config import Cell
-from robolaser.data.result_folder import results_in
+from robolaser.data.result_folder import STAGED, results_in
 from robolaser.errors import DataError, OutputError, PlanError
 from robolaser.robot.kinematics import Robot
 

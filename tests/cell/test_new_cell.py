@@ -17,9 +17,8 @@ from robolaser.cell.first_plan import layout
 from robolaser.cell.plan_validation import RouteCheck
 from robolaser.cell.route import from_table, way
 from robolaser.cli import main
-from robolaser.data.board import Board
+from robolaser.data.board import Board, board_pdf
 from robolaser.data.cell_config import load_cell
-from robolaser.data.printed_board import board_pdf
 from robolaser.emulator.emulated_cell import CONTROLLERS
 from robolaser.emulator.world.world import load_world
 from robolaser.robot.by_name import known_robots

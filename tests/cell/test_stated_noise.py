@@ -5,7 +5,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from robolaser.cell.quantization_noise import quantization_rad, with_noise
+from robolaser.cell.recording_writer import quantization_rad, with_noise
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
 

@@ -10,7 +10,7 @@ from terminal import Rig, emulated
 
 import robolaser
 from robolaser.arrays import Array, Image
-from robolaser.cell.watch import watch
+from robolaser.cell.session import watch
 from robolaser.errors import OutputError
 
 COUNT = 30

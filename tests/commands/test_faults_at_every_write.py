@@ -10,7 +10,7 @@ import pytest
 from failing_disk import contents, failing, restore, watched
 
 from robolaser.cli import main
-from robolaser.data.atomic_write import STAGED
+from robolaser.data.result_folder import STAGED
 from robolaser.trials.sealed_truth import truth_beside, unseal
 
 STATE = ("runs.jsonl", "search.json")  # of what is stopped, to be gone on with

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robolaser.data.atomic_write import write_text
 from robolaser.data.csv_tables import read_table
+from robolaser.data.result_folder import write_text
 from robolaser.errors import DataError, OutputError
 
 

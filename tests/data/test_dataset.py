@@ -1,12 +1,17 @@
-"""Rows of a data set are chosen pose by pose, evenly and without doubles."""
+"""What a data set knows of itself, commanded joints among it."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import robolaser
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.subsampling import evenly, some_of_each, subsampled
+from robolaser.data.writing import save
+from robolaser.robot.by_name import find_robot
+from robolaser.simulation import simulate
 
 
 @pytest.fixture(params=range(8))
@@ -54,3 +59,16 @@ def test_subsampling_keeps_every_named_point_and_every_pose_of_others() -> None:
     stripes = subsampled(replace(tracked, kind="stripe"), 180)
     assert np.bincount(stripes.points.pose).tolist() == [3] * poses
     assert subsampled(tracked, 240) is tracked
+
+
+def test_what_a_joint_lacks_of_its_command_is_a_coordinate_and_the_command_is_none(tmp_path: Path) -> None:
+    made = simulate(find_robot("ur5"), kind="point", poses=5, seed=1).dataset
+    assert made.poses.q is not None
+    told = tuple(repr(float(value) + 1e-3) for value in made.poses.q[:, 2])
+    save(replace(made, poses=replace(made.poses, extra={"q_command_elbow_joint": told})), tmp_path / "told")
+    loaded = robolaser.load(tmp_path / "told")
+    assert loaded.warnings == ()
+    poses = loaded.poses
+    assert poses.coordinates["q_command_elbow_joint less q_elbow_joint"] == pytest.approx(1e-3)
+    assert "q_command_elbow_joint" not in poses.coordinates
+    assert poses.take(np.array([0, 2])).following["elbow_joint"] == pytest.approx(1e-3)

@@ -6,7 +6,7 @@ from contextlib import suppress
 import pytest
 from failing_disk import contents, failing, restore, watched
 
-from robolaser.data.atomic_write import STAGED, write_bytes, write_together
+from robolaser.data.result_folder import STAGED, write_together
 from robolaser.errors import OutputError
 
 OLD = {"a": b"old", "b": b"old", "deep/c": b"old", "gone": b"old"}
@@ -75,4 +75,4 @@ def test_a_full_disk_leaves_what_was_there_and_nothing_half_done(folder, kind):
 
 def test_a_staged_file_is_called_in_messages_what_it_is_to_be_called(tmp_path):
     with pytest.raises(OutputError, match=r"nowhere/cloud\.ply"):
-        write_bytes(tmp_path / "nowhere" / f"{STAGED}cloud.ply", b"")
+        write_together(tmp_path / "nowhere", {f"{STAGED}cloud.ply": b""})

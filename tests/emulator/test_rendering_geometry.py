@@ -7,9 +7,8 @@ from scenes import MIDDLE, above, eye, face_up, grey, heading, near, photograph,
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.data.board import Board
+from robolaser.data.board import Board, board_print
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.printed_board import board_print
 from robolaser.emulator.world.solids import Cuboid, Floor, PrintedBoard, Solid, Sphere
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.trials.synthetic.scanner import LensDistortion

@@ -152,7 +152,7 @@ def test_a_payload_of_no_series_is_refused(log: MotionLog, tmp_path: Path) -> No
 
 
 def test_a_negative_payload_is_refused_with_what_may_stand_there(log: MotionLog, tmp_path: Path) -> None:
-    with pytest.raises(DataError, match=r"dataset.toml, \[motion\] payload_kg: .* each with a number, 0 or more"):
+    with pytest.raises(DataError, match=r"dataset.toml, \[motion\] payload_kg\.\w+: .*, expected a number, 0 or more"):
         reading(tmp_path, lambda one: replace(one, payload_kg={one.series[0]: -1.0}), log)
 
 

@@ -50,27 +50,27 @@ def test_what_was_calibrated_is_read(folder, data):
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [
-        (("format",), "robolaser-calibration/9", "its format is 'robolaser-calibration/9'. Expected"),
-        (("model", "sensor"), "camera", "its model.sensor is 'camera'. Expected calibration.json of a stripe scanner"),
+        (("format",), "robolaser-calibration/9", "calibration.json, format: 'robolaser-calibration/9', expected"),
+        (("model", "sensor"), "camera", "[model] sensor: 'camera', expected \"stripe\""),
         (("parameters", "theta"), ..., "no parameters.theta"),
-        (("parameters", "theta", "value"), None, "at `$.parameters[...].value`"),
+        (("parameters", "theta", "value"), None, "[parameters] theta.value: None, expected a finite number"),
         (("parameters", "theta", "value"), float("nan"), "not JSON"),
-        (("parameters", "b", "value"), -(10**400), "out of range"),
+        (("parameters", "b", "value"), -(10**400), "[parameters] b.value: -1000"),
         (("parameters", "s_u", "value"), 0, "parameters.s_u.value is 0, not above 0"),
         (("model", "bracket_quat"), [0, 0, 0, 2], "length 2"),
-        (("model", "image"), [640, 0], "at `$.model.image[1]`"),
-        (("run", "poses"), 0, "at `$.run.poses`"),
-        (("noise", "joint"), -1e-5, "at `$.noise[...]`"),
-        (("rms_m",), -1, "at `$.rms_m`"),
-        (("effects", 0, "where"), "elbow", "'elbow'"),
-        (("effects", 0, "where"), "laser", "at 'laser', where it cannot be: it can be at joint_1"),
+        (("model", "image"), [640, 0], "[model] image, entry 2: 0, expected a whole number"),
+        (("run", "poses"), 0, "[run] poses: 0, expected a whole number from 1"),
+        (("noise", "joint"), -1e-5, "[noise] joint: -1e-05, expected a number, 0 or more"),
+        (("rms_m",), -1, "rms_m: -1, expected a number, 0 or more"),
+        (("effects", 0, "where"), "elbow", "backlash cannot be at 'elbow'. There are: joint_1"),
+        (("effects", 0, "where"), "laser", "backlash cannot be at 'laser'. There are: joint_1"),
         (("effects", 0, "parameters"), {}, "backlash at joint_2 has no parameter lost_motion"),
         (("dataset",), "\ud800", "not JSON"),
     ],
 )
 def test_what_is_wrong_is_named(folder, path, value, said):
     change(folder, path, value)
-    with pytest.raises(DataError) as wrong:
+    with pytest.raises((DataError, EffectError)) as wrong:
         read_calibration(folder)
     assert said in str(wrong.value)
 
@@ -102,7 +102,7 @@ def test_where_there_are_no_joints_nothing_sits_in_one(data, tmp_path):
         change(
             folder, ("effects", 0), {"effect": "joint_offset", "where": where, "parameters": {"offset": {"value": 1}}}
         )
-        with pytest.raises(DataError, match="joint_offset is at"):
+        with pytest.raises(EffectError, match="joint_offset cannot be at"):
             read_calibration(folder)
 
 

@@ -7,9 +7,8 @@ import pytest
 from scanned import calibrated, dataset, line_centres, recorded, written
 
 from robolaser.cli import main
-from robolaser.scan import cloud_filters
-from robolaser.scan.cloud_files import write_cloud
-from robolaser.scan.cloud_filters import one_per_voxel, with_colours, with_normals, within
+from robolaser.scan import cloud_files
+from robolaser.scan.cloud_files import one_per_voxel, with_colours, with_normals, within, write_cloud
 from robolaser.scan.ply import VERTEX, map_ply, positions_of
 
 ENDINGS = ("ply", "pcd", "las", "e57")
@@ -63,7 +62,7 @@ def test_what_others_read_is_what_was_written(ending, more, tmp_path):
 
 def test_normals_stand_on_the_surface_towards_the_camera(monkeypatch):
     cloud = plane(2000)
-    monkeypatch.setattr(cloud_filters, "BLOCK", 300)  # neighbours may lie in other blocks
+    monkeypatch.setattr(cloud_files, "BLOCK", 300)  # neighbours may lie in other blocks
     out = with_normals(cloud, np.array([[0.3, 0.3, 2.0], [0.3, 0.3, -2.0]]))
     normal = np.stack([out["nx"], out["ny"], out["nz"]], axis=-1)
     expected = np.array([-0.5, 0.0, 1.0]) / np.sqrt(1.25) * np.where(cloud["pose"] == 0, 1, -1)[:, None]

@@ -14,7 +14,7 @@ from robolaser.data.loading import load
 from robolaser.data.writing import save
 from robolaser.emulator.world.world import load_world
 from robolaser.scan import prepare, read_calibration
-from robolaser.scan.cloud_filters import Subsample
+from robolaser.scan.cloud_files import Subsample
 from robolaser.scan.quality import measure
 
 THINGS = Path(__file__).parents[2] / "examples" / "scan-cell"
@@ -66,7 +66,7 @@ def test_ball_and_step_have_their_size(recording, truly):
     assert abs(step.error_m) < 5e-5
     assert abs(sphere.error_m) < 1e-4
     assert plane.rms_m < 2 * plane.predicted_m
-    assert abs(found.plane.normal[2]) == pytest.approx(1.0, abs=1e-4)
+    assert abs(found.plane.place[2]) == pytest.approx(1.0, abs=1e-4)
 
 
 def test_the_nominal_scanner_sees_them_wrong(recording, truly):

@@ -16,8 +16,8 @@ from robolaser.model.effects.effect import Effect, parameter
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.stages import Stage
-from robolaser.scan import Cloud, prepare, read_calibration, sources
-from robolaser.scan.cloud_filters import Subsample
+from robolaser.scan import Cloud, cloud, prepare, read_calibration
+from robolaser.scan.cloud_files import Subsample
 from robolaser.scan.ply import VERTEX, positions_of
 from robolaser.simulation import simulate
 
@@ -121,7 +121,7 @@ def test_effects_of_ones_own_are_scanned_too(data, tmp_path):
     part = replace(part, scanner=replace(part.scanner, effects=(Smudge("camera", np.array([1e-5])),)))
     smudged = np.concatenate([positions_of(piece) for piece in Cloud((part,)).pieces()])
     stripes = np.concatenate([read() for read in part.source.pieces])
-    wanted = part.scanner.in_base(sources.as_points(stripes))
+    wanted = part.scanner.in_base(cloud.as_points(stripes))
     np.testing.assert_allclose(smudged, wanted[np.isfinite(wanted).all(axis=1)], atol=2e-6)
     assert len(smudged) > 1000
     assert len(smudged) != len(straight) or np.abs(smudged - straight).max() > 1e-5
@@ -248,7 +248,7 @@ def test_a_recording_of_another_scanner_is_refused(data, change, said, tmp_path)
 def test_corners_of_a_board_beside_the_stripe_are_no_line_centres(data):
     board = simulate(data.robot, kind="camera", poses=len(data.poses), noise=Noise(pixel_px=0.1), seed=1).dataset
     both = together(data, {"stripe": (data, data.points), "camera": (board, board.points)})
-    (piece,) = sources.source_of(both, 0.1).pieces
+    (piece,) = cloud.source_of(both, 0.1).pieces
     assert len(piece()) == len(data.points)
 
 
@@ -275,7 +275,7 @@ def test_rays_that_never_meet_the_sheet_give_no_cloud(data, tmp_path):
 
 
 def test_a_scan_holds_a_small_part_of_its_points_at_once(data, tmp_path, monkeypatch):
-    monkeypatch.setattr(sources, "AT_ONCE", 1 << 11)
+    monkeypatch.setattr(cloud, "AT_ONCE", 1 << 11)
     scan = scan_of(calibrated(data), recorded(data, tmp_path / "large", line_centres(data, per_pose=60_000)), tmp_path)
     subsample = Subsample(1000)
     tracemalloc.start()

@@ -1,5 +1,6 @@
 """Which column of a file becomes which column of poses.csv and points.csv, and how it is read."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
@@ -10,13 +11,11 @@ from scipy.spatial.transform import Rotation
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import Cells, CsvTable, bad_cell, finite
 from robolaser.data.dataset import COMMAND
-from robolaser.data.importers.importer import ImportOptions
-from robolaser.data.importers.units import NONE, Units
-from robolaser.data.importers.wide_tables import joint_columns
+from robolaser.data.importers.importer import NONE, ImportOptions, stated_units, unit_of
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.errors import DataError, UsageError, near
 from robolaser.geometry.rigid_motion import exp_so3, to_quaternion
-from robolaser.geometry.units import ANGLE, LENGTH, TIME
+from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME
 
 POSES: Final = "poses"
 POINTS: Final = "points"
@@ -72,23 +71,23 @@ class ColumnReader:
 
     def read(self, *, number_poses: bool) -> tuple[CsvTable, dict[str, str]]:
         """The columns by their names in the data set, in SI units; and what each is read from, with its unit."""
-        units = Units.of(self.options.units_in(self.file.file))
+        units = stated_units(self.options.units_in(self.file.file))
         columns: dict[str, Cells] = {}
         read_from: dict[str, str] = {}
         for column, source in self.chosen.items():
             quantity = self.quantities.get(column, TEXT)
-            unit = units.unit(quantity or NONE, source)
+            unit = unit_of(units, quantity or NONE, source)
             read_from[column] = f"{source} [{unit}{'/s' * column.startswith('qd_')}]" if unit else source
             if quantity is TEXT:
                 columns[column] = self._texts(column, source)
                 continue
-            numbers = units.factor(quantity, source) * self._numbers(source)
+            numbers = (FACTORS[quantity][unit] if quantity else 1.0) * self._numbers(source)
             is_further = column.startswith(COMMAND)  # and kept as texts, though it has a unit
             columns[column] = tuple(map(repr, numbers.tolist())) if is_further else numbers
         for names, words in ((EULER, f"Euler angles {self.options.euler}"), (ROTATION_VECTOR, "rotation vector")):
             if names[0] in self.chosen:
                 sources = [self.chosen[name] for name in names]
-                turned = f"{words} of {', '.join(sources)} [{units.unit(ANGLE, sources[0])}]"
+                turned = f"{words} of {', '.join(sources)} [{unit_of(units, ANGLE, sources[0])}]"
                 read_from |= dict.fromkeys(QUATERNION, turned)
         if number_poses and "pose" not in self.chosen:
             columns["pose"], read_from["pose"] = tuple(map(str, self.file.lines)), "(number of the row)"
@@ -172,6 +171,23 @@ def choose(
     left_out = [f"{table.file}: {name}" for table in tables for name in table.columns if (table.file, name) not in used]
     readers = {owner: ColumnReader(owner, file, chosen[owner], known[owner], options) for owner, file in files.items()}
     return readers, tuple(left_out)
+
+
+def joint_columns(table: CsvTable, joints: Sequence[str]) -> dict[str, str]:
+    """The columns with the readings of joints, by `q_JOINT`, where they are called otherwise; else none.
+
+    By the names of the joints, or A1 … An, J1 … Jn, joint_1 … and the like.
+    """
+    readings = [f"q_{joint}" for joint in joints]
+    if all(joint in table for joint in joints):
+        return dict(zip(readings, joints, strict=True))
+    for letters in ("a", "j", "q", "axis", "joint"):
+        pattern = re.compile(rf"^{letters}[ _.]?(\d+)(?:[ _]*[\[(]?(?:deg|rad|°)[\])]?)?$", re.IGNORECASE)
+        found = {int(m[1]): name for name in table.columns if (m := pattern.match(name))}
+        start = 0 if 0 in found else 1
+        if set(found) == set(range(start, start + len(joints))):
+            return {reading: found[start + i] for i, reading in enumerate(readings)}
+    return {}
 
 
 def _owners(name: str, known: Mapping[str, ColumnQuantities]) -> tuple[list[str], str]:

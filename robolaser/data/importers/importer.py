@@ -1,4 +1,4 @@
-"""The abstract importer: what reads files of some kind that people have, and says how it reads them."""
+"""The abstract importer: what reads files of some kind that people have, what they state of them, and what was read."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -8,16 +8,54 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import ClassVar, Final, final
 
-from robolaser.data.atomic_write import Contents
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
-from robolaser.data.result_folder import write_results
+from robolaser.data.result_folder import Contents, write_results
 from robolaser.data.writing import point_columns, pose_columns, save, texts_of
 from robolaser.errors import UsageError, near
+from robolaser.geometry.units import FACTORS, TIME
 from robolaser.robot.kinematics import Robot
+
+NONE: Final = ""  # quantity of pure numbers
+
 
 ROWS_SHOWN: Final = 3
 GENERAL: Final = ("name", "path_known", "further")  # the options that every importer takes
+
+
+def stated_units(names: Sequence[str], option: str = "--units") -> dict[str, str]:
+    """The unit of lengths, angles and times, as far as a list of units states it.
+
+    Args:
+        names: Of at most one unit for each quantity.
+        option: Or file where they are stated, for messages.
+
+    Raises:
+        UsageError: One is unknown, or two are of one quantity.
+    """
+    stated: dict[str, str] = {}
+    for name in names:
+        quantity = next((quantity for quantity, factors in FACTORS.items() if name in factors), None)
+        if quantity is None:
+            known = near(name, [unit for factors in FACTORS.values() for unit in factors])
+            raise UsageError(f"{option}: no unit '{name}'.{known}")
+        if stated.setdefault(quantity, name) != name:
+            raise UsageError(f"{option}: {stated[quantity]} and {name} are both of {quantity}: name one.")
+    return stated
+
+
+def unit_of(stated: Mapping[str, str], quantity: str, column: str) -> str:
+    """The unit of a quantity; times are in seconds unless it is said otherwise, "" is that of pure numbers.
+
+    Raises:
+        UsageError: It was not stated.
+    """
+    if quantity in (TIME, NONE):
+        return stated.get(quantity, "s" if quantity else "")
+    if quantity not in stated:
+        how = f"State it with --units, {', '.join(list(FACTORS[quantity])[:3])} or another."
+        raise UsageError(f"In which unit are {quantity}, such as {column}? {how}")
+    return stated[quantity]
 
 
 @final

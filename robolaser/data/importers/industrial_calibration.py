@@ -7,18 +7,17 @@ from typing import Any, ClassVar, Final, final
 
 import numpy as np
 
-from robolaser.data.board import Board
+from robolaser.data.board import Board, dictionaries
 from robolaser.data.dataset import Poses
 from robolaser.data.dataset_file import inside
-from robolaser.data.importers.camera_recording import SUFFIXES, camera_recording, image_files
 from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of, placed_camera
+from robolaser.data.importers.image_folder import CAL_DATA, SUFFIXES, camera_recording, image_files
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.yaml_file import motion, number, peek, read_yaml, under
 from robolaser.data.sensor_format import Mount
 from robolaser.errors import DataError, UsageError
 from robolaser.parameters import Parameter
 
-FILE = "cal_data.yaml"
 KEYS = ("target_finder:", "camera_mount_to_camera_guess:", "homography_threshold:", "static_camera:")
 SUFFIX: Final = (".yaml", ".yml")
 INTRINSICS, GUESS = "intrinsics", "camera_mount_to_camera_guess"
@@ -41,7 +40,7 @@ class IndustrialCalibration(Importer):
 
     def recognises(self, path: Path) -> bool:
         """A folder with cal_data.yaml, or a YAML file with its keys."""
-        file = path / FILE if path.is_dir() else path
+        file = path / CAL_DATA if path.is_dir() else path
         text = peek(file)
         return file.suffix in SUFFIX and any(text.startswith(key) or f"\n{key}" in text for key in KEYS)
 
@@ -49,7 +48,7 @@ class IndustrialCalibration(Importer):
         """Read the listed images and poses."""
         if len(paths) > 1:
             raise UsageError(f"{len(paths)} folders: import one after the other.")
-        whole = paths[0] / FILE if paths[0].is_dir() else paths[0]
+        whole = paths[0] / CAL_DATA if paths[0].is_dir() else paths[0]
         contents, file, folder = read_yaml(whole), whole.name, whole.parent
         if not isinstance(contents, Mapping):
             raise DataError(f"{file} has no named values, such as data and target_finder.", file=file)
@@ -123,9 +122,7 @@ def _board(finder: Any, file: str) -> Board:
 
 def _dictionary(number: int, file: str) -> str:
     """OpenCV's name of a dictionary that the file gives as a number."""
-    from cv2 import aruco  # noqa: PLC0415 - slow to import
-
-    names = [name for name in dir(aruco) if name.startswith("DICT_") and getattr(aruco, name) == number]
+    names = [name for name, known in dictionaries().items() if known == number]
     if not names:
         raise DataError(f"{file}, target_finder.dictionary: OpenCV has no dictionary {number}.", file=file)
     return min(names, key=len)

@@ -10,12 +10,11 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.bounded_reading import YAML_BYTES, read_text
 from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, flange_poses, mount_of, pairs_dataset
-from robolaser.data.importers.importer import Imported, Importer, ImportOptions
-from robolaser.data.importers.units import Units
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions, stated_units, unit_of
 from robolaser.data.importers.yaml_file import motion_of_matrix, peek
 from robolaser.errors import DataError, near
 from robolaser.geometry.rigid_motion import exp_so3, inverse
-from robolaser.geometry.units import LENGTH
+from robolaser.geometry.units import FACTORS, LENGTH
 
 SUFFIXES = (".yaml", ".yml", ".xml", ".json")
 MARKS = ("%YAML:1.0", "%YAML 1.0", "<opencv_storage>", "opencv-matrix")
@@ -82,10 +81,8 @@ def read_storage(path: Path) -> dict[str, list[Array]]:
         parts = _NUMBERED.fullmatch(key)
         if parts and len(found[key]) == 1:
             numbered.setdefault(parts[1], []).append((int(parts[2]), found.pop(key)[0]))
-    lists = {
-        name: [array for _, array in sorted(entries, key=lambda entry: entry[0])] for name, entries in numbered.items()
-    }
-    return lists | found
+    in_order = {name: sorted(entries, key=lambda entry: entry[0]) for name, entries in numbered.items()}
+    return {name: [array for _, array in entries] for name, entries in in_order.items()} | found
 
 
 def _arrays(node: Any) -> list[Array]:
@@ -120,7 +117,7 @@ def _motions(
     for i, (turn, shift) in enumerate(zip(turns, shifts, strict=True)):
         matrix = exp_so3(turn) if len(turn) == 3 else turn.reshape(3, 3)
         T[i] = motion_of_matrix(np.column_stack([matrix, shift]), file, f"{R}, entry {i + 1}")
-    T[:, :3, 3] *= Units.of(options.units).factor(LENGTH, t)
+    T[:, :3, 3] *= FACTORS[LENGTH][unit_of(stated_units(options.units), LENGTH, t)]
     return f"{R}, {t}", inverse(T) if way in INVERTED else T
 
 

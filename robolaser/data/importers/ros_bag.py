@@ -9,14 +9,14 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.bounded_reading import decoded
-from robolaser.data.atomic_write import Contents
 from robolaser.data.csv_tables import finite
 from robolaser.data.dataset import Poses
-from robolaser.data.importers.camera_recording import BOARD, board_of, camera_recording
 from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, mount_of, pairs_dataset
+from robolaser.data.importers.image_folder import BOARD, board_of, camera_recording
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.ros_messages import IMAGES, JOINTS, ODOMETRY, POSES, STAMPS, Bag
 from robolaser.data.importers.time_matching import TOLERANCE, match, tolerance_of, with_readings
+from robolaser.data.result_folder import Contents
 from robolaser.errors import DataError, UsageError
 
 SUFFIXES = (".bag", ".db3", ".mcap")
@@ -29,10 +29,14 @@ BASE: Final = "base"
 FLANGE: Final = "flange"
 EVERY: Final = "every_s"
 MOST_IMAGES = 5000
-GREY, COLOUR = ("mono8", "8UC1", "mono16", "16UC1"), ("bgr8", "rgb8", "8UC3")
-CHANNEL_COUNTS = {**dict.fromkeys(GREY, 1), **dict.fromkeys(COLOUR, 3), "bgra8": 4, "rgba8": 4}
-BAYER = {"bayer_rggb8": "BayerBG", "bayer_bggr8": "BayerRG", "bayer_gbrg8": "BayerGR", "bayer_grbg8": "BayerGB"}
-"""ROS names a pattern by its first row, OpenCV by its second row's second and third pixels."""
+ENCODINGS = {
+    **dict.fromkeys(("mono8", "8UC1", "mono16", "16UC1"), (1, "")), "bgr8": (3, ""), "8UC3": (3, ""),
+    "rgb8": (3, "RGB"), "rgba8": (4, "RGBA"), "bgra8": (4, "BGRA"), "bayer_rggb8": (1, "BayerBG"),
+    "bayer_bggr8": (1, "BayerRG"), "bayer_gbrg8": (1, "BayerGR"), "bayer_grbg8": (1, "BayerGB"),
+}  # fmt: skip
+"""Channels, and what OpenCV calls them where it has to turn them into blue, green and red.
+
+ROS names a pattern by its first row, OpenCV by its second row's second and third pixels."""
 
 
 @final
@@ -187,21 +191,17 @@ def _image_file(message: Any, file: str, topic: str) -> tuple[str, bytes, tuple[
         suffix = ".png" if "png" in message.format.lower() else ".jpg"
         return suffix, bytes(message.data), (image.shape[1], image.shape[0])
     encoding = message.encoding
-    if encoding not in CHANNEL_COUNTS and encoding not in BAYER:
+    if encoding not in ENCODINGS:
         raise DataError(f"{file}, topic {topic}: no support for images of encoding {encoding!r}.", file=file)
     kind = np.dtype(np.uint16 if "16" in encoding else np.uint8).newbyteorder(">" if message.is_bigendian else "<")
-    channels = CHANNEL_COUNTS.get(encoding, 1)
+    channels, turned = ENCODINGS[encoding]
     data = np.asarray(message.data, dtype=np.uint8)
     if len(data) != message.step * message.height or message.step < message.width * channels * kind.itemsize:
         raise DataError(f"{file}, topic {topic}: an image has fewer bytes than its size says.", file=file)
     rows = data.reshape(message.height, message.step)[:, : message.width * channels * kind.itemsize]
     image = np.ascontiguousarray(rows).view(kind).astype(kind.newbyteorder("="))
     image = image.reshape(message.height, message.width, channels)
-    if encoding in BAYER:
-        image = cv2.cvtColor(image, getattr(cv2, f"COLOR_{BAYER[encoding]}2BGR"))
-    elif encoding in ("rgb8", "rgba8"):
-        image = image[..., [2, 1, 0]]
-    elif channels == 4:
-        image = image[..., :3]
+    if turned:
+        image = cv2.cvtColor(image, getattr(cv2, f"COLOR_{turned}2BGR"))
     _, png = cv2.imencode(".png", image)
     return ".png", png.tobytes(), (message.width, message.height)

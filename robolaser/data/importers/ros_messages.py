@@ -225,8 +225,7 @@ class Bag:
                     said = f"{self.file}: the frame {frame} is placed on {parents[frame]} and on {parent}."
                     raise DataError(said, file=self.file)
                 time = None if topic.endswith(STATIC) else self.time_of(one.header, received, topic)
-                T = self._motion(one.transform.translation, one.transform.rotation, topic)
-                found.setdefault(frame, {})[time] = T
+                found.setdefault(frame, {})[time] = self._motion(one.transform, topic)
         motions = {}
         for frame, by_time in found.items():
             times = sorted(time for time in by_time if time is not None)
@@ -237,12 +236,9 @@ class Bag:
         """Times (n,) [s], sorted, and motions (n, 4, 4) of a topic of poses."""
         found: dict[float, Array] = {}
         for _, received, message in self.messages([topic]):
-            if hasattr(message, "transform"):
-                place, turn = message.transform.translation, message.transform.rotation
-            else:
-                stated = message.pose.pose if hasattr(message.pose, "pose") else message.pose
-                place, turn = stated.position, stated.orientation
-            found[self.time_of(message.header, received, topic)] = self._motion(place, turn, topic)
+            stated = message.transform if hasattr(message, "transform") else message.pose
+            stated = stated.pose if hasattr(stated, "pose") else stated  # with its covariance
+            found[self.time_of(message.header, received, topic)] = self._motion(stated, topic)
         times = sorted(found)
         return np.array(times), np.array([found[time] for time in times]).reshape(-1, 4, 4)
 
@@ -250,9 +246,11 @@ class Bag:
         """Times of a topic of images, in the order in which they were recorded, (n,) [s]."""
         return np.array([self.time_of(one.header, received, topic) for _, received, one in self.messages([topic])])
 
-    def _motion(self, position: Any, rotation: Any, topic: str) -> Array:
-        at, turned = (position.x, position.y, position.z), (rotation.x, rotation.y, rotation.z, rotation.w)
-        seven = np.array([*at, *turned], dtype=np.float64)
+    def _motion(self, stated: Any, topic: str) -> Array:
+        """A message's transform, or its pose."""
+        fields = ("translation", "rotation") if hasattr(stated, "translation") else ("position", "orientation")
+        at, turned = (getattr(stated, field) for field in fields)
+        seven = np.array([at.x, at.y, at.z, turned.x, turned.y, turned.z, turned.w], dtype=np.float64)
         return motion_of_seven(seven, self.file, f"topic {topic}")
 
 

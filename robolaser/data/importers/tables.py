@@ -1,15 +1,17 @@
-"""Tables as text: joint readings or flange poses, and the points measured in each pose."""
+"""Tables: joint readings or flange poses, and the points measured in each pose, side by side or in own rows."""
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain, pairwise
 from pathlib import Path
-from typing import ClassVar, final
+from typing import ClassVar, Final, final
 
 import numpy as np
 
 from robolaser.data.csv_tables import CsvTable, bad_row
+from robolaser.data.data_tables import points_of, poses_of
 from robolaser.data.dataset import Dataset
-from robolaser.data.importers.array_files import ARRAY_FILES, array_table
 from robolaser.data.importers.column_choice import (
     POINTS,
     POSES,
@@ -18,24 +20,13 @@ from robolaser.data.importers.column_choice import (
     pose_quantities,
     with_quaternions,
 )
-from robolaser.data.importers.delimited_text import read_delimited
 from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of, seen_by_tags
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
+from robolaser.data.importers.table_files import TABLE_SUFFIXES, read_any_table
 from robolaser.data.importers.time_matching import CLOCKS, TOLERANCE, joined_by_time
-from robolaser.data.importers.wide_tables import (
-    a_row_for_each,
-    beside,
-    points_side_by_side,
-    with_axes,
-    without_lost,
-    without_repeated_times,
-)
-from robolaser.data.point_table import points_of
-from robolaser.data.pose_table import poses_of
 from robolaser.data.sensor_format import XYZ, SensorFormat, sensor_format, sensor_kinds
-from robolaser.errors import UsageError, near
+from robolaser.errors import DataError, UsageError, near
 
-SUFFIXES = (".csv", ".tsv", ".txt", ".dat", *ARRAY_FILES)
 TAGGED = "pose"
 
 
@@ -49,7 +40,7 @@ class Tables(Importer):
 
     def recognises(self, path: Path) -> bool:
         """By its suffix."""
-        return path.suffix.lower() in SUFFIXES and not path.is_dir()
+        return path.suffix.lower() in TABLE_SUFFIXES and not path.is_dir()
 
     def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
         """Read one table, one of poses and then one of points, or several with a row for each pose."""
@@ -130,9 +121,7 @@ def _read(
     paths: Sequence[Path], options: ImportOptions, declared: SensorFormat, *, timed: bool
 ) -> tuple[CsvTable, CsvTable, tuple[str, ...]]:
     """The table of the poses, that of the points, which may be the same, and what is left out of them."""
-    tables = [
-        array_table(path) if path.suffix.lower() in ARRAY_FILES else read_delimited(path, options) for path in paths
-    ]
+    tables = [read_any_table(path, options) for path in paths]
     named = "pose" in options.columns or "points.pose" in options.columns
     if timed or (len(tables) == 2 and (named or "pose" in tables[1])):
         return tables[0], tables[1], ()
@@ -153,7 +142,7 @@ def _points_in_a_row(
     if not places or options.point is not None or stated & {"point", *XYZ} or "point" in table:
         return {}
     known = {*pose_quantities(options), *point_quantities(declared), *options.columns.values()}
-    return points_side_by_side(table, known)
+    return _points_side_by_side(table, known)
 
 
 def _each_once(table: CsvTable, chosen: Mapping[str, str]) -> CsvTable:
@@ -172,3 +161,94 @@ def _each_once(table: CsvTable, chosen: Mapping[str, str]) -> CsvTable:
             why = "Rows of one pose repeat its readings; if the arm moved between them, they are different poses."
             raise bad_row(table.file, table.lines[row], f"{what} {why}", chosen.get(column, column))
     return table.take(np.array(list(first.values())))
+
+
+AXIS: Final = re.compile(
+    r"^(?P<point>.+?)[ _.:/-]*(?P<axis>[xyz])(?:[ _]*[\[(]?(?:mm|cm|m|in|ft)[\])]?)?$", re.IGNORECASE
+)
+"""The name of a point, and an axis with or without a unit behind it: `R1 X`, `SMR_2.y_mm`, `T3 z [mm]`."""
+LOST: Final = ("", "nan", "-", "--", "n/a", "none", "null", "#n/a")
+"""What cells hold where a beam was lost, in small letters."""
+
+
+def beside(tables: Sequence[CsvTable]) -> CsvTable:
+    """Several tables as one, row by row; a column is named FILE.COLUMN where its name alone is not unique.
+
+    Raises:
+        DataError: They have different numbers of rows.
+    """
+    first = tables[0]
+    for table in tables[1:]:
+        if len(table) != len(first):
+            raise DataError(
+                f"{table.file} has {len(table)} rows, but {first.file} has {len(first)}. Tables that are read side by"
+                " side have a row for each pose. Otherwise give one table of poses and one of points, whose column pose"
+                " says in which pose each was measured (--column pose=NAME).",
+                file=table.file,
+            )
+    names = [name for table in tables for name in table.columns]
+    columns = {
+        name if names.count(name) == 1 else f"{table.file.rpartition('.')[0]}.{name}": cells
+        for table in tables
+        for name, cells in table.columns.items()
+    }
+    return CsvTable(", ".join(table.file for table in tables), columns, first.lines)
+
+
+def with_axes(table: CsvTable) -> CsvTable:
+    """A table of three columns without a header, read as x, y and z of a point that the file's name names."""
+    if list(table.columns) != ["1", "2", "3"]:
+        return table
+    point = table.file.rpartition(".")[0]
+    names = [f"{point}.{axis}" for axis in "xyz"]
+    columns = dict(zip(names, table.columns.values(), strict=True))
+    return CsvTable(table.file, columns, table.lines)
+
+
+def _points_side_by_side(table: CsvTable, taken: Collection[str]) -> dict[str, tuple[str, str, str]]:
+    """The points whose x, y and z are columns of a table, not taken by anything else, with these three columns."""
+    found: dict[str, dict[str, str]] = {}
+    for name in table.columns:
+        if name not in taken and (match := AXIS.match(name)):
+            found.setdefault(match["point"], {})[match["axis"].lower()] = name
+    return {point: (own["x"], own["y"], own["z"]) for point, own in found.items() if len(own) == len(XYZ)}
+
+
+def a_row_for_each(table: CsvTable, points: Mapping[str, tuple[str, str, str]]) -> CsvTable:
+    """The same with a row for each of some points: columns point, x_m, y_m and z_m in the place of theirs."""
+    used = set(chain.from_iterable(points.values()))
+    rows, n = len(table), len(points)
+    columns = {
+        name: tuple(chain.from_iterable((cell,) * n for cell in table.cells(name)))
+        for name in table.columns
+        if name not in used
+    }
+    columns["point"] = tuple(points) * rows
+    for i, column in enumerate(XYZ):
+        cells = (table.cells(own[i]) for own in points.values())
+        columns[column] = tuple(chain.from_iterable(zip(*cells, strict=True)))
+    return CsvTable(table.file, columns, tuple(np.repeat(np.array(table.lines), n).tolist()))
+
+
+def without_lost(table: CsvTable, columns: Sequence[str]) -> tuple[CsvTable, tuple[str, ...]]:
+    """The rows whose points were measured, and what to say of those that were not."""
+    lost = np.zeros(len(table), dtype=bool)
+    for column in columns:
+        lost |= np.fromiter((cell.lower() in LOST for cell in table.cells(column)), bool, len(table))
+    if not lost.any() or lost.all():
+        return table, ()
+    what = f"{table.file}: {lost.sum()} of {len(table)} points, which were not measured (empty cells)"
+    return table.take(np.flatnonzero(~lost)), (what,)
+
+
+def without_repeated_times(table: CsvTable, column: str) -> tuple[CsvTable, tuple[str, ...]]:
+    """Of a table with a pose in each row those that do not repeat the time before, and what to say of the others."""
+    if column not in table or "pose" in table:
+        return table, ()
+    cells = table.cells(column)
+    again = np.array([False, *(after == before for before, after in pairwise(cells))])
+    alike = [own for name, own in table.columns.items() if name != column]
+    if not again.any() or any(own[i] == own[i - 1] for own in alike for i in np.flatnonzero(again)[:1]):
+        return table, ()  # rows of one pose
+    said = f"{table.file}: {again.sum()} rows, whose times repeat the row before"
+    return table.take(np.flatnonzero(~again)), (said,)

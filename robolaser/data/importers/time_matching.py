@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -10,8 +10,8 @@ from scipy.signal import correlate
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.csv_tables import CsvTable, finite, numbers
+from robolaser.data.data_tables import points_of
 from robolaser.data.dataset import COMMAND, Dataset, Poses
-from robolaser.data.point_table import points_of
 from robolaser.data.sensor_format import QUATERNION, XYZ
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, log_so3, pose
@@ -208,29 +208,20 @@ def _clock(
 
 
 def _readings(arm: Poses, at: Match, times: Array) -> Poses:
-    def between(values: Array | None) -> Array | None:
-        return None if values is None else at.values(values)
-
-    def before(cells: tuple[str, ...]) -> tuple[str, ...]:
-        return tuple(cells[i] for i in at.before.tolist())
-
-    def commanded(cells: tuple[str, ...]) -> tuple[str, ...]:
-        commands = numbers(cells)
-        return before(cells) if commands is None else tuple(map(repr, at.values(commands).tolist()))
-
-    return Poses(
-        tuple(str(i) for i in range(1, len(times) + 1)),
-        times,
-        q=between(arm.q),
-        qd=between(arm.qd),
+    """The arm at times, (m,): numbers and commands lie between the readings around each, all else is as before it."""
+    before = arm.take(at.before)
+    known = {name: getattr(arm, name) for name in ("q", "qd", "payload_kg", "temperature_c")}
+    between: dict[str, Any] = {name: at.values(values) for name, values in known.items() if values is not None}
+    commands = {name: numbers(cells) for name, cells in arm.extra.items() if name.startswith(COMMAND)}
+    told = {name: map(repr, at.values(values).tolist()) for name, values in commands.items() if values is not None}
+    return replace(
+        before,
+        names=tuple(str(i) for i in range(1, len(times) + 1)),
+        time_s=times,
         T_base_flange=None if arm.T_base_flange is None else at.motions(arm.T_base_flange),
-        payload_kg=between(arm.payload_kg),
-        temperature_c=between(arm.temperature_c),
         following={joint: at.values(values) for joint, values in arm.following.items()},
-        session=None if arm.session is None else before(arm.session),
-        extra={
-            name: commanded(cells) if name.startswith(COMMAND) else before(cells) for name, cells in arm.extra.items()
-        },
+        extra={**before.extra, **{name: tuple(cells) for name, cells in told.items()}},
+        **between,
     )
 
 

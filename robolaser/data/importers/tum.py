@@ -9,15 +9,16 @@ from typing import ClassVar, final
 import numpy as np
 
 from robolaser.bounded_reading import read_text
-from robolaser.data.csv_tables import CsvTable, bad_row, finite
+from robolaser.data.csv_tables import CsvTable, bad_row, finite, table_of
+from robolaser.data.data_tables import FLANGE_COLUMNS
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.tables import import_tables
 from robolaser.data.importers.time_matching import CLOCKS, TOLERANCE
 from robolaser.data.importers.yaml_file import peek
-from robolaser.data.pose_table import FLANGE_COLUMNS
 from robolaser.errors import DataError, UsageError
 
 COLUMNS = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
+EIGHT = f"expected eight numbers: {' '.join(COLUMNS)}."
 SUFFIXES = (".tum", ".txt")
 BODY = "body"
 
@@ -48,15 +49,13 @@ class Tum(Importer):
 
 
 def _table(path: Path) -> CsvTable:
-    rows = [(number, _cells(line)) for number, line in enumerate(read_text(path).splitlines(), 1)]
-    rows = [(number, cells) for number, cells in rows if cells]
-    for number, cells in rows:
-        if len(cells) != len(COLUMNS):
-            raise bad_row(path.name, number, f"expected eight numbers: {' '.join(COLUMNS)}.")
-    if not rows:
+    text = [f"{' '.join(_cells(line))}\n" for line in read_text(path).splitlines()]
+    if not any(map(str.strip, text)):
         raise DataError(f"{path.name} has no line of numbers: {' '.join(COLUMNS)}.", file=path.name)
-    columns = zip(("time_s", *FLANGE_COLUMNS), zip(*(cells for _, cells in rows), strict=True), strict=True)
-    return CsvTable(path.name, dict(columns), tuple(number for number, _ in rows))
+    read = table_of(path, text, separator=" ", named=False, how=EIGHT.capitalize())
+    if len(read.columns) != len(COLUMNS):
+        raise bad_row(path.name, read.lines[0], EIGHT)
+    return replace(read, columns=dict(zip(("time_s", *FLANGE_COLUMNS), read.columns.values(), strict=True)))
 
 
 def _cells(line: str) -> list[str]:

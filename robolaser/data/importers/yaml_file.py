@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import CLOUD_BYTES, YAML_BYTES, opened, read_text
-from robolaser.data.dataset_file import QUATERNION_SLACK, no_rotation
+from robolaser.data.dataset_file import check_rotation
 from robolaser.errors import DataError, near
 from robolaser.geometry.rigid_motion import from_quaternion, nearest_rotation, pose
 
@@ -107,9 +107,7 @@ def motion_of_seven(seven: Array, file: str, where: str) -> Array:
     """
     if not np.isfinite(seven).all():
         raise DataError(f"{file}, {where}: its numbers are not all finite: {seven.tolist()}.", file=file)
-    length = float(np.linalg.norm(seven[3:]))
-    if abs(length - 1) > QUATERNION_SLACK:
-        raise no_rotation(f"{file}, {where}", length, file)
+    check_rotation(seven[3:], f"{file}, {where}", file)
     return pose(from_quaternion(seven[3:]), seven[:3])
 
 

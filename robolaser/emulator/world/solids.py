@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.data.printed_board import BoardPrint
+from robolaser.data.board import BoardPrint
 from robolaser.data.toml_schema import NotNegative, Positive
 from robolaser.geometry.rigid_motion import Quaternion
 

@@ -10,10 +10,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array, Image
-from robolaser.data.board import Board
+from robolaser.data.board import Board, board_print
 from robolaser.data.dataset import Dataset
-from robolaser.data.dataset_file import QUATERNION_SLACK, no_rotation
-from robolaser.data.printed_board import board_print
+from robolaser.data.dataset_file import check_rotation
 from robolaser.data.toml_schema import Positive, read_toml, typed, wrong
 from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
 from robolaser.emulator.world.scene import CameraModel, CameraSettings, Projector, RenderedScene
@@ -203,7 +202,7 @@ def _solids(file: str, read: WorldFile, described: Board | None) -> Iterator[Sol
     if read.floor is not None:
         yield read.floor
     for block in read.block:
-        _check_rotation(file, "[[block]] quat", block.quat)
+        check_rotation(block.quat, f"{file}, [[block]] quat", file)
         yield block
     yield from read.sphere
     if read.board is not None:
@@ -218,7 +217,7 @@ def _solids(file: str, read: WorldFile, described: Board | None) -> Iterator[Sol
 
 
 def _printed_board(file: str, board: BoardTable, described: Board) -> PrintedBoard:
-    _check_rotation(file, "[board] quat", board.quat)
+    check_rotation(board.quat, f"{file}, [board] quat", file)
     T: Array = np.eye(4)
     T[:3, :3], T[:3, 3] = Rotation.from_quat(board.quat).as_matrix(), board.origin_m
     return PrintedBoard(T, board_print(described))
@@ -231,9 +230,3 @@ def _faults(file: str, stated: Iterable[EffectTable], arm: ScrewArm) -> dict[tup
             reason = f"{fault.name} cannot be at '{fault.where}'.{near(fault.where, arm.joints)}"
             raise DataError(f"{file}, [[effect]] where: {reason}", file=file, column="where")
     return {(fault.name, fault.where): fault.size for fault in stated}
-
-
-def _check_rotation(file: str, key: str, quat: Quaternion) -> None:
-    length = float(np.linalg.norm(quat))
-    if abs(length - 1) > QUATERNION_SLACK:
-        raise no_rotation(f"{file}, {key}", length, file)

@@ -10,8 +10,7 @@ import pytest
 from examples import images, industrial_calibration, read
 from robolaser.data.board import Board
 from robolaser.data.importers import ImportOptions
-from robolaser.data.importers.camera_recording import board_of
-from robolaser.data.importers.image_folder import ImageFolder
+from robolaser.data.importers.image_folder import ImageFolder, board_of
 from robolaser.errors import DataError, UsageError
 
 CHARUCO = "charuco,4x6,36mm,18mm,DICT_6X6_250"
@@ -55,6 +54,15 @@ def test_images_belong_to_the_rows_that_name_them(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"which image belongs to each row.*--column image=NAME"):
         read([raw], ImportOptions(columns=COLUMNS, units=("mm",), further=STATED))
     assert read([raw], ImportOptions(columns={**COLUMNS, "image": "what"}, units=("mm",), further=STATED)).poses.image
+
+
+def test_the_table_beside_images_may_be_one_of_arrays(tmp_path: Path) -> None:
+    raw = folder(tmp_path)
+    (raw / "poses.csv").unlink()
+    turns = dict(zip(("qx", "qy", "qz", "qw"), np.eye(4)[[3, 3, 3]].T, strict=True))
+    np.savez(raw / "log.npz", x=[100.0, 200, 300], y=np.zeros(3), z=np.ones(3), image=["10.png", "3.png", ""], **turns)
+    found = read([raw], ImportOptions(columns=COLUMNS, units=("mm",), further=STATED))
+    assert found.poses.image == ("images/10.png", "images/3.png", "")
 
 
 def test_images_may_be_in_sub_folders(tmp_path: Path) -> None:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from robolaser.data.importers.robots import find_robot
-from robolaser.data.importers.robots.dh_table import CONVENTIONS
 from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import pose, rot_x, rot_z
 from robolaser.robot.kinematics import Robot
@@ -57,7 +56,7 @@ def product(rows: Sequence[Row], convention: str, q: np.ndarray) -> list[np.ndar
     return frames
 
 
-@pytest.mark.parametrize("convention", CONVENTIONS)
+@pytest.mark.parametrize("convention", ["standard", "modified"])
 @pytest.mark.parametrize("rows", [UR5, ODD], ids=["ur5", "odd"])
 def test_the_flange_is_where_the_product_of_the_matrices_says(rows: list[Row], convention: str, tmp_path: Path) -> None:
     robot = arm(tmp_path, rows, convention)
@@ -66,7 +65,7 @@ def test_the_flange_is_where_the_product_of_the_matrices_says(rows: list[Row], c
     np.testing.assert_allclose(robot.forward(q[None])[0], expected, rtol=0, atol=1e-14)
 
 
-@pytest.mark.parametrize("convention", CONVENTIONS)
+@pytest.mark.parametrize("convention", ["standard", "modified"])
 def test_its_weight_hangs_where_the_rows_frames_say(convention: str, tmp_path: Path) -> None:
     def energy(q: np.ndarray) -> float:
         centres = [[*(row.get(f"com_{axis}", 0.0) for axis in "xyz"), 1.0] for row in ODD]

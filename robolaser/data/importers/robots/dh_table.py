@@ -1,17 +1,17 @@
 """A file with Denavit-Hartenberg numbers, CSV or TOML, written as a URDF; its units and convention are stated."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Literal, final
 
-from robolaser.bounded_reading import ROBOT_BYTES, parse_toml, read_text
 from robolaser.data.csv_tables import finite, read_table
-from robolaser.data.importers.units import Units
+from robolaser.data.importers.importer import stated_units
+from robolaser.data.toml_schema import read_toml, typed
 from robolaser.errors import RobotError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH
 from robolaser.robot.by_name.description import Convention, rows_urdf
 
-CONVENTIONS: Final[tuple[Convention, ...]] = ("standard", "modified")
 JOINT_KINDS = ("revolute", "prismatic", "fixed")
 FLANGE = "flange"
 QUANTITIES = {"a": LENGTH, "alpha": ANGLE, "d": LENGTH, "theta": ANGLE}
@@ -20,10 +20,19 @@ CENTRE = ("com_x", "com_y", "com_z")
 MEASURED = (*QUANTITIES, *LIMITS, *CENTRE)
 OTHERS = ("name", "kind", "mass_kg")
 LARGEST = 1e4  # m or rad: beyond it a number is a slip
-SETTINGS = ("convention", "units")
 
 
-def read_dh_table(path: Path, convention: str | None = None, units: Sequence[str] = ()) -> str:
+@final
+@dataclass(frozen=True)
+class DhFile:
+    """A file's rows, and what it says of them."""
+
+    joint: tuple[dict[str, Any], ...]
+    convention: Literal["standard", "modified"] | None = None
+    units: str | tuple[str, ...] = ()
+
+
+def read_dh_table(path: Path, convention: Convention | None = None, units: Sequence[str] = ()) -> str:
     """A table's file as a URDF with the links `base`, `link_1` and so on, and `flange`.
 
     A row, from the base to the flange, is "standard" (Denavit, Hartenberg 1955) or "modified" (Craig), see `rows_urdf`.
@@ -40,45 +49,26 @@ def read_dh_table(path: Path, convention: str | None = None, units: Sequence[str
         RobotError: With row and column of what is wrong or missing; there is no moving joint, a prismatic one has no
             limits, or a fixed row has a mass.
         UsageError: The convention or a unit is stated nowhere.
-        DataError: The file cannot be read, or is no table.
+        DataError: The file cannot be read, is no table, or has another key.
     """
-    rows, settings = (_from_toml if path.suffix == ".toml" else _from_csv)(path)
-    for key in settings:
-        if key not in SETTINGS:
-            raise RobotError(f"{path.name}: this key is not known: {key}.{near(key, [*SETTINGS, 'joint'])}")
-    stated = settings.get("convention", convention)
-    if stated is None:
+    if path.suffix == ".toml":
+        read = typed(read_toml(path), DhFile, file=path.name)
+    else:
+        table = read_table(path)
+        cells = zip(*map(table.cells, table.columns), strict=True)
+        read = DhFile(tuple(dict(zip(table.columns, row, strict=True)) for row in cells))
+    known = read.convention or convention
+    if known is None:
         raise UsageError(
             f"{path.name}: standard or modified (Craig's) Denavit-Hartenberg numbers? Choose with --dh, or in the file"
             " under convention."
         )
-    known = next((one for one in CONVENTIONS if one == stated), None)
-    if known is None:
-        raise RobotError(f"{path.name}: the convention is {stated!r}, expected standard or modified.")
-    of_file = settings.get("units", units)
-    names = of_file.split(",") if isinstance(of_file, str) else of_file if isinstance(of_file, Sequence) else [of_file]
-    stated_units = Units.of([str(name).strip() for name in names], path.name).stated
-    table = [_row(cells, number, stated_units, path.name) for number, cells in enumerate(rows, 1)]
-    if not any("joint" in row for row in table):
+    names = read.units.split(",") if isinstance(read.units, str) else read.units or units
+    of_file = stated_units([name.strip() for name in names], path.name)
+    rows = [_row(cells, number, of_file, path.name) for number, cells in enumerate(read.joint, 1)]
+    if not any("joint" in row for row in rows):
         raise RobotError(f"{path.name}: the table has no joint that moves.")
-    return rows_urdf(table, known, path.stem, "base", FLANGE, first=1)
-
-
-def _from_csv(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
-    table = read_table(path)
-    cells = zip(*map(table.cells, table.columns), strict=True)
-    return [dict(zip(table.columns, row, strict=True)) for row in cells], {}
-
-
-def _from_toml(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
-    try:
-        contents = parse_toml(read_text(path, ROBOT_BYTES))
-    except ValueError as error:
-        raise RobotError(f"{path.name} is not valid TOML: {error}.") from None
-    rows = contents.pop("joint", None)
-    if not (isinstance(rows, list) and all(isinstance(row, dict) for row in rows)):
-        raise RobotError(f"{path.name} has no [[joint]] tables, one for each row of Denavit-Hartenberg numbers.")
-    return rows, contents
+    return rows_urdf(rows, known, path.stem, "base", FLANGE, first=1)
 
 
 def _row(cells: Mapping[str, object], number: int, units: Mapping[str, str], file: str) -> dict[str, Any]:
