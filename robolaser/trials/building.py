@@ -12,7 +12,6 @@ from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, limits
 from robolaser.robot.visibility import TILT, View, configurations_looking_down
 from robolaser.simulation.nominal import built, facing_outward, scanner
-from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.cell import ScannerCell, Target
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
@@ -60,21 +59,20 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     eye = ScannerOptics(truth, quat, "xyz", "u")
     n = int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
     view = View(eye.mount, truth, "u", IMAGE_PX)
-    arm = ScrewArm(robot)
-    q, level = _postures(arm, view, n, rng)
+    q, level = _postures(robot, view, n, rng)
     count = int(rng.integers(ranges.points[0], ranges.points[1] + 1))
     first, last = view.stripe_range(MARGIN)
     step = (last - first) / count
     at = first + step * (np.arange(count) + 0.5 + rng.uniform(-0.3, 0.3, (n, count)))
     order = np.array([rng.permutation(3) for _ in range(n)])
     steps = LEVELS_M[order[:, np.arange(count) * 3 // count]]
-    camera = arm.forward(q) @ eye.mount
+    camera = robot.forward(q) @ eye.mount
     depth = (level - camera[:, 2, 3]) / camera[:, 2, 2]
     middle = np.append((camera[:, :2, 3] + depth[:, None] * camera[:, :2, 2]).mean(axis=0), level)
     qd = velocities(q, rng, moving=moving)
     time = pause_times(n, rng)
     cell = ScannerCell(
-        run=SyntheticRun(arm, q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
+        run=SyntheticRun(robot, q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
         eye=eye,
         target=Target(middle, np.eye(3)),
         pose=np.repeat(np.arange(n), count),
@@ -105,19 +103,19 @@ def pause_times(n: int, rng: np.random.Generator) -> Array:
     return np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
 
 
-def _postures(arm: ScrewArm, view: View, n: int, rng: np.random.Generator) -> tuple[Array, float]:
+def _postures(robot: Robot, view: View, n: int, rng: np.random.Generator) -> tuple[Array, float]:
     """Postures that see the target: all over the workspace, or around one of them as cells usually have it."""
-    wide, level = configurations_looking_down(arm.robot, view, wanted=n, rng=rng)
-    whole = wide[_sees(arm, wide, view, level)]
+    wide, level = configurations_looking_down(robot, view, wanted=n, rng=rng)
+    whole = wide[_sees(robot, wide, view, level)]
     wide = whole if len(whole) >= n else wide
     if rng.random() < 0.3:
         return wide[:n][rng.permutation(n)], level
     for home in wide[: 2 * ROUNDS]:
         kept = np.empty((0, wide.shape[1]))
-        lower, upper = limits(arm.robot)
+        lower, upper = limits(robot)
         for _ in range(ROUNDS):
             q = np.clip(home + rng.uniform(-AROUND, AROUND, (DRAWS // 10, len(home))), lower, upper)
-            kept = np.concatenate([kept, q[_sees(arm, q, view, level)]])
+            kept = np.concatenate([kept, q[_sees(robot, q, view, level)]])
             if len(kept) > 4 * n:
                 break
         if len(kept) > 2 * n:
@@ -126,8 +124,8 @@ def _postures(arm: ScrewArm, view: View, n: int, rng: np.random.Generator) -> tu
     return wide[:n][rng.permutation(n)], level
 
 
-def _sees(arm: ScrewArm, q: Array, view: View, level: float) -> Bools:
-    T = arm.forward(q) @ view.T_flange_camera
+def _sees(robot: Robot, q: Array, view: View, level: float) -> Bools:
+    T = robot.forward(q) @ view.T_flange_camera
     at = np.linspace(*view.stripe_range(MARGIN), 3)[None]
     seen = -T[:, 2, 2] > np.cos(TILT)
     for step in LEVELS_M[[0, -1]]:

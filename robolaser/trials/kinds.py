@@ -48,7 +48,7 @@ def small_errors(world: World, rng: np.random.Generator) -> World:
     """What calibration leaves of an arm and a lens: everything is off a little, and the faults stand out of it."""
     run = world.cell.run
     small: list[FaultModel] = []
-    for joint in run.arm.joints:
+    for joint in run.joints:
         small.append(ShiftedZero(joint, float(OFFSET_RAD * rng.normal())))
         small.append(LinkError.sample(joint, float(PLACEMENT * rng.uniform(0.2, 1.0)), run, rng))
     for joint in GearWindup.locations(run):

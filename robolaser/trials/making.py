@@ -157,7 +157,7 @@ def _sized_faults(
         least = max(STANDING_OUT, TIMES * Detectability.of(world, *world.background).misfit)
     sized: list[tuple[FaultModel, Detectability]] = []
     for name in names:
-        taken = {fault.where for fault, _ in sized} & {*world.cell.run.arm.joints}
+        taken = {fault.where for fault, _ in sized} & {*world.cell.run.joints}
         places = _locations(world, name)
         free = tuple(place for place in places if place not in taken) or places
         sized.append(sized_fault(world, name, free, rng, least_misfit=least))

@@ -21,7 +21,6 @@ from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation.nominal import built
 from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, Ranges, in_sight
-from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.cell import ScannerCell, Target
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
@@ -110,7 +109,7 @@ def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -
     along = target.inside(points["xyz"][rows])[:, :2]
     robot, q, qd, time = model.visits
     radius, payload_kg = float(np.linalg.norm(along, axis=1).max()) / 2, float(rng.uniform(*PAYLOAD_KG))
-    run = SyntheticRun(ScrewArm(robot), q, qd, time, target.middle, radius, payload_kg)
+    run = SyntheticRun(robot, q, qd, time, target.middle, radius, payload_kg)
     at = points["pixel"][rows, 0 if dataset.stripe_axis == "u" else 1]
     cell = ScannerCell(run, eye, target, pose=points.pose[rows], at=at, level=level)
     repeats = pixel_repeats(dataset)

@@ -13,7 +13,6 @@ from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import random_configurations
 from robolaser.trials.building import PAYLOAD_KG, Ranges, pause_times, velocities
 from robolaser.trials.resampling import ReferenceCell
-from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.cell import TrackerCell
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.world import World, rounded
@@ -31,10 +30,9 @@ def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.
         q = random_configurations(robot, n, rng)
         time = pause_times(n, rng)
         qd = velocities(q, rng, moving=moving)
-    arm = ScrewArm(robot)
-    flange = arm.forward(q)[:, :3, 3]
+    flange = robot.forward(q)[:, :3, 3]
     radius = float(np.linalg.norm(flange - flange.mean(axis=0), axis=1).max())
-    run = SyntheticRun(arm, q, qd, time, flange.mean(axis=0), radius, float(rng.uniform(*PAYLOAD_KG)))
+    run = SyntheticRun(robot, q, qd, time, flange.mean(axis=0), radius, float(rng.uniform(*PAYLOAD_KG)))
     if isinstance(source, ReferenceCell) and source.is_tracked:
         cell, stated = _found(source, run), source.dataset.noise.point_m
     else:

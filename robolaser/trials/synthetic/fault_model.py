@@ -51,7 +51,7 @@ class FaultModel(ABC):
     sizes: ClassVar[tuple[float, float]]  # usual in industry, least and most
     signed: ClassVar[bool]  # whether a sampled size may be negative
     location: ClassVar[str | None]  # where it always is; None: at one of `places`
-    places: ClassVar[Places] = lambda run: run.arm.joints  # where else it can be in a run; by default at every joint
+    places: ClassVar[Places] = lambda run: run.joints  # where else it can be in a run; by default at every joint
     parameter: ClassVar[str]  # the effect library's parameter that `size` is the value of
     classes: ClassVar[tuple[str, ...]]  # right for an effect that the library lacks, beside `unknown`
     also: ClassVar[tuple[tuple[str, str | None], ...]]  # effects, and locations (None: its own), that are as right
@@ -160,10 +160,10 @@ class FaultModel(ABC):
 
 def flange_poses(run: SyntheticRun, faults: Sequence[FaultModel]) -> Array:
     """Where the flange of an arm with these faults truly is, (n, 4, 4)."""
-    q, links = run.q, np.tile(run.arm.links, (len(run.q), 1, 1, 1))
+    q, links = run.q, np.tile(run.robot.placements, (len(run.q), 1, 1, 1))
     for fault in faults:
         q, links = fault.joints(q, run), fault.links(links, run)
-    T_base_flange = run.arm.forward(q, links)
+    T_base_flange = run.robot.forward(q, links[None])
     for fault in faults:
         T_base_flange = fault.flange(T_base_flange, run)
     return T_base_flange

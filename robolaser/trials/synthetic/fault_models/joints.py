@@ -141,7 +141,7 @@ class SlippedCoupling(
     effect="slipping",
     sizes=(3e-4, 4e-3),
     signed=True,
-    places=lambda run: run.arm.joints[1:-1],
+    places=lambda run: run.joints[1:-1],
     classes=("transmission",),
 ):
     """A coupling slips at some moment of the run: from there on the joint's zero is off by `size` [rad].
@@ -158,11 +158,11 @@ class SlippedCoupling(
 
 def _neighbour(where: str, run: SyntheticRun, rng: np.random.Generator) -> str:
     """A joint at most two joints away."""
-    at = run.arm.joints.index(where)
-    return str(rng.choice([joint for i, joint in enumerate(run.arm.joints) if abs(i - at) in (1, 2)]))
+    at = run.joints.index(where)
+    return str(rng.choice([joint for i, joint in enumerate(run.joints) if abs(i - at) in (1, 2)]))
 
 
-class Coupling(FaultModel, places=lambda run: run.arm.joints if len(run.arm.joints) > 1 else ()):
+class Coupling(FaultModel, places=lambda run: run.joints if len(run.joints) > 1 else ()):
     """Another joint turns this one."""
 
     other: Annotated[str, _neighbour]
@@ -197,7 +197,7 @@ class LedAlong(Coupling, effect="joint_coupling", sizes=(4e-4, 4e-3), signed=Tru
         """Of a belt without ripple."""
         middle, half = self._range(run)
         ratio, homed = self.size / half, middle + self.homed * half
-        return {"ratio": ratio, "offset": -ratio * homed, "other": 1.0 + run.arm.joints.index(self.other)}
+        return {"ratio": ratio, "offset": -ratio * homed, "other": 1.0 + run.joints.index(self.other)}
 
     def share(self, swing: Array) -> Array:
         """All of it across half the other's range."""
@@ -260,7 +260,7 @@ class LateArrival(FaultModel, effect="settling", sizes=(2e-4, 4e-3), signed=True
 def _beside(where: str, run: SyntheticRun, rng: np.random.Generator) -> Array:
     """Errors of the joints over their RMS size, some larger than others, (n, j)."""
     off = np.zeros(run.q.shape)
-    columns = list(run.arm.columns)
+    columns = list(run.robot.chain)
     off[:, columns] = rng.normal(size=(len(run.q), len(columns))) * rng.uniform(0.3, 1.7, len(columns))
     return np.asarray(off / np.sqrt(np.square(off[:, columns]).mean()))
 
@@ -273,7 +273,7 @@ class PoseScatter(FaultModel, sizes=(2e-5, 1e-4), location="arm"):
 
     def sigma(self, run: SyntheticRun) -> float:
         """RMS error of a joint [rad]."""
-        levers = run.arm.levers(run.q)
+        levers = run.robot.jacobian(run.q)[:, :3]
         return self.size / float(np.sqrt(np.square(levers).sum(axis=(1, 2)).mean()))
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
