@@ -27,39 +27,25 @@ NOTHING: Final = np.empty((0, 3))
 @final
 @dataclass(frozen=True)
 class CellFrames:
-    """The frames of a cell at one pose, in the base frame.
+    """The frames of a cell at one pose, in the base frame."""
 
-    Attributes:
-        joints: T_base_joint of the chain, base first, (k, 4, 4); none where flange poses were measured.
-        flange: T_base_flange, (4, 4).
-        camera: T_base_camera, (4, 4); None where there is no camera.
-        corners: Points that the corners of the image show, (4, 3) [m].
-        light: The projector and points along the stripe, in order, (1 + p, 3) [m]; none without a laser.
-    """
-
-    joints: Array
-    flange: Array
-    camera: Array | None = None
-    corners: Array | None = None
+    joints: Array  # T_base_joint of the chain, base first, (k, 4, 4); none where flange poses were measured
+    flange: Array  # T_base_flange, (4, 4)
+    camera: Array | None = None  # T_base_camera, (4, 4); None where there is no camera
+    corners: Array | None = None  # points that the corners of the image show, (4, 3) [m]
+    # the projector and points along the stripe, in order, (1 + p, 3) [m]; none without a laser
     light: Array = field(default_factory=lambda: NOTHING)
 
 
 @final
 @dataclass(frozen=True)
 class CellPoses:
-    """The cell in all poses (n), in the base frame [m].
+    """The cell in all poses (n), in the base frame [m]."""
 
-    Attributes:
-        model: Fitted.
-        x: Its parameters.
-        name: What a viewer calls it: "calibrated" or "nominal".
-        is_measured: Whether its points were measured; else they are where a stripe might be seen.
-    """
-
-    model: Model
-    x: Array
-    name: str = "calibrated"
-    is_measured: bool = True
+    model: Model  # fitted
+    x: Array  # its parameters
+    name: str = "calibrated"  # what a viewer calls it: "calibrated" or "nominal"
+    is_measured: bool = True  # whether its points were measured; else they are where a stripe might be seen
 
     @property
     def dataset(self) -> Dataset:

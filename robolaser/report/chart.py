@@ -56,17 +56,11 @@ CONFIG: Final[Spec] = {
 @final
 @dataclass(frozen=True)
 class Chart:
-    """A chart with what to look for in it.
+    """A chart with what to look for in it."""
 
-    Attributes:
-        title: A few words.
-        caption: What it shows and what to look for.
-        spec: In Vega-Lite's language, with its data; its description is for those who cannot see it.
-    """
-
-    title: str
-    caption: str
-    spec: Spec
+    title: str  # a few words
+    caption: str  # what it shows and what to look for
+    spec: Spec  # in Vega-Lite's language, with its data; its description is for those who cannot see it
 
     @property
     def json(self) -> str:

@@ -31,23 +31,14 @@ NOUNS: Final[Mapping[str, str]] = {"point": "reflector", "socket": "socket", "pr
 @final
 @dataclass(frozen=True)
 class ErrorGroup:
-    """Rows that belong together.
+    """Rows that belong together."""
 
-    Attributes:
-        kind: "session", "sensor", "reflector", "socket", "ball", "point", "image" or "pose".
-        name: Of the group.
-        rows: How many rows.
-        rms_m: Root-mean-square error on fitted poses, then held-out where that is known [m].
-        ratio: The last of them over the median of the groups of its kind.
-        is_odd: Does it err far more than the others?
-    """
-
-    kind: str
-    name: str
-    rows: int
-    rms_m: Sequence[float]
-    ratio: float
-    is_odd: bool
+    kind: str  # "session", "sensor", "reflector", "socket", "ball", "point", "image" or "pose"
+    name: str  # of the group
+    rows: int  # how many rows
+    rms_m: Sequence[float]  # root-mean-square error on fitted poses, then held-out where that is known [m]
+    ratio: float  # the last of them over the median of the groups of its kind
+    is_odd: bool  # does it err far more than the others?
 
 
 def groups(dataset: Dataset, errors_m: Sequence[Array]) -> list[ErrorGroup]:

@@ -147,28 +147,17 @@ AXES: Final = {1: ("",), 2: (" along u", " along v"), 3: (" along x", " along y"
 @final
 @dataclass(frozen=True, eq=False)
 class ExplainedError:
-    """An effect, pose by pose or row by row.
+    """An effect, pose by pose or row by row."""
 
-    Attributes:
-        candidate_effect: Which, and where.
-        coordinate: What it depends on most.
-        x: Of it, (n,).
-        of: What has the error, for a person.
-        unit: Of the error: "rad" or "m".
-        moves: The error by the effect, (n,).
-        left: What is left beside it, (n,): the sum is the error without it.
-        pose: Which poses these are, (n,).
-        rival: The most probable effect that may be there instead, and what it leaves, (n,).
-    """
-
-    candidate_effect: CandidateEffect
-    coordinate: Coordinate
-    x: Array
-    of: str
-    unit: str
-    moves: Array
-    left: Array
-    pose: Ints
+    candidate_effect: CandidateEffect  # which, and where
+    coordinate: Coordinate  # what it depends on most
+    x: Array  # of it, (n,)
+    of: str  # what has the error, for a person
+    unit: str  # of the error: "rad" or "m"
+    moves: Array  # the error by the effect, (n,)
+    left: Array  # what is left beside it, (n,): the sum is the error without it
+    pose: Ints  # which poses these are, (n,)
+    # the most probable effect that may be there instead, and what it leaves, (n,)
     rival: tuple[CandidateEffect, Array] | None
 
 

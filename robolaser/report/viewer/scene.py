@@ -125,15 +125,10 @@ SWOLLEN = 1.04  # red bodies are shown so much thicker, lest the arm that is dra
 @final
 @dataclass(frozen=True)
 class CollisionScene:
-    """Bodies of a cell.
+    """Bodies of a cell."""
 
-    Attributes:
-        model: Links, sensor and boxes.
-        margin_m: Least distance that they should keep [m].
-    """
-
-    model: CollisionModel
-    margin_m: float
+    model: CollisionModel  # links, sensor and boxes
+    margin_m: float  # least distance that they should keep [m]
 
     def at(self, q: Array) -> tuple[str, tuple[SceneNode, ...]]:
         """What is too near to what at one configuration (j,), in words, and the shapes to be shown there."""

@@ -21,17 +21,11 @@ Colours = Colour | NDArray[np.uint8]
 @final
 @dataclass(frozen=True, eq=False)
 class SceneNode:
-    """A thing in the scene.
+    """A thing in the scene."""
 
-    Attributes:
-        name: Its place in the tree of the scene.
-        kind: Which of viser's things it is, as `box` of `add_box`.
-        look: What viser takes for it.
-    """
-
-    name: str
-    kind: str
-    look: Mapping[str, Any]
+    name: str  # its place in the tree of the scene
+    kind: str  # which of viser's things it is, as `box` of `add_box`
+    look: Mapping[str, Any]  # what viser takes for it
 
 
 def draw(scene: "SceneApi", shape: SceneNode) -> Any:
