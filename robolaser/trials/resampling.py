@@ -1,27 +1,31 @@
-"""Random synthetic cells around a given data set: its arm, scanner, poses, target and noise."""
+"""Random synthetic cells around a given data set: its arm, sensor, poses, target and noise; and those of trackers."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 from scipy.stats import rankdata
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
-from robolaser.data.dataset import Dataset
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.path_velocities import known_velocities
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import TrialError
+from robolaser.geometry.rigid_motion import pose
 from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.sensors import sensor_class
+from robolaser.model.sensors.placements import motion, vector
 from robolaser.model.sensors.point import Point
-from robolaser.parameters import Parameter
+from robolaser.parameters import Parameter, as_batch
 from robolaser.robot.kinematics import Robot
+from robolaser.robot.postures import random_configurations
 from robolaser.simulation.nominal import built
-from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, Ranges, in_sight
-from robolaser.trials.synthetic.cell import ScannerCell, Target
+from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, Ranges, in_sight, pause_times, velocities
+from robolaser.trials.synthetic.cell import ScannerCell, Target, TrackerCell
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
 from robolaser.trials.world import World, rounded
@@ -30,6 +34,8 @@ OFF = 0.1  # of what a workshop leaves: the scanner of each world differs by thi
 STEP_M = 5e-3  # between heights: less is one step of the target
 ROUNDS = 4
 MINUTE_S = 60.0
+REFLECTORS = ("A", "B", "C")
+BASE_M = (2.5, -1.5, 1.2)  # from the tracker, some decimetres more or less
 
 
 @final
@@ -120,6 +126,51 @@ def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -
     )
     blank = replace(dataset, name="blind", noise=noise, source="", licence="", board=None, folder=None, warnings=())
     return World(in_sight(cell, dataset.image_px or IMAGE_PX), blank, noise, max(1, len(points) // len(rows)))
+
+
+def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> World:
+    """A tracker before an arm, which may be moving, or before the arm, the poses and the reflectors of a data set."""
+    if isinstance(source, ReferenceCell):
+        robot, q, qd, time = source.visits
+    else:
+        robot, n = source, int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
+        q = random_configurations(robot, n, rng)
+        time = pause_times(n, rng)
+        qd = velocities(q, rng, moving=moving)
+    flange = robot.forward(q)[:, :3, 3]
+    radius = float(np.linalg.norm(flange - flange.mean(axis=0), axis=1).max())
+    run = SyntheticRun(robot, q, qd, time, flange.mean(axis=0), radius, float(rng.uniform(*PAYLOAD_KG)))
+    if isinstance(source, ReferenceCell) and source.is_tracked:
+        cell, stated = _found(source, run), source.dataset.noise.point_m
+    else:
+        reflectors = {name: _reflector(i, rng) for i, name in enumerate(REFLECTORS)}
+        turn = Rotation.from_euler("ZYX", [rng.uniform(-np.pi, np.pi), *rng.uniform(-0.02, 0.02, 2)])
+        T_world_base = pose(turn.as_matrix(), np.array(BASE_M) + rng.uniform(-0.5, 0.5, 3))
+        cell, stated = TrackerCell(run, T_world_base, reflectors), None
+    noise = Noise(point_m=stated or rounded(rng.uniform(*ranges.point_m)))
+    blank = Dataset(
+        name="blind",
+        robot=robot,
+        poses=Poses(tuple(map(str, range(len(q)))), time_s=time, q=q, qd=qd),
+        points=cell.seen(()),
+        kind="point",
+        noise=noise,
+    )
+    return World(cell, blank, noise)
+
+
+def _found(source: ReferenceCell, run: SyntheticRun) -> TrackerCell:
+    """Tracker and reflectors where a calibration found them."""
+    values = as_batch(source.found)
+    names = dict.fromkeys(source.dataset.points.names)
+    return TrackerCell(run, motion(values, "base")[0], {name: vector(values, f"tool.{name}")[0] for name in names})
+
+
+def _reflector(number: int, rng: np.random.Generator) -> Array:
+    """Around the flange's axis, some centimetres in front of it."""
+    angle = 2 * np.pi * number / len(REFLECTORS) + rng.uniform(-0.3, 0.3)
+    radius = rng.uniform(0.06, 0.14)
+    return np.array([radius * np.cos(angle), radius * np.sin(angle), rng.uniform(0.02, 0.1)])
 
 
 def stepped(xyz: Array, seen_from: Array) -> tuple[Target, Array]:

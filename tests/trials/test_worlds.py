@@ -12,12 +12,12 @@ from robolaser.model.effects.tracker_scale import TrackerScale
 from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.detectability import Detectability
+from robolaser.trials.resampling import build_tracked
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, OUTLIERS, PHYSICAL, UNMODELLED
 from robolaser.trials.synthetic.fault_models.joints import LedAlong, LostMotion, UncountedTurn
 from robolaser.trials.synthetic.fault_models.loads import HystereticWindup
 from robolaser.trials.synthetic.fault_models.surroundings import WrongRefractiveIndex
 from robolaser.trials.synthetic.scanner import Light
-from robolaser.trials.tracking import build_tracked
 
 SMALL = Ranges(poses=(12, 14), points=(6, 6))
 LINEAR = ("encoder_scale", "joint_offset", "laser_roll")
