@@ -72,8 +72,7 @@ def _leave_ctrl_c_to_the_arm() -> None:
 
 
 _SHOWN: defaultdict[Path, dict[object, Any]] = defaultdict(dict)
-_FOUND: dict[Path, Any] = {}
-"""What a process knows of a recording: what its images showed, and the last diagnosis."""
+_FOUND: dict[Path, Any] = {}  # what a process knows of a recording: what its images showed, and the last diagnosis
 
 
 def answer(folder: Path) -> str:

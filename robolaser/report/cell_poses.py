@@ -17,10 +17,8 @@ from robolaser.model.sensors.placements import motion, vector
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
-LIGHT_POINTS: Final = 16
-"""Of the stripe, between which the laser plane is filled."""
-DEPTH_M: Final = 0.3
-"""How far the camera's view is drawn."""
+LIGHT_POINTS: Final = 16  # of the stripe, between which the laser plane is filled
+DEPTH_M: Final = 0.3  # how far the camera's view is drawn
 NOTHING: Final = np.empty((0, 3))
 
 

@@ -23,8 +23,7 @@ FITTED, HELD_OUT, NOISE = "var(--fitted)", "var(--held-out)", "var(--noise)"
 LINES = tuple(f"var(--line-{i})" for i in range(7))
 """Colours of the page's style sheet, which decides on light and dark."""
 
-FAINT = 0.06
-"""Opacity of a series that the legend has switched off."""
+FAINT = 0.06  # opacity of a series that the legend has switched off
 SWITCH: Final[Spec] = {"select": {"type": "point", "fields": ["series"]}, "bind": "legend"}
 """Clicking a legend entry shows that series alone; Shift adds others."""
 ZOOM: Final[Spec] = {

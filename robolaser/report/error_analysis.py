@@ -18,8 +18,7 @@ from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
 
-ENOUGH_ROWS = 20_000
-"""Rows that tell a root mean square to three digits."""
+ENOUGH_ROWS = 20_000  # rows that tell a root mean square to three digits
 
 
 @final

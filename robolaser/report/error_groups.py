@@ -15,15 +15,11 @@ from robolaser.report.document import Column, Content, Table, TableCell, Text
 
 MOST_POINTS: Final = 60
 """Different names of points, up to which they are reflectors, sockets or balls and no points of a stripe."""
-LEAST_GROUPS: Final = 3
-"""Groups from which on one can be odd among the others."""
-ODD: Final = 3.5
-"""Robust standard deviations above the others from which on a group is odd (Iglewicz and Hoaglin 1993)."""
-LEAST_RATIO: Final = 1.5
-"""Its error over the median, from which on that is worth a look."""
+LEAST_GROUPS: Final = 3  # groups from which on one can be odd among the others
+ODD: Final = 3.5  # robust standard deviations above the others from which on a group is odd (Iglewicz and Hoaglin 1993)
+LEAST_RATIO: Final = 1.5  # its error over the median, from which on that is worth a look
 NAMED: Final = 4
-MOST_ROWS: Final = 60
-"""Of the table: odd groups and the largest errors first."""
+MOST_ROWS: Final = 60  # of the table: odd groups and the largest errors first
 NOUNS: Final[Mapping[str, str]] = {"point": "reflector", "socket": "socket", "profile": "ball"}
 """What a point is, by the kind of sensor."""
 
@@ -126,8 +122,7 @@ def _odd(ratio: Array, numbers: Array) -> Array:
 
 
 FEW: Final = 80  # poses up to which dots are large
-RINGS: Final = ("held out", "before")
-"""Series that are drawn as rings, so that dots at the same place are seen too."""
+RINGS: Final = ("held out", "before")  # series that are drawn as rings, so that dots at the same place are seen too
 FLOOR: Final = "noise alone"
 
 

@@ -9,8 +9,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.report.chart import embedded
 
-DECIMALS: Final = 2
-"""Of millimetres."""
+DECIMALS: Final = 2  # of millimetres
 LONG = 0.08  # of what is shown: a long arrow
 Shape = Mapping[str, Any]
 

@@ -29,8 +29,7 @@ SOLVERS: Mapping[str, str] = {
 }
 """Titles of our solvers by name."""
 DEFAULT: tuple[str, ...] = tuple(SOLVERS)  # solvers that take part if none are named
-ARGUMENTS = 2
-"""Of a function that searches: the evaluator and the seed. A function that makes an algorithm needs none."""
+ARGUMENTS = 2  # of a function that searches: the evaluator and the seed. A function that makes an algorithm needs none.
 
 
 def solver_titles() -> Mapping[str, str]:

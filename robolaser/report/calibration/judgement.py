@@ -7,12 +7,9 @@ from robolaser.report.error_analysis import ErrorAnalysis
 
 WEIGHTING = {"plain": "plain: all points weighted alike", "noise": "points weighted by their noise"}
 """What a calibration's option `weights` does."""
-NOISE_ALONE = 1.1
-"""Excess over noise up to which all is well: stated noise is seldom known better."""
-CHANCE = 2.0
-"""Standard errors of the excess that are allowed for on top."""
-UNMODELLED = 2.0
-"""Excess over noise from which no doubt about the noise explains it."""
+NOISE_ALONE = 1.1  # excess over noise up to which all is well: stated noise is seldom known better
+CHANCE = 2.0  # standard errors of the excess that are allowed for on top
+UNMODELLED = 2.0  # excess over noise from which no doubt about the noise explains it
 OVERFITTED = 1.5
 """Error on new poses over error on fitted ones from which the parameters are more than the poses can carry."""
 

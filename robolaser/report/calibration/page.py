@@ -16,8 +16,7 @@ from robolaser.report.model_scene import cell_scene
 from robolaser.report.setting import disturbed, files_section, noise_table, origin
 
 ESTIMATED = "estimated from the residuals, including what is unmodelled"
-MANY = 24
-"""Rows of closed-form parameters from which they are folded away."""
+MANY = 24  # rows of closed-form parameters from which they are folded away
 MOST_PRINTED = 16
 PARAMETER = Column("Parameter", "name", 34, "parameter")
 VALUE = Column("Value ± standard deviation", "number", 25, "value")

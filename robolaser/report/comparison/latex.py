@@ -10,8 +10,7 @@ from robolaser.report.comparison.words import FAMILIES, budget, excess, target
 from robolaser.report.digits import rate
 
 FILE = "tables.tex"
-NONE = "--"
-"""Where there is no number."""
+NONE = "--"  # where there is no number
 RAISED = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
 LOWERED = str.maketrans(RAISED, "-0123456789")
 SPECIAL = {

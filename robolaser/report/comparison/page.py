@@ -29,15 +29,11 @@ from robolaser.report.chart import (
 from robolaser.report.comparison import tables, words
 from robolaser.report.document import Column, Content, Document, Section, Table, TableCell, Text, charts
 
-LONG = 140
-"""Letters of a sentence that is too long for large type."""
-MOST_PRINTED, FEWEST_PRINTED = 12, 4
-"""Algorithms that the terminal shows of all families together, and of each."""
-MOST_LINES = 8
-"""Problems, failures and refusals that the terminal shows."""
+LONG = 140  # letters of a sentence that is too long for large type
+MOST_PRINTED, FEWEST_PRINTED = 12, 4  # algorithms that the terminal shows of all families together, and of each
+MOST_LINES = 8  # problems, failures and refusals that the terminal shows
 
-LEADING = 6
-"""Algorithms that have a colour of their own, by rank."""
+LEADING = 6  # algorithms that have a colour of their own, by rank
 NOISY = "noisy: runs are ranked by their returned candidates, re-evaluated"
 
 

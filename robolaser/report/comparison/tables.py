@@ -20,12 +20,9 @@ from robolaser.report.comparison.words import excess, number, target
 from robolaser.report.digits import duration, rate
 from robolaser.report.document import Column, Table, TableCell
 
-NEVER = "never"
-"""Of a running time to a target that no run reached."""
-FEW = 8
-"""Algorithms up to which a matrix of pairs is shown unfolded."""
-MANY = 8
-"""Problems up to which each has a line in one cell."""
+NEVER = "never"  # of a running time to a target that no run reached
+FEW = 8  # algorithms up to which a matrix of pairs is shown unfolded
+MANY = 8  # problems up to which each has a line in one cell
 
 
 def standing_table(comparison: BenchmarkResult, standings: Standings, colours: Mapping[str, int], most: int) -> Table:

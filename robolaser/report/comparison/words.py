@@ -17,10 +17,8 @@ FAMILIES = {
     SEVERAL: "Several objectives",
 }
 """Headings."""
-PACKAGES = ("numpy", "scipy", "pymoo", "cma")
-"""Whose versions results depend on."""
-SAME = 1e-6
-"""Excess of an RMS that counts as none."""
+PACKAGES = ("numpy", "scipy", "pymoo", "cma")  # whose versions results depend on
+SAME = 1e-6  # excess of an RMS that counts as none
 FOUND_BY = {THEORY: "by theory", OUR_OWN: "by robolaser's own search", "": ""}
 
 

@@ -46,10 +46,8 @@ from robolaser.report.chart import (
 from robolaser.report.diagnosis.advice import sentence_case
 from robolaser.report.digits import human, millimetres
 
-MOST_STEPS = 7
-"""Effects with a step of their own."""
-LEAST = 1e-6
-"""Gaps below this are drawn as this [mm]."""
+MOST_STEPS = 7  # effects with a step of their own
+LEAST = 1e-6  # gaps below this are drawn as this [mm]
 STEP_PX, AROUND_PX = 34, 70
 
 LEFT = "left on new poses"
@@ -129,16 +127,12 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
     )  # fmt: skip
 
 
-BINS: Final = 8
-"""Ranges of a coordinate, whose means tell how much of an effect it shows."""
-SEEN: Final = 1e-3
-"""Share of the usual information on a joint, below which a pose says nothing of it."""
+BINS: Final = 8  # ranges of a coordinate, whose means tell how much of an effect it shows
+SEEN: Final = 1e-3  # share of the usual information on a joint, below which a pose says nothing of it
 TELLING: Final = 0.5
 """Share of an effect's variance that a coordinate must show; else the error is shown against the effect itself."""
-MOST_ROWS: Final = 600
-"""That are shown of an effect: more only cover each other."""
-ELASTICITY: Final = "elasticity"
-"""The class of effects that grow with a load."""
+MOST_ROWS: Final = 600  # that are shown of an effect: more only cover each other
+ELASTICITY: Final = "elasticity"  # the class of effects that grow with a load
 FORESEEN: Final = "error by the effect"
 AXES: Final = {1: ("",), 2: (" along u", " along v"), 3: (" along x", " along y", " along z")}
 """Of a row's numbers in metres, in words."""
@@ -265,10 +259,8 @@ def _shown(x: Array, moves: Array) -> float:
     return float(means.var() / moves.var())
 
 
-MOST_EFFECTS: Final = 6
-"""Effects with a chart on the page, the first findings."""
-SIDES: Final = (-1.3, 1.3)
-"""Of an axis that has -1 and 1 only."""
+MOST_EFFECTS: Final = 6  # effects with a chart on the page, the first findings
+SIDES: Final = (-1.3, 1.3)  # of an axis that has -1 and 1 only
 BEFORE, AFTER, EFFECT = "without it", "left with it", "the effect"
 
 

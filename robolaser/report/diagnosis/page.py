@@ -14,12 +14,9 @@ from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.setting import files_section, noise_table, origin
 
-LEAST_SHARE = 0.1
-"""Share of the gap from which on a place is suspected."""
-PRINTED_SHARE = 0.05
-"""The same, from which on the terminal names it."""
-MOST_SITES, MOST_ADVICE = 2, 3
-"""Lines of each on the terminal."""
+LEAST_SHARE = 0.1  # share of the gap from which on a place is suspected
+PRINTED_SHARE = 0.05  # the same, from which on the terminal names it
+MOST_SITES, MOST_ADVICE = 2, 3  # lines of each on the terminal
 
 
 def document(diagnosis: Diagnosis, *, brief: bool = False, files: Sequence[Mapping[str, Any]] = ()) -> Document:

@@ -14,12 +14,9 @@ from robolaser.report.digits import measured, millimetres, percent, plain
 from robolaser.report.document import Column, Table, TableCell
 from robolaser.report.setting import untestable
 
-MOST_MEMBERS: Final = 8
-"""Members of a class that are listed."""
-MOST_CLASSES, MOST_EFFECTS = 3, 5
-"""Lines of each on the terminal."""
-FEW: Final = 8
-"""Rows of a table of details from which it is folded away."""
+MOST_MEMBERS: Final = 8  # members of a class that are listed
+MOST_CLASSES, MOST_EFFECTS = 3, 5  # lines of each on the terminal
+FEW: Final = 8  # rows of a table of details from which it is folded away
 SURE: Final = Column("How sure", "wide", 42, "how sure")
 
 

@@ -17,8 +17,7 @@ from robolaser.report.viewer.shapes import Colour, SceneNode, ball, bar, dots, l
 from robolaser.robot.collision_bodies import Body, link_radius
 from robolaser.robot.collisions import CollisionModel
 
-ShownCell = CellPoses | ArmAlone
-"""A cell by a model, as the viewer shows it."""
+ShownCell = CellPoses | ArmAlone  # a cell by a model, as the viewer shows it
 
 ARM: Colour = (178, 186, 196)
 JOINT: Colour = (88, 98, 112)
