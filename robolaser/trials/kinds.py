@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.errors import UsageError, near
+from robolaser.trials.building import World
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models import DRAWN, FAULT_MODELS, OUTLIERS, PHYSICAL, UNMODELLED
 from robolaser.trials.synthetic.fault_models.joints import PoseScatter, ShiftedZero
@@ -14,7 +15,6 @@ from robolaser.trials.synthetic.fault_models.links import LinkError
 from robolaser.trials.synthetic.fault_models.loads import GearWindup
 from robolaser.trials.synthetic.fault_models.scanner import HigherRadialDistortion, LensDecentring
 from robolaser.trials.synthetic.mujoco_arm import mujoco
-from robolaser.trials.world import World
 
 SHIFT = (0.5, 2.0)  # of a whole image, over the noise of a pixel
 GROWTH = (2.0, 4.0)  # power of the range

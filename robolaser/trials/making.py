@@ -12,14 +12,13 @@ from robolaser.errors import TrialError
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.robot.kinematics import Robot
-from robolaser.trials.building import Ranges, build
+from robolaser.trials.building import Ranges, World, build
 from robolaser.trials.detectability import DETECTABLE, Detectability, noise_floor_m, sized_fault
 from robolaser.trials.kinds import Kind, drawn
 from robolaser.trials.resampling import ReferenceCell, build_like, build_tracked
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models import DRAWN, FAULT_MODELS, OUTLIERS
 from robolaser.trials.synthetic.fault_models.links import LinkGrowth
-from robolaser.trials.world import World
 
 MOVING = 0.55  # of the worlds have an arm that moves at the exposure, whether or not it matters
 UNTIMED = 0.15  # of the worlds lack velocities,

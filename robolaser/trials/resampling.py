@@ -24,11 +24,20 @@ from robolaser.parameters import Parameter, as_batch
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import random_configurations
 from robolaser.simulation.nominal import built
-from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, Ranges, in_sight, pause_times, velocities
+from robolaser.trials.building import (
+    IMAGE_PX,
+    PAYLOAD_KG,
+    WORKSHOP,
+    Ranges,
+    World,
+    in_sight,
+    pause_times,
+    rounded,
+    velocities,
+)
 from robolaser.trials.synthetic.cell import ScannerCell, Target, TrackerCell
-from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.fault_model import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
-from robolaser.trials.world import World, rounded
 
 OFF = 0.1  # of what a workshop leaves: the scanner of each world differs by this from the one that was found
 STEP_M = 5e-3  # between heights: less is one step of the target

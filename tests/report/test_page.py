@@ -25,9 +25,8 @@ from page_claims import (
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.data.stated_noise import Noise
-from robolaser.report.calibration.judgement import judgement
 from robolaser.report.calibration.page import document
-from robolaser.report.error_analysis import ErrorAnalysis
+from robolaser.report.error_analysis import ErrorAnalysis, judgement
 from robolaser.report.page import render
 from robolaser.simulation import simulate
 

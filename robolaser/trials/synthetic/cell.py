@@ -9,8 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Points
 from robolaser.geometry.rigid_motion import apply
-from robolaser.trials.synthetic.fault_model import FaultModel, flange_poses
-from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.fault_model import FaultModel, SyntheticRun, flange_poses
 from robolaser.trials.synthetic.scanner import LensDistortion, ScannerOptics
 
 

@@ -7,8 +7,7 @@ from typing import Annotated, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.trials.synthetic.fault_model import Angle, Coin, FaultModel, uniform
-from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.fault_model import Angle, Coin, FaultModel, SyntheticRun, uniform
 
 
 def turned(q: Array, column: int, by: Array | float) -> Array:

@@ -6,8 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.trials.synthetic.fault_model import FaultModel, log_uniform, uniform
-from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.fault_model import FaultModel, SyntheticRun, log_uniform, uniform
 
 LEAST_LENGTH_M = 0.05
 LEAST_WARM_LENGTH_M = 0.2  # metal and plastics grow by less than half a per cent

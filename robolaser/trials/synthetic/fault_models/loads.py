@@ -7,11 +7,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import inverse
-from robolaser.trials.synthetic.fault_model import Coin, FaultModel, log_uniform, plain, uniform
+from robolaser.trials.synthetic.fault_model import Coin, FaultModel, SyntheticRun, log_uniform, plain, uniform
 from robolaser.trials.synthetic.fault_models.joints import play_lags, turned
 from robolaser.trials.synthetic.fault_models.links import beam, joints_on_long_links
 from robolaser.trials.synthetic.mujoco_arm import BRACKET, FOOT, MujocoArm, Spring
-from robolaser.trials.synthetic.run import SyntheticRun
 
 LEAST_SWING_NM = 0.2  # of the torque over the run
 ALIKE = 0.98  # correlation of the torques with and without payload

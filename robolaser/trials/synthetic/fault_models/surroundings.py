@@ -6,8 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.trials.synthetic.fault_model import Angle, FaultModel, OnTarget, Way, uniform
-from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.fault_model import Angle, FaultModel, OnTarget, SyntheticRun, Way, uniform
 
 
 @final
