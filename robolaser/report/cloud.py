@@ -6,7 +6,7 @@ from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, equa
 from robolaser.report.digits import measured, millimetres, plain
 from robolaser.report.document import Content, Document, Figure, Figures, Notes, Section, Text, charts
 from robolaser.report.scene import Scene, dots
-from robolaser.report.viewer.shapes import CLEAR, by_height
+from robolaser.report.viewer.scene import CLEAR, by_height
 from robolaser.scan import Scan
 from robolaser.scan.primitives import rms_m
 from robolaser.scan.quality import LEVEL, Measured, Quality

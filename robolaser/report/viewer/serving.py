@@ -13,8 +13,7 @@ from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.errors import DependencyMissing, RobolaserError
 from robolaser.report.digits import millimetres
-from robolaser.report.viewer.scene import CollisionScene, ShownCell, fixed_shapes, moving_shapes
-from robolaser.report.viewer.shapes import SceneNode, draw
+from robolaser.report.viewer.scene import SceneNode, ShownCell, fixed_shapes, moving_shapes
 from robolaser.robot.collision_bodies import arm_length
 
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ class ViewerApp:
         models: The models to switch between; the last is shown first.
         cloud: A cloud to show with them.
         port: Where to serve; a free one when absent.
-        collisions: What the arm could hit.
+        collisions: What the arm hits at joint values (j,), in words, and the shapes to be shown there.
 
     Raises:
         DependencyMissing: viser is not installed.
@@ -48,7 +47,7 @@ class ViewerApp:
         models: tuple[ShownCell, ...],
         cloud: SceneNode | None = None,
         port: int | None = None,
-        collisions: CollisionScene | None = None,
+        collisions: Callable[[Array], tuple[str, tuple[SceneNode, ...]]] | None = None,
     ) -> None:
         self._server = _server(port)
         self._lock = threading.RLock()  # browsers call back on many threads
@@ -164,7 +163,7 @@ class ViewerApp:
         self._show(("robot", "sensor", "light"), moving_shapes(model, frames))
         if self._collisions is not None:
             q = self._q() if self._pose is None else model.dataset.arm[1][self._pose]
-            self._hits.value, shapes = self._collisions.at(q)
+            self._hits.value, shapes = self._collisions(q)
             self._show(("bodies",), shapes)
 
     def _show_fixed(self) -> None:
@@ -183,7 +182,7 @@ class ViewerApp:
                 self._put(shape)
 
     def _put(self, shape: SceneNode) -> None:
-        self._handles[shape.name] = draw(self._server.scene, shape)
+        self._handles[shape.name] = shape.draw(self._server.scene)
         self._handles[shape.name].visible = self._shown[shape.name.split("/")[0]].value
 
     def _apply_visibility(self) -> None:
