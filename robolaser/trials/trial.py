@@ -32,7 +32,6 @@ from robolaser.trials.resampling import reference_of
 from robolaser.trials.score import compile_score, outcome
 
 DIAGNOSIS = "diagnosis/diagnosis.json"
-NEEDED = ("verdict", "gap_mm", "where", "effects")
 TRUTH = "robolaser-truth/1"
 SEAL = "seal.txt"  # of a trial: the SHA-256 of its truth, which has those of its data
 
@@ -151,8 +150,7 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
         raise _no_diagnosis(path, str(error).rstrip(".")) from None
     if not isinstance(said, dict) or said.get("format") != FORMAT:
         raise _no_diagnosis(path, "it does not say that it is one")
-    missing = [key for key in NEEDED if key not in said]
-    if missing:
+    if missing := [key for key in ("verdict", "gap_mm", "where", "effects") if key not in said]:
         raise _no_diagnosis(path, f"it lacks {', '.join(missing)}")
     return said
 
