@@ -1,7 +1,6 @@
 """robolaser compare: algorithms side by side."""
 
 from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -125,8 +124,6 @@ def _write(
     from robolaser.benchmark.export import iohprofiler_files
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.comparison.latex import FILE, latex_tables
-    from robolaser.report.comparison.page import document
-    from robolaser.report.console import print_document
     from robolaser.results.comparison import ComparisonResult
 
     compared = ComparisonResult(result)
@@ -137,5 +134,4 @@ def _write(
         files[FILE] = latex_tables(result, compared.standings)
     with results_in(folder, command="compare", files=list(files), force=True):
         write_results(folder, files)
-    shown = partial(document, result, compared.standings, brief=True)
-    terminal.show(str(files["comparison.json"]), lambda: print_document(shown(), folder))
+    terminal.show(str(files["comparison.json"]), lambda: compared.print(folder))

@@ -83,15 +83,8 @@ class TableOptions:
 NO_ROBOT, AS_FOUND = RobotOptions(), TableOptions()
 
 
-@final
-@dataclass(frozen=True)
-class Read:
-    """What was read, before it is written."""
-
-    files: Sequence[str]  # names of what is written
-    write: Callable[[Path], None]  # into a folder
-    result: dict[str, object]  # as JSON
-    sentence: str  # for people
+# what was read: names of the files that are to be written, what writes them into a folder, JSON, and a sentence
+Read = tuple[Sequence[str], Callable[[Path], None], dict[str, object], str]
 
 
 def import_files(
@@ -145,17 +138,16 @@ def import_files(
         idle = {"--euler": tables.euler, "--point": tables.point, "--ordered": tables.ordered, "--extract": extract,
                 "--kind": kind}  # fmt: skip
         refuse("These are logs of a moving arm", idle)
-        read = _motion(sources, options, terminal)
+        files, write, result, sentence = _motion(sources, options, terminal)
     else:
-        read = _measured(sources, kind, options, terminal, extract=extract, dry_run=dry_run)
+        asked = {"extract": extract, "dry_run": dry_run}
+        files, write, result, sentence = _measured(sources, kind, options, terminal, **asked)
     if not dry_run:
         inputs = [*sources, *(file for file in [Path(robot.robot or "")] if file.is_file())]
-        with results_in(output, command="import", files=read.files, inputs=inputs, force=force):
-            read.write(output)
+        with results_in(output, command="import", files=files, inputs=inputs, force=force):
+            write(output)
     ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
-    terminal.show(
-        {"dataset": None if dry_run else str(output), **read.result}, lambda: say(f"{read.sentence}. {ended}")
-    )
+    terminal.show({"dataset": None if dry_run else str(output), **result}, lambda: say(f"{sentence}. {ended}"))
 
 
 def _options(robot: RobotOptions, tables: TableOptions) -> "ImportOptions":
@@ -210,7 +202,7 @@ def _measured(
         "warnings": warnings,
     }
     files = (*files_of(imported.dataset), *imported.images)
-    return Read(files, imported.write, result, f"{rows} points in {number} poses")
+    return files, imported.write, result, f"{rows} points in {number} poses"
 
 
 def _motion(sources: Sequence[Path], options: "ImportOptions", terminal: Terminal) -> Read:
@@ -225,7 +217,7 @@ def _motion(sources: Sequence[Path], options: "ImportOptions", terminal: Termina
     terminal.print("\n".join(f"{column}: {source}" for column, source in columns.items()))
     result = {"rows": len(log), "series": len(log.series), "columns": columns}
     sentence = f"{len(log)} rows in {len(log.series)} series of {options.robot.name}"
-    return Read(MOTION_FOLDER, lambda folder: write_results(folder, dict(motion_texts(log))), result, sentence)
+    return MOTION_FOLDER, lambda folder: write_results(folder, dict(motion_texts(log))), result, sentence
 
 
 def _with_points(imported: "Imported", terminal: Terminal) -> "Imported":

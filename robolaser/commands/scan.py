@@ -24,12 +24,7 @@ SIDE = re.compile(r"([^:]*):([^:]*)")
 LEAST_STEP_M = 1e-3  # a few times the distance at which points still count as on a plane
 
 
-def cloud_file(_: Any, path: Path) -> None:
-    """Check the name of a cloud.
-
-    Raises:
-        ValueError: It is no name of a cloud.
-    """
+def _cloud_file(_: Any, path: Path) -> None:
     if path.suffix.lower() not in ENDINGS:
         raise ValueError(f"Expected a name that ends with {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}.")
 
@@ -92,7 +87,7 @@ def scan(
     recording: Path,
     /,
     *more: Path,
-    output: Annotated[Path, Parameter(metavar="CLOUD.ply", group=RESULT, validator=cloud_file)],
+    output: Annotated[Path, Parameter(metavar="CLOUD.ply", group=RESULT, validator=_cloud_file)],
     nominal: bool = False,
     kept: PointOptions = ALL_POINTS,
     plane: bool = False,

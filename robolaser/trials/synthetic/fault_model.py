@@ -129,35 +129,26 @@ class FaultModel(ABC):
     form, each annotated with the `Draw` that samples it.
     """
 
-    effect: ClassVar[str]  # its name in the truth, the effect library's where that has such an effect
-    form: ClassVar[str]  # its name among the kinds of worlds; the effect's where that is empty
-    sizes: ClassVar[tuple[float, float]]  # usual in industry, least and most
-    signed: ClassVar[bool]  # whether a sampled size may be negative
-    location: ClassVar[str | None]  # where it always is; None: at one of `places`
+    effect: ClassVar[str] = ""  # its name in the truth, the effect library's where that has such an effect
+    form: ClassVar[str] = ""  # its name among the kinds of worlds; by default the effect's
+    sizes: ClassVar[tuple[float, float]] = (1.0, 1.0)  # usual in industry, least and most
+    signed: ClassVar[bool] = False  # whether a sampled size may be negative
+    location: ClassVar[str | None] = None  # where it always is; None: at one of `places`
     places: ClassVar[Places] = lambda run: run.joints  # where else it can be in a run; by default at every joint
-    parameter: ClassVar[str]  # the effect library's parameter that `size` is the value of
-    classes: ClassVar[tuple[str, ...]]  # right for an effect that the library lacks, beside `unknown`
-    also: ClassVar[tuple[tuple[str, str | None], ...]]  # effects, and locations (None: its own), that are as right
+    parameter: ClassVar[str] = ""  # the effect library's parameter that `size` is the value of
+    classes: ClassVar[tuple[str, ...]] = ()  # right for an effect that the library lacks, beside `unknown`
+    # effects, and locations (None: its own), that are as right
+    also: ClassVar[tuple[tuple[str, str | None], ...]] = ()
 
     where: str  # the location that the truth names
     size: float  # its principal number in SI units; its other numbers are its form
 
-    def __init_subclass__(
-        cls,
-        *,
-        effect: str = "",
-        form: str = "",
-        sizes: tuple[float, float] = (1.0, 1.0),
-        signed: bool = False,
-        location: str | None = None,
-        places: Places | None = None,
-        parameter: str = "",
-        classes: tuple[str, ...] = (),
-        also: tuple[tuple[str, str | None], ...] = (),
-    ) -> None:
-        cls.effect, cls.form, cls.sizes, cls.signed = effect, form or effect, sizes, signed
-        cls.location, cls.parameter, cls.classes, cls.also = location, parameter, classes, also
-        cls.places = places or cls.places
+    def __init_subclass__(cls, **traits: Any) -> None:
+        """Take what all faults of a class have in common, the class variables above."""
+        for name, value in ({"form": traits.get("effect", "")} | traits).items():
+            if name not in FaultModel.__annotations__:
+                raise TypeError(f"{cls.__name__}: a fault model has no {name}")
+            setattr(cls, name, value)
         dataclass(frozen=True)(cls)
 
     @classmethod
