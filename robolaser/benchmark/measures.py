@@ -13,7 +13,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.benchmark.evaluator import ConvergenceTrace
-from robolaser.benchmark.problem import CALIBRATION, SEVERAL, THEORY, ProblemSummary
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.run import BenchmarkRun
 
 LOWER = 1e-9  # a solver has improved the best known cost only if it is lower by more than this share
@@ -30,7 +30,7 @@ CHUNK = 256
 
 def tolerances(family: str, target: float | None) -> Array:
     """Targets of a family of problems, falling, the one that solvers are ranked by among them."""
-    usual = {CALIBRATION: RELATIVE, SEVERAL: FRONTS}.get(family, ABSOLUTE)
+    usual = {"calibration": RELATIVE, "several objectives": FRONTS}.get(family, ABSOLUTE)
     wanted = TOLERANCE if target is None else target
     if np.isclose(usual, wanted, rtol=1e-6, atol=0.0).any():
         return usual
@@ -51,7 +51,7 @@ def measured(problem: ProblemSummary, runs: Sequence[BenchmarkRun]) -> tuple[Pro
 def _by_fronts(problem: ProblemSummary, runs: Sequence[BenchmarkRun]) -> tuple[ProblemSummary, list[BenchmarkRun]]:
     found = [run.trace.costs for run in runs if len(run.trace.costs)]
     if problem.front is not None:
-        best, by = np.asarray(problem.front, np.float64), THEORY
+        best, by = np.asarray(problem.front, np.float64), "theory"
     elif found:
         best, by = _non_dominated(np.concatenate(found)), TOGETHER
     else:

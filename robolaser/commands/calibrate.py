@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Count, ResultFlag, Seed, Terminal, Typed, refuse
+from robolaser.commands.terminal import RESULT, Count, ResultFlag, Seed, Terminal, Typed, refuse
 from robolaser.errors import Interrupted, OutputError
 
 
@@ -22,7 +22,7 @@ def calibrate(
     seed: Seed = 1,
     resume: ResultFlag = False,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
     """Estimate the parameters of sensor, mount, base, target, tool or sockets from measurements.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Count, ResultFlag, Seed, Terminal, aligned, say
+from robolaser.commands.terminal import RESULT, Count, ResultFlag, Seed, Terminal, aligned, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def new(
     seed: Seed | None = None,
     truth: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Make data sets with hidden faults.
 
@@ -103,7 +103,7 @@ def score(
     jobs: Count = 1,
     truth: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Score the diagnoses of a trial against the truth.
 

@@ -9,7 +9,6 @@ from cyclopts import Parameter
 from robolaser.benchmark import BUDGET, SEEDS, TIME_LIMIT_S
 from robolaser.commands.terminal import (
     RESULT,
-    TERMINAL,
     Count,
     PositiveOption,
     ResultFlag,
@@ -40,7 +39,7 @@ def compare(
     latex: ResultFlag = False,
     resume: ResultFlag = False,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
     """Run algorithms side by side and say which is better, by how much, and how certain that is.

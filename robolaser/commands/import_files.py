@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, final
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.terminal import RESULT, TERMINAL, ResultFlag, Terminal, aligned, refuse, say
+from robolaser.commands.terminal import RESULT, ResultFlag, Terminal, aligned, refuse, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -80,9 +80,6 @@ class TableOptions:
     ordered: bool = False
 
 
-NO_ROBOT, AS_FOUND = RobotOptions(), TableOptions()
-
-
 # what was read: names of the files that are to be written, what writes them into a folder, JSON, and a sentence
 Read = tuple[Sequence[str], Callable[[Path], None], dict[str, object], str]
 
@@ -93,15 +90,15 @@ def import_files(
     *,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
     kind: Annotated[str | None, Parameter(metavar="NAME")] = None,
-    robot: RobotOptions = NO_ROBOT,
+    robot: RobotOptions = RobotOptions(),
     path: Literal["consecutive", "unknown"] = "consecutive",
     sensor: Annotated[str, Parameter(metavar="KIND")] = "point",
-    tables: TableOptions = AS_FOUND,
+    tables: TableOptions = TableOptions(),
     further: Annotated[tuple[str, ...], Parameter(name="--set", metavar="NAME=VALUE")] = (),
     extract: ResultFlag = False,
     dry_run: ResultFlag = False,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Convert your files to a data set; shows how each column is read before anything is written.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, final
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.terminal import RESULT, TERMINAL, PositiveOption, ResultFlag, Terminal, Typed
+from robolaser.commands.terminal import RESULT, PositiveOption, ResultFlag, Terminal, Typed
 from robolaser.errors import Interrupted, UsageError
 
 if TYPE_CHECKING:
@@ -79,9 +79,6 @@ class PointOptions:
         return map(with_colours, pieces) if self.colour else pieces
 
 
-ALL_POINTS = PointOptions()
-
-
 def scan(
     calibration: Path,
     recording: Path,
@@ -89,13 +86,13 @@ def scan(
     *more: Path,
     output: Annotated[Path, Parameter(metavar="CLOUD.ply", group=RESULT, validator=_cloud_file)],
     nominal: bool = False,
-    kept: PointOptions = ALL_POINTS,
+    kept: PointOptions = PointOptions(),
     plane: bool = False,
     step: Annotated[float | None, Parameter(metavar="HEIGHT_M", validator=Number(gte=LEAST_STEP_M))] = None,
     sphere: Annotated[PositiveOption | None, Parameter(metavar="RADIUS_M")] = None,
     report: ResultFlag = False,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
     """Convert a recording to a point cloud with a calibrated scanner.

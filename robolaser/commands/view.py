@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import TERMINAL, Port, Terminal, say
+from robolaser.commands.terminal import Port, Terminal, say
 from robolaser.errors import DataError, UsageError
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def view(
     cell: Annotated[Path | None, Parameter(metavar="CELL")] = None,
     port: Port | None = None,
     browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Show robot, sensor, target and points in the browser.
 

@@ -82,11 +82,6 @@ class World:
         }
 
 
-def rounded(value: float) -> float:
-    """Three digits, as people state noise."""
-    return float(f"{value:.3g}")
-
-
 IMAGE_PX = (640, 480)
 WORKSHOP = {
     "f": 1.5e-4, "s_u": 5e-8, "s_v": 5e-8, "u_0": 5.0, "v_0": 5.0, "k": 800.0, "b": 2e-3, "theta": 0.02,
@@ -116,6 +111,15 @@ class Ranges:
     point_m: tuple[float, float] = (1e-5, 3e-5)  # noise of a point that a tracker measures
     repeats: int = 2  # images at each pose
 
+    def count(self, name: str, rng: np.random.Generator) -> int:
+        """A number of poses or points."""
+        least, most = getattr(self, name)
+        return int(rng.integers(least, most + 1))
+
+    def noise(self, name: str, rng: np.random.Generator) -> float:
+        """A standard deviation, with three digits, as people state noise."""
+        return float(f"{rng.uniform(*getattr(self, name)):.3g}")
+
 
 def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> World:
     """A cell of chance around any arm, which may be moving at the exposures.
@@ -127,10 +131,10 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     drawing = scanner(quat)
     truth = built(drawing, rng, most=WORKSHOP, within=0.0)
     eye = ScannerOptics(truth, quat, "xyz", "u")
-    n = int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
+    n = ranges.count("poses", rng)
     view = View(eye.mount, truth, "u", IMAGE_PX)
     q, level = _postures(robot, view, n, rng)
-    count = int(rng.integers(ranges.points[0], ranges.points[1] + 1))
+    count = ranges.count("points", rng)
     first, last = view.stripe_range(MARGIN)
     step = (last - first) / count
     at = first + step * (np.arange(count) + 0.5 + rng.uniform(-0.3, 0.3, (n, count)))
@@ -149,7 +153,7 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
         at=at.ravel(),
         level=steps.ravel(),
     )
-    noise = Noise(pixel_px=rounded(rng.uniform(*ranges.pixel_px)), target_m=rounded(rng.uniform(*ranges.target_m)))
+    noise = Noise(pixel_px=ranges.noise("pixel_px", rng), target_m=ranges.noise("target_m", rng))
     blank = Dataset(
         name="blind",
         robot=robot,

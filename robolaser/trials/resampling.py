@@ -24,17 +24,7 @@ from robolaser.parameters import Parameter, as_batch
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import random_configurations
 from robolaser.simulation.nominal import built
-from robolaser.trials.building import (
-    IMAGE_PX,
-    PAYLOAD_KG,
-    WORKSHOP,
-    Ranges,
-    World,
-    in_sight,
-    pause_times,
-    rounded,
-    velocities,
-)
+from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, Ranges, World, in_sight, pause_times, velocities
 from robolaser.trials.synthetic.cell import ScannerCell, Target, TrackerCell
 from robolaser.trials.synthetic.fault_model import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
@@ -129,10 +119,8 @@ def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -
     cell = ScannerCell(run, eye, target, pose=points.pose[rows], at=at, level=level)
     repeats = pixel_repeats(dataset)
     read_px = dataset.noise.pixel_px or (repeats.sigma_px if repeats else None)
-    noise = Noise(
-        pixel_px=read_px or rounded(rng.uniform(*ranges.pixel_px)),
-        target_m=dataset.noise.target_m or rounded(rng.uniform(*ranges.target_m)),
-    )
+    pixel_px = read_px or ranges.noise("pixel_px", rng)
+    noise = Noise(pixel_px=pixel_px, target_m=dataset.noise.target_m or ranges.noise("target_m", rng))
     blank = replace(dataset, name="blind", noise=noise, source="", licence="", board=None, folder=None, warnings=())
     return World(in_sight(cell, dataset.image_px or IMAGE_PX), blank, noise, max(1, len(points) // len(rows)))
 
@@ -142,7 +130,7 @@ def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.
     if isinstance(source, ReferenceCell):
         robot, q, qd, time = source.visits
     else:
-        robot, n = source, int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
+        robot, n = source, ranges.count("poses", rng)
         q = random_configurations(robot, n, rng)
         time = pause_times(n, rng)
         qd = velocities(q, rng, moving=moving)
@@ -156,7 +144,7 @@ def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.
         turn = Rotation.from_euler("ZYX", [rng.uniform(-np.pi, np.pi), *rng.uniform(-0.02, 0.02, 2)])
         T_world_base = pose(turn.as_matrix(), np.array(BASE_M) + rng.uniform(-0.5, 0.5, 3))
         cell, stated = TrackerCell(run, T_world_base, reflectors), None
-    noise = Noise(point_m=stated or rounded(rng.uniform(*ranges.point_m)))
+    noise = Noise(point_m=stated or ranges.noise("point_m", rng))
     blank = Dataset(
         name="blind",
         robot=robot,
