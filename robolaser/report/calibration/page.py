@@ -13,15 +13,7 @@ from robolaser.report.cell_poses import CellPoses
 from robolaser.report.chart import MUTED, Chart, chart, equal_axes, hover, layer, records
 from robolaser.report.digits import SIGNIFICANT, millimetres, plain
 from robolaser.report.document import Column, Content, Document, Figure, Figures, Notes, Section, Table, Text, charts
-from robolaser.report.error_analysis import (
-    ErrorAnalysis,
-    headline,
-    judgement,
-    lengths_mm,
-    method,
-    point_names,
-    some_rows,
-)
+from robolaser.report.error_analysis import ErrorAnalysis, lengths_mm, point_names, some_rows
 from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.scene import magnification
@@ -92,11 +84,11 @@ def document(
         dataset.name,
         "calibrated",
         dataset.summary,
-        headline(analysis),
-        judgement(analysis),
+        analysis.headline,
+        analysis.judgement,
         [
             Figures(figures(analysis)),
-            Text(f"Root mean square of three-dimensional errors. Found by {method(analysis)}.", "quiet"),
+            Text(f"Root mean square of three-dimensional errors. Found by {analysis.method}.", "quiet"),
         ],
         [
             Section("Warnings", [Notes(calibration.warnings, "warnings")]),
