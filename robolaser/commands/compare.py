@@ -7,15 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from robolaser.benchmark import BUDGET, SEEDS, TIME_LIMIT_S
-from robolaser.commands.terminal import (
-    RESULT,
-    Count,
-    PositiveOption,
-    ResultFlag,
-    Terminal,
-    Typed,
-    ended_as_by_hand,
-)
+from robolaser.commands.terminal import RESULT, Count, PositiveOption, ResultFlag, Terminal, Typed, ended_as_by_hand
 from robolaser.errors import BenchmarkError, UsageError
 
 if TYPE_CHECKING:

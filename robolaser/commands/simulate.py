@@ -5,16 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import (
-    RESULT,
-    Count,
-    NoiseOptions,
-    ResultFlag,
-    Seed,
-    Terminal,
-    refuse,
-    say,
-)
+from robolaser.commands.terminal import RESULT, Count, NoiseOptions, ResultFlag, Seed, Terminal, refuse, say
 from robolaser.data.sensor_format import Mount
 
 

@@ -14,19 +14,7 @@ from robolaser.motion.result_json import kinds_json, next_motions, sentence
 from robolaser.motion.selection import SelectedEffect
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records
 from robolaser.report.digits import SIGNIFICANT, measured, millimetre_interval, millimetres, percent, plain, with_unit
-from robolaser.report.document import (
-    Column,
-    Content,
-    Document,
-    Figure,
-    Figures,
-    Notes,
-    Section,
-    Table,
-    TableCell,
-    Text,
-    charts,
-)
+from robolaser.report.document import Column, Document, Figure, Figures, Notes, Section, Table, TableCell, Text, charts
 from robolaser.report.setting import untestable
 
 SHOWN_ROWS = 400  # of a run, in a chart
@@ -49,14 +37,8 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
     """
     log, sure = fit.log, found is not None
     lead, sense = f"{_counted(len(fit.findings))} fitted.", ""
-    steps, doubts, remarks, where = list[str](), list[Content](), list[Content](), list[Content]()
-    tables = [_effects(fit, sure=sure)]
     if found is not None:
         lead, _, sense = sentence(found).partition(". ")
-        tables = [_kinds(found), *tables]
-        steps, where = _steps(found), _where(found)
-        doubts = [untestable(dict(sorted(found.not_testable.items())))]
-        remarks = [Text(remark, "quiet", printed=True) for remark in found.remarks]
     return Document(
         log.name,
         "diagnosed" if found else "calibrated",
@@ -65,13 +47,13 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
         sense,
         [Figures(_figures(fit))],
         [
-            Section("What was found", tables),
-            Section("What to do", [Notes(steps, "steps", 3)]),
-            Section("Where", where),
+            Section("What was found", [*([_kinds(found)] if found else []), _effects(fit, sure=sure)]),
+            Section("What to do", [Notes(_steps(found) if found else [], "steps", 3)]),
+            Section("Where", _where(found) if found else []),
             Section("Errors of each joint", [_joints(gap, log.joints) for gap in fit.gaps]),
             Section("Errors along time", charts([_along_time(fit)])),
-            Section("What was not tested", doubts),
-            Section("Noise", remarks),
+            Section("What was not tested", [untestable(dict(sorted(found.not_testable.items())))] if found else []),
+            Section("Noise", [Text(remark, "quiet", printed=True) for remark in (found.remarks if found else ())]),
         ],
         verdict=found.verdict if found else "",
         footer=f"The {'diagnosis' if found else 'calibration'} took {fit.seconds:.1f} s."
@@ -173,7 +155,7 @@ def _steps(found: MotionDiagnosis) -> list[str]:
     return [*remedies, *next_motions(found)]
 
 
-def _where(found: MotionDiagnosis) -> list[Content]:
+def _where(found: MotionDiagnosis) -> list[Text]:
     what = "of the remaining error" if found.verdict == "unexplained" else "of the gap"
     return [
         Text(f"{100.0 * one.share:.0f} % {what} at {one.site}" + (f" ({one.coordinate})" if one.coordinate else ""),

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,20 +13,7 @@ from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings.answer import names
 from robolaser.benchmark.standings.table import Standings
 from robolaser.benchmark.statistics.running_time import budgets, shares
-from robolaser.report.chart import (
-    HEIGHT_PX,
-    LINES,
-    MUTED,
-    Channel,
-    Chart,
-    chart,
-    colours,
-    hover,
-    layer,
-    line,
-    quantity,
-    records,
-)
+from robolaser.report.chart import HEIGHT_PX, LINES, MUTED, Chart, chart, colours, hover, layer, line, quantity, records
 from robolaser.report.comparison import tables, words
 from robolaser.report.document import Column, Content, Document, Section, Table, TableCell, Text, charts
 
@@ -148,7 +136,7 @@ def _step_chart(
     caption: str,
     alt: str,
     drawn: Mapping[str, Mapping[str, Array]],
-    **encoding: Channel | Sequence[Channel],
+    **encoding: Any,
 ) -> Chart:
     """A line of steps of each algorithm, the best drawn last; those that do not lead are grey."""
     order, coloured = [place.algorithm for place in standings.order.places], _numbers(standings)
