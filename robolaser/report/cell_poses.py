@@ -83,11 +83,9 @@ class CellPoses:
         return self.flange @ placed[0] if self.rides else np.broadcast_to(placed, self.flange.shape)
 
     def joint_frames(self, poses: Ints, q: Array | None = None) -> Array:
-        """T_base_joint, base first, (p, k, 4, 4); none where flange poses were measured.
+        """T_base_joint in some poses (p,), base first, (p, k, 4, 4); none where flange poses were measured.
 
-        Args:
-            poses: Numbers of the poses, (p,): of a long path not all are shown.
-            q: Joint values in the place of those read, (n, j).
+        Joint values (n, j) may take the place of those read.
         """
         robot, q = self.dataset.robot, self.dataset.poses.q if q is None else q
         if robot is None or q is None:
@@ -115,11 +113,7 @@ class CellPoses:
         return np.concatenate([np.zeros(flange.shape), self.joint_frames(poses)[..., :3, 3], flange], axis=1)
 
     def light(self, poses: Ints) -> Array:
-        """The first scanner's projector and points where its stripe falls, (p, 1 + k, 3); empty without a laser.
-
-        Args:
-            poses: Numbers of the poses, (p,).
-        """
+        """The first scanner's projector and its stripe's points in some poses (p,), (p, 1 + k, 3), if it has one."""
         scanners = [block for block in self.model.blocks if block.sensor.has_laser_plane()]
         if not scanners or self.camera is None or self._known is None:
             return np.empty((len(poses), 0, 3))

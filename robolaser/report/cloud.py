@@ -24,13 +24,7 @@ BINS = 60
 
 
 def document(scan: Scan, quality: Quality, *, brief: bool = False) -> Document:
-    """The report.
-
-    Args:
-        scan: Done.
-        quality: Of its cloud.
-        brief: Leave out what only a page shows.
-    """
+    """The report on a scan that is done; in brief without what only a page shows."""
     warnings = (*scan.warnings, *quality.doubts, *map(str, quality.missing))
     lines = figures(scan, quality)
     return Document(

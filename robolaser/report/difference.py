@@ -25,12 +25,7 @@ Row = Mapping[str, Any]
 
 
 def document(found: Mapping[str, Any], names: tuple[str, str] = PAIR) -> Document:
-    """The report.
-
-    Args:
-        found: What `robolaser diff --json` prints.
-        names: What both results are called.
-    """
+    """The report on what `robolaser diff --json` prints, of two results that are called so."""
     rows = [row for row in found["rows"] if row["name"] not in UNSAID]
     errors = [row for row in rows if row["name"] in ERRORS or row["name"] == "verdict"]
     numbers = [row for row in rows if "errors" in row and row not in errors and row.get("unit") != "mm"]

@@ -38,12 +38,7 @@ class ErrorGroup:
 
 
 def groups(dataset: Dataset, errors_m: Sequence[Array]) -> list[ErrorGroup]:
-    """All groups of which there are several, the kinds one after the other.
-
-    Args:
-        dataset: What was measured.
-        errors_m: Errors of all rows, (m, j) each [m]; the last decides what is odd.
-    """
+    """All groups of which there are several, kind by kind; of errors (m, j) [m], the last ones decide what is odd."""
     return [group for kind, names, number in _kinds(dataset) for group in _groups(kind, names, number, errors_m)]
 
 

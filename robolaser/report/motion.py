@@ -29,12 +29,7 @@ UNITS = {"rad": ("°", TURN), "rad/Nm": ("°/Nm", TURN), "rad/s": ("°/s", TURN)
 
 
 def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
-    """The report.
-
-    Args:
-        fit: Of the effects that a user asked for, or that were found.
-        found: The diagnosis that found them.
-    """
+    """The report on a fit of the effects that a user asked for, or that a diagnosis found."""
     log, sure = fit.log, found is not None
     lead, sense = f"{_counted(len(fit.findings))} fitted.", ""
     if found is not None:

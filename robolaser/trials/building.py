@@ -68,8 +68,7 @@ class World:
     def sigmas(self, *, of_row: bool) -> dict[str, float]:
         """Standard deviations of the sources of noise, repeats averaged.
 
-        Args:
-            of_row: Count an image that is off as a whole as an error of its rows' mean.
+        `of_row` counts an image that is off as a whole as an error of its rows' mean.
         """
         shared = self.image_px
         if shared and of_row:

@@ -21,12 +21,7 @@ SPECIAL = {
 
 
 def latex_tables(result: BenchmarkResult, judged: Sequence[Standings]) -> str:
-    """Tables of each family: the ranking, and medians and expected running times on each problem.
-
-    Args:
-        result: What was run.
-        judged: The standings of each family.
-    """
+    """Tables of each family, by its standings: the ranking, and medians and expected running times on each problem."""
     made = []
     for standings in judged:
         places = [place for place in standings.order.places if place.runs]

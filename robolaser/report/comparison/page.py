@@ -26,13 +26,7 @@ NOISY = "noisy: runs are ranked by their returned candidates, re-evaluated"
 
 
 def document(comparison: BenchmarkResult, judged: Sequence[Standings], *, brief: bool = False) -> Document:
-    """The report.
-
-    Args:
-        comparison: What was run.
-        judged: The standings of each family of problems.
-        brief: Leave out what only a page shows.
-    """
+    """The report, given the standings of each family of problems; in brief without what only a page shows."""
     shown = judged if comparison.runs else ()
     lead, sense = _parted(shown[0].order.answer if shown else "No run has finished yet.")
     sections = [_family(comparison, one, i, brief=brief) for i, one in enumerate(shown)]

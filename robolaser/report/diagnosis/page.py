@@ -20,13 +20,7 @@ MOST_SITES, MOST_ADVICE = 2, 3  # lines of each on the terminal
 
 
 def document(diagnosis: Diagnosis, *, brief: bool = False, files: Sequence[Mapping[str, Any]] = ()) -> Document:
-    """The report.
-
-    Args:
-        diagnosis: The result.
-        brief: Leave out what only a page shows.
-        files: As `files` of diagnosis.json.
-    """
+    """The report, given `files` of diagnosis.json; in brief without what only a page shows."""
     lead, _, sense = diagnosis.sentence.partition(". ")
     dataset = diagnosis.dataset
     effects, classes = rows.effect_table(diagnosis), rows.class_table(diagnosis)

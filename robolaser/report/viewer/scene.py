@@ -61,23 +61,13 @@ class SceneNode:
 
 
 def moving_shapes(model: ShownCell, frames: CellFrames) -> tuple[SceneNode, ...]:
-    """Shapes that move with the joints: arm, scanner and laser plane.
-
-    Args:
-        model: Of the cell.
-        frames: At one pose.
-    """
+    """Shapes that move with the joints, at one pose: arm, scanner and laser plane."""
     radius = link_radius(model.dataset.robot)
     return (*_arm(model.dataset, frames, radius), *_scanner(frames, radius))
 
 
 def fixed_shapes(model: ShownCell, others: tuple[ShownCell, ...]) -> tuple[SceneNode, ...]:
-    """Shapes that do not move: the target, and the measured points by this model.
-
-    Args:
-        model: Of the cell.
-        others: All models, so that their dots have one size.
-    """
+    """Shapes that do not move: the target, and the measured points by this model; dots of all models have one size."""
     extent = max((float(np.ptp(one.target, axis=0).max()) for one in others if len(one.target)), default=0.0)
     size = float(np.clip(DOT * extent, LEAST_DOT_M, MOST_DOT_M))
     seen = model.points[np.isfinite(model.points).all(axis=1)]
@@ -87,13 +77,7 @@ def fixed_shapes(model: ShownCell, others: tuple[ShownCell, ...]) -> tuple[Scene
 
 
 def collision_shapes(model: CollisionModel, margin_m: float, q: Array) -> tuple[str, tuple[SceneNode, ...]]:
-    """What is too near to what at one configuration (j,), in words, and the shapes to be shown there.
-
-    Args:
-        model: Links, sensor and boxes.
-        margin_m: Least distance that they should keep [m].
-        q: Joint values [rad or m].
-    """
+    """What is nearer to what than a margin [m] at joint values (j,), in words, and the shapes to be shown there."""
     hits = [what for _, what in collisions(model, margin_m, q[None])]
     red = {i for k in np.flatnonzero(model.gaps(q[None])[0] < margin_m) for i in model.pairs[k]}
     boxes = {i for i, body in enumerate(model.bodies) if body.kind == "box" and body.name != body.link}
