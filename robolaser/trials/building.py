@@ -180,21 +180,19 @@ def _postures(robot: Robot, view: View, n: int, rng: np.random.Generator) -> tup
     """Postures that see the target: all over the workspace, or around one of them as cells usually have it."""
     wide, level = configurations_looking_down(robot, view, wanted=n, rng=rng)
     whole = wide[_sees(robot, wide, view, level)]
-    wide = whole if len(whole) >= n else wide
-    if rng.random() < 0.3:
-        return wide[:n][rng.permutation(n)], level
-    for home in wide[: 2 * ROUNDS]:
+    chosen = wide = whole if len(whole) >= n else wide
+    lower, upper = limits(robot)
+    for home in wide[: 2 * ROUNDS] if rng.random() >= 0.3 else ():
         kept = np.empty((0, wide.shape[1]))
-        lower, upper = limits(robot)
         for _ in range(ROUNDS):
             q = np.clip(home + rng.uniform(-AROUND, AROUND, (DRAWS // 10, len(home))), lower, upper)
             kept = np.concatenate([kept, q[_sees(robot, q, view, level)]])
             if len(kept) > 4 * n:
                 break
         if len(kept) > 2 * n:
-            chosen = kept[farthest_first(kept)[:n]]
-            return chosen[rng.permutation(n)], level
-    return wide[:n][rng.permutation(n)], level
+            chosen = kept[farthest_first(kept)]
+            break
+    return chosen[:n][rng.permutation(n)], level
 
 
 def _sees(robot: Robot, q: Array, view: View, level: float) -> Bools:
