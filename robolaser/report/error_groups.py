@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
+from robolaser.geometry.mad_scale import mad_scale
 from robolaser.report.chart import FITTED, HELD_OUT, NOISE, Chart, chart, colours, hover, layer, quantity, records, rule
 from robolaser.report.digits import millimetres, times
 from robolaser.report.document import Column, Content, Table, TableCell, Text
@@ -47,9 +48,8 @@ def group_blocks(dataset: Dataset, errors_m: Mapping[str, Array]) -> list[Conten
     found = groups(dataset, list(errors_m.values()))
     if not found:
         return []
-    columns = [Column("Of", width=30), Column("Kind"), Column("Points")]
-    columns += [Column(f"RMS error, {name}") for name in errors_m]
-    columns.append(Column("Times the median"))
+    named = [Column(f"RMS error, {name}") for name in errors_m]
+    columns = [Column("Of", width=30), Column("Kind"), Column("Points"), *named, Column("Times the median")]
     rows: list[Sequence[TableCell | str]] = [
         (
             TableCell(one.name, note="odd" if one.is_odd else ""),
@@ -110,10 +110,9 @@ def _odd(ratio: Array, numbers: Array) -> Array:
     if len(ratio) < LEAST_GROUPS:
         return np.zeros(len(ratio), dtype=bool)
     logs = np.log(np.maximum(ratio, 1e-12))
-    scatter = np.median(np.abs(logs - np.median(logs))) / 0.6745
-    score = (logs - np.median(logs)) / np.maximum(scatter, 1 / np.sqrt(2 * numbers))
-    odd: Array = (score > ODD) & (ratio > LEAST_RATIO)
-    return odd
+    above = logs - np.median(logs)
+    score = above / np.maximum(mad_scale(above), 1 / np.sqrt(2 * numbers))
+    return np.asarray((score > ODD) & (ratio > LEAST_RATIO))
 
 
 FEW: Final = 80  # poses up to which dots are large
