@@ -1,6 +1,5 @@
 """Random synthetic cells around a given data set: its arm, sensor, poses, target and noise; and those of trackers."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -11,6 +10,7 @@ from scipy.stats import rankdata
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
+from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.path_velocities import known_velocities
 from robolaser.data.stated_noise import Noise
@@ -20,7 +20,6 @@ from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.model.sensors.point import Point
-from robolaser.parameters import Parameter, as_batch
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import random_configurations
 from robolaser.simulation.nominal import built
@@ -40,11 +39,10 @@ BASE_M = (2.5, -1.5, 1.2)  # from the tracker, some decimetres more or less
 @final
 @dataclass(frozen=True)
 class ReferenceCell:
-    """A data set to be imitated, and its scanner."""
+    """A data set to be imitated, and where its sensor was found."""
 
     dataset: Dataset  # a placed stripe with joint angles, or a tracker's points of an arm whose joint angles are known
-    found: Mapping[str, float]  # the sensor's parameters as calibrated
-    drawn: Mapping[str, Parameter]  # the same with nominal values and bounds
+    found: Calibration
 
     @property
     def is_tracked(self) -> bool:
@@ -79,11 +77,7 @@ def reference_of(dataset: Dataset, *, seed: int) -> ReferenceCell:
         raise _unsuitable(dataset.name, "it has no robot with joint angles")
     if not tracked and not dataset.placed:
         raise _unsuitable(dataset.name, "the pose of its target is unknown")
-    found = calibrate(dataset, Plan(seed=seed))
-    items = found.model.parameters.items
-    return ReferenceCell(
-        dataset, {item.name: found.value(item.name) for item in items}, {item.name: item for item in items}
-    )
+    return ReferenceCell(dataset, calibrate(dataset, Plan(seed=seed)))
 
 
 def _unsuitable(name: str, lacking: str) -> TrialError:
@@ -102,11 +96,9 @@ def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -
         rng: Where chance comes from.
     """
     dataset, points = model.dataset, model.dataset.points
-    most = {
-        name: min(OFF * WORKSHOP.get(name, np.inf), 0.02 * (item.upper - item.lower))
-        for name, item in model.drawn.items()
-    }
-    truth = built(model.drawn, rng, model.found, most, 0.0)
+    drawn = {item.name: item for item in model.found.model.parameters.items}
+    most = {name: min(OFF * WORKSHOP.get(name, np.inf), 0.02 * (one.upper - one.lower)) for name, one in drawn.items()}
+    truth = built(drawn, rng, {name: model.found.value(name) for name in drawn}, most, 0.0)
     eye = ScannerOptics(truth, dataset.bracket_quat, dataset.angles, dataset.stripe_axis)
     rows = np.sort(np.unique(points.place, return_index=True)[1])
     rows = rows[np.argsort(points.pose[rows], kind="stable")]
@@ -158,7 +150,7 @@ def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.
 
 def _found(source: ReferenceCell, run: SyntheticRun) -> TrackerCell:
     """Tracker and reflectors where a calibration found them."""
-    values = as_batch(source.found)
+    values = source.found.values
     names = dict.fromkeys(source.dataset.points.names)
     return TrackerCell(run, motion(values, "base")[0], {name: vector(values, f"tool.{name}")[0] for name in names})
 
