@@ -7,10 +7,7 @@ from robolaser.commands.terminal import Terminal, aligned, say
 
 
 def list_family(
-    family: Literal["robots", "effects", "algorithms", "sensors", "importers"],
-    /,
-    *,
-    terminal: Terminal = Terminal(),
+    family: Literal["robots", "effects", "algorithms", "sensors", "importers"], /, *, terminal: Terminal = Terminal()
 ) -> None:
     """Show the available robots, effects, algorithms, sensors or importers.
 

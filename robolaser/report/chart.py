@@ -26,10 +26,7 @@ LINES = tuple(f"var(--line-{i})" for i in range(7))
 FAINT = 0.06  # opacity of a series that the legend has switched off
 SWITCH: Final[Spec] = {"select": {"type": "point", "fields": ["series"]}, "bind": "legend"}
 """Clicking a legend entry shows that series alone; Shift adds others."""
-ZOOM: Final[Spec] = {
-    "select": {"type": "interval", "zoom": "wheel![event.ctrlKey || event.metaKey]"},
-    "bind": "scales",
-}
+ZOOM: Final[Spec] = {"select": {"type": "interval", "zoom": "wheel![event.ctrlKey || event.metaKey]"}, "bind": "scales"}
 """Dragging moves the view, the wheel with Ctrl zooms, a double click resets."""
 
 CONFIG: Final[Spec] = {

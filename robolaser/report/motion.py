@@ -225,10 +225,7 @@ def plan_document(plan: MotionPlan) -> Document:
         " from the others.",
         "",
         [],
-        [
-            Section("Smallest sizes", [sizes]),
-            Section("Motions to add", [Notes(plan.next_motions, "steps", 8)]),
-        ],
+        [Section("Smallest sizes", [sizes]), Section("Motions to add", [Notes(plan.next_motions, "steps", 8)])],
         prints_lead=True,
     )
 

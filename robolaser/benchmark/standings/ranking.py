@@ -54,9 +54,7 @@ def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons) -> Stan
         order=ranking.order(every, refused),
         by_problem=tuple(
             OnProblem(
-                name,
-                ranking.order([p], refused),
-                tuple(ranking.result(p, a) for a in range(len(arrays.algorithms))),
+                name, ranking.order([p], refused), tuple(ranking.result(p, a) for a in range(len(arrays.algorithms)))
             )
             for p, name in enumerate(arrays.problems)
         ),

@@ -125,12 +125,7 @@ def attained(comparison: BenchmarkResult, standings: Standings, problem: Problem
 
 
 def _step_chart(
-    standings: Standings,
-    title: str,
-    caption: str,
-    alt: str,
-    drawn: Mapping[str, Mapping[str, Array]],
-    **encoding: Any,
+    standings: Standings, title: str, caption: str, alt: str, drawn: Mapping[str, Mapping[str, Array]], **encoding: Any
 ) -> Chart:
     """A line of steps of each algorithm, the best drawn last; those that do not lead are grey."""
     order, coloured = [place.algorithm for place in standings.order.places], _numbers(standings)

@@ -31,11 +31,7 @@ def class_table(diagnosis: Diagnosis) -> Table:
         )
         for one in diagnosis.classes
     ]
-    columns = [
-        Column("Class", "name", 30, "class"),
-        Column("Possible causes"),
-        SURE,
-    ]
+    columns = [Column("Class", "name", 30, "class"), Column("Possible causes"), SURE]
     if not _is_open(diagnosis):
         return Table(columns, rows, "Classes of causes")
     note = "A class can be certain where none of its members is."
@@ -87,10 +83,7 @@ def alternative_table(diagnosis: Diagnosis) -> Table:
         Column("How it compares", "wide", 42),
     ]
     rows = [
-        (
-            *_effect(other),
-            f"instead of {named(found.candidate_effect)}: gap {millimetres(other.gap_m)}",
-        )
+        (*_effect(other), f"instead of {named(found.candidate_effect)}: gap {millimetres(other.gap_m)}")
         for found in diagnosis.findings
         for other in found.alternatives
     ]
