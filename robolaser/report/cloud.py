@@ -59,17 +59,13 @@ def figures(scan: Scan, quality: Quality) -> list[Figure]:
     if scan.calibrated.rms_m is not None:
         error = "error of the calibrated scanner, shared by neighbours"
         shown.append(Figure("", "calibration", millimetres(scan.calibrated.rms_m), error))
-    shown += [Figure("", BODIES[body.what], _size(body), _remark(body)) for body in quality.primitives]
+    for body in quality.primitives:
+        size = millimetres(body.rms_m) if body.size_m is None else measured(body.size_m, body.std_m or 0.0, "m")
+        shown.append(Figure("", BODIES[body.what], size, _remark(body)))
     if left := counts.centres - counts.points:
         why = "no point of the laser plane in front of the camera"
         shown.append(Figure("", "left out", f"{left}", f"of {counts.centres} line centres: {why}"))
     return shown
-
-
-def _size(body: Measured) -> str:
-    if body.size_m is None:
-        return millimetres(body.rms_m)
-    return measured(body.size_m, body.std_m or 0.0, "m")
 
 
 def _remark(body: Measured) -> str:

@@ -18,6 +18,7 @@ from robolaser.report.document import Column, Document, Figure, Figures, Notes, 
 from robolaser.report.setting import untestable
 
 SHOWN_ROWS = 400  # of a run, in a chart
+NOT_APART = "these motions do not distinguish it from "
 WHAT = {
     "tracking": "readings against commands",
     "torque": "torques against inverse dynamics",
@@ -31,7 +32,12 @@ UNITS = {"rad": ("°", TURN), "rad/Nm": ("°/Nm", TURN), "rad/s": ("°/s", TURN)
 def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
     """The report on a fit of the effects that a user asked for, or that a diagnosis found."""
     log, sure = fit.log, found is not None
-    lead, sense = f"{_counted(len(fit.findings))} fitted.", ""
+    count, sense = len(fit.findings), ""
+    lead = (
+        "No effect was fitted."
+        if not count
+        else f"{f'{count} effects were' if count > 1 else 'One effect was'} fitted."
+    )
     if found is not None:
         lead, _, sense = sentence(found).partition(". ")
     return Document(
@@ -62,10 +68,6 @@ def headline(log: MotionLog) -> str:
     return (
         f"moving arm, robot {log.robot.name}, {len(log)} rows of {len(log.joints)} joints in {len(log.series)} series"
     )
-
-
-def _counted(effects: int) -> str:
-    return "No effect was" if not effects else "One effect was" if effects == 1 else f"{effects} effects were"
 
 
 def _figures(fit: MotionFit) -> list[Figure]:
@@ -104,7 +106,7 @@ def _kinds(found: MotionDiagnosis) -> Table:
 def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
     rows: list[tuple[TableCell | str, ...]] = [
         (
-            TableCell(_at(one.at), below=[_rivals(one)] if one.rivals else []),
+            TableCell(_at(one.at), below=[NOT_APART + " or ".join(map(_at, one.rivals))] if one.rivals else []),
             _numbers(one),
             *([TableCell(percent(one.probability), order=one.probability)] if sure else []),
         )
@@ -116,10 +118,6 @@ def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
 
 def _at(at: At) -> str:
     return f"{at.effect.name.replace('_', ' ')} at {at.where}"
-
-
-def _rivals(one: SelectedEffect) -> str:
-    return "these motions do not distinguish it from " + " or ".join(map(_at, one.rivals))
 
 
 def _numbers(one: SelectedEffect) -> str:

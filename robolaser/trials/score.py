@@ -76,7 +76,10 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
     sure_and_wrong = any(p >= SURE and not held for p, held in stated)
     sites = {site for item in each for site in item["sites"]}
     where = diagnosis["where"]
-    classes = _expected_classes(each)
+    classes = [  # of which one must be likely, for each effect: those of its rivals are as good
+        {*item["classes"], *(_CLASS_OF[name] for name, _ in item["rivals"]), *([UNKNOWN] if _is_unknown(item) else [])}
+        for item in each
+    ]
     left_small = bool(small) and verdict == "unexplained"  # `where` and `unknown` speak of what the small errors leave
     right_classes = {_CLASS_OF[effect] for effect, _ in small}.union(*classes)
     probabilities = {
@@ -116,14 +119,6 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
 
 def _is_unknown(item: Mapping[str, Any]) -> bool:
     return item["effect"] not in _CLASS_OF or bool(item.get("withheld"))
-
-
-def _expected_classes(each: Sequence[Mapping[str, Any]]) -> list[set[str]]:
-    """Classes of which one must be likely, for each effect: those of its rivals are as good."""
-    return [
-        {*item["classes"], *(_CLASS_OF[name] for name, _ in item["rivals"]), *([UNKNOWN] if _is_unknown(item) else [])}
-        for item in each
-    ]
 
 
 def _verdict_right(group: str, verdict: str, *, at_floor: bool, small: bool) -> bool | None:
