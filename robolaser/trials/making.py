@@ -122,11 +122,8 @@ def _locations(world: World, fault_name: str) -> tuple[str, ...]:
     model = FAULT_MODELS[fault_name]
     if world.blank.kind == "point" and not model.is_tracked():
         return ()
-    locations = model.locations(world.cell.run)
-    effect = _LIBRARY.get(model.effect)
-    if effect is None or fault_name == OUTLIERS:
-        return locations
-    known = effect.locations(world.blank)
+    locations, effect = model.locations(world.cell.run), _LIBRARY.get(model.effect)
+    known = locations if effect is None else effect.locations(world.blank)
     return tuple(location for location in locations if location in known)
 
 
@@ -178,19 +175,18 @@ def _recorded(poses: Poses, world: World, faults: Sequence[FaultModel], rng: np.
 def _described(world: World, fault: FaultModel, seen: Detectability, poses: Poses) -> dict[str, Any]:
     """A fault as the truth has it."""
     effect = _LIBRARY.get(fault.effect)
-    known = effect is not None and fault.effect != OUTLIERS
     return {
         **asdict(fault),
         "effect": fault.effect,
         "form": fault.form,
         "where": fault.where,
         "misfit": round(seen.misfit, 1),
-        "rivals": seen.rivals(fault.effect, fault.where) if known else [],
+        "rivals": seen.rivals(fault.effect, fault.where) if effect else [],
         "also_right": [list(pair) for pair in fault.also_right],
         "sites": list(fault.sites(world.cell.run)),
         "classes": [effect.cause or effect.name] if effect else list(fault.classes),
-        "values": _values(world, fault, CandidateEffect(effect, fault.where), seen, poses) if effect and known else {},
-        "units": effect.units() if effect and known else {},
+        "values": _values(world, fault, CandidateEffect(effect, fault.where), seen, poses) if effect else {},
+        "units": effect.units() if effect else {},
     }
 
 
