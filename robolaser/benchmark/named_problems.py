@@ -186,11 +186,7 @@ def _checked(name: str, make: Callable[[], BenchmarkProblem]) -> ProblemSpec:
 
 
 def _built(name: str, make: Callable[[], Any], family: Family) -> BenchmarkProblem:
-    """A pymoo problem with what it says of itself.
-
-    Raises:
-        UsageError: It is no pymoo problem with bounds, or changes with time.
-    """
+    """A pymoo problem with what it says of itself; it has bounds and does not change with time."""
     problem = make()
     if not isinstance(problem, Problem):
         raise UsageError(

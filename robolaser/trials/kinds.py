@@ -105,11 +105,7 @@ def kinds_of(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def drawn(name: str, rng: np.random.Generator) -> Kind:
-    """What is to be decided by chance in a world of a kind.
-
-    Raises:
-        UsageError: See `kinds_of`.
-    """
+    """What is to be decided by chance in a world of a kind; raises as `kinds_of`."""
     (name,) = kinds_of([name])
     kind = KINDS.get(name) or Kind((1, 1), (name,))
     return replace(KINDS[str(rng.choice(TRACKED))], tracked=True, outliers=0.0) if name == "tracker" else kind
