@@ -168,11 +168,7 @@ QUALITY: Final = 55  # of JPEG: an image takes 10 to 40 kB
 def photos(dataset: Dataset, frames: Sequence[int], errors_m: Array, misses: Array | None) -> Mapping[str, Shape]:
     """Images of some of these poses by their names, the worst first; none where there are none to be read.
 
-    Args:
-        dataset: What was measured.
-        frames: Numbers of the poses.
-        errors_m: Errors of all rows [m].
-        misses: From each row's pixel to where the model predicts it, (m, 2) [px]; None where it does not.
+    `misses` lead from each row's pixel to where the model predicts it, (m, 2) [px]; None where it does not.
     """
     images, pixel, of_pose = dataset.poses.image, dataset.points.pixel, dataset.points.pose
     if images is None or dataset.folder is None or pixel is None or dataset.image_px is None:

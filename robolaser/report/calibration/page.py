@@ -70,13 +70,9 @@ def document(
     files: Sequence[Mapping[str, Any]] = (),
     folder: Path | None = None,
 ) -> Document:
-    """The report.
+    """The report, given `files` of calibration.json; in brief without what only a page shows.
 
-    Args:
-        calibration: The result.
-        brief: Leave out what only a page shows.
-        files: As `files` of calibration.json.
-        folder: Where it was written, for the terminal.
+    The terminal says which files for ROS are in the folder of the result.
     """
     analysis = ErrorAnalysis(calibration)
     dataset = calibration.model.dataset

@@ -66,26 +66,24 @@ class Step:
 
 def steps(diagnosis: Diagnosis) -> list[Step]:
     """The dots, from the top."""
-    gap = diagnosis.gap
-    calibrated, after, floor = (
-        max(LEAST, 1e3 * length) for length in (gap.calibrated_m, gap.after_m, gap.noise_floor_m)
-    )
-    nominal = None if gap.nominal_m is None else max(LEAST, 1e3 * gap.nominal_m)
-    found = [] if nominal is None else [Step("nominal model", MUTED, None, nominal)]
-    found.append(Step("parameters fitted", MUTED, nominal, calibrated))
-    for finding in diagnosis.findings[:MOST_STEPS]:
-        label = named(finding.candidate_effect)
-        found.append(Step(label, FITTED, max(LEAST, 1e3 * finding.gap_before_m), max(LEAST, 1e3 * finding.gap_after_m)))
-    more = len(diagnosis.model.effects) - len(diagnosis.findings[:MOST_STEPS])
-    if more > 0:
-        found.append(Step(f"and {more} more", FITTED, found[-1].after, after))
-    return [*found, Step(LEFT, HELD_OUT, None, after), Step("noise alone", NOISE, None, floor)]
+    gap, shown = diagnosis.gap, diagnosis.findings[:MOST_STEPS]
+    found = [] if gap.nominal_m is None else [Step("nominal model", MUTED, None, _mm(gap.nominal_m))]
+    found.append(Step("parameters fitted", MUTED, found[0].after if found else None, _mm(gap.calibrated_m)))
+    found += [Step(named(one.candidate_effect), FITTED, _mm(one.gap_before_m), _mm(one.gap_after_m)) for one in shown]
+    if (more := len(diagnosis.model.effects) - len(shown)) > 0:
+        found.append(Step(f"and {more} more", FITTED, found[-1].after, _mm(gap.after_m)))
+    ends = Step(LEFT, HELD_OUT, None, _mm(gap.after_m)), Step("noise alone", NOISE, None, _mm(gap.noise_floor_m))
+    return [*found, *ends]
+
+
+def _mm(length_m: float) -> float:
+    """As it is drawn [mm]."""
+    return max(LEAST, 1e3 * length_m)
 
 
 def waterfall(diagnosis: Diagnosis) -> Chart:
     """Each step's dot stands at the gap after it; a line leads there from the gap before."""
     rows = steps(diagnosis)
-    ci = [max(LEAST, 1e3 * length) for length in diagnosis.gap.after_ci95_m]
     data = records(
         step=[row.label for row in rows],
         series=[row.label for row in rows],
@@ -99,7 +97,7 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
     y = named_rows("step")
     colour = colours({row.label: row.colour for row in rows}, shows_legend=False)
     tooltip = hover("step", before="gap before [mm]", after="gap after [mm]")
-    interval = records(step=LEFT, low=ci[0], high=ci[1])
+    low, high = map(_mm, diagnosis.gap.after_ci95_m)
     gap = diagnosis.gap
     first, begin = (
         ("There is no nominal model: from the ordinary parameters fitted, through", gap.calibrated_m)
@@ -117,7 +115,7 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
                   x=x | {"field": "before"}, x2={"field": "after"}, y=y, color=colour),
             layer(rule(color=NOISE), records(after=rows[-1].after), x=x),
             layer({"type": "point", "size": 110, "opacity": 1}, data, tooltip=tooltip, x=x, y=y, color=colour),
-            layer({"type": "rule", "color": INK, "strokeWidth": 1.6}, interval,
+            layer({"type": "rule", "color": INK, "strokeWidth": 1.6}, records(step=LEFT, low=low, high=high),
                   tooltip=hover(low="95 % from [mm]", high="to [mm]"),
                   x=x | {"field": "low"}, x2={"field": "high"}, y=y),
             layer({"type": "text", "dy": -13}, data, x=x, y=y, text={"field": "said"}),
