@@ -1,7 +1,7 @@
 """Faults of joints: encoders and gears, other joints that turn them, and when they are read and at rest."""
 
 from abc import abstractmethod
-from collections.abc import Iterator
+from itertools import accumulate
 from typing import Annotated, final
 
 import numpy as np
@@ -17,29 +17,16 @@ def turned(q: Array, column: int, by: Array | float) -> Array:
     return q
 
 
-def play_lag(lag: float, move: float, play: float) -> float:
-    """How far the output of a play operator trails its input after a move of the input [rad].
-
-    Visintin, Differential Models of Hysteresis, 1994, chapter III.
-
-    Args:
-        lag: Before the move, between minus and plus half the play.
-        move: Of the input.
-        play: The whole of it.
-    """
-    return min(max(lag + move, -play / 2), play / 2)
-
-
 def play_lags(run: SyntheticRun, along: Array, play: float, lag: float) -> Array:
-    """The lags of a play operator whose input, (n,), goes straight from pose to pose in the order of time, (n,)."""
+    """The lags of a play operator whose input, (n,), goes straight from pose to pose in the order of time, (n,).
 
-    def trailing(lag: float) -> Iterator[float]:
-        for move in np.diff(along[run.order], prepend=along[run.order[0]]).tolist():
-            lag = play_lag(lag, move, play)
-            yield lag
-
+    How far its output trails stays between minus and plus half the play: Visintin, Differential Models of Hysteresis,
+    1994, chapter III.
+    """
+    moves = np.diff(along[run.order], prepend=along[run.order[0]]).tolist()
+    trailing = accumulate(moves, lambda lag, move: min(max(lag + move, -play / 2), play / 2), initial=lag)
     lags = np.empty(len(along))
-    lags[run.order] = [*trailing(lag)]
+    lags[run.order] = [*trailing][1:]
     return lags
 
 
