@@ -69,7 +69,13 @@ def make(
     asked = drawn(kind, rng)
     if tracked or (isinstance(source, ReferenceCell) and source.is_tracked):
         asked = replace(asked, tracked=True, outliers=0.0)
-    world = _without_faults(source, asked, ranges or Ranges(), rng)
+    moving, ranges = bool(rng.random() < MOVING), ranges or Ranges()
+    if asked.tracked:
+        world = build_tracked(source, ranges, rng, moving=moving)
+    elif isinstance(source, Robot):
+        world = build(source, ranges, rng, moving=moving)
+    else:
+        world = build_like(source, ranges, rng)
     if asked.imperfection is not None:
         world = asked.imperfection(world, rng)
     sized = _sized_faults(world, _fault_names(kind, asked, world, rng), rng)
@@ -108,13 +114,6 @@ def make(
 
 def _robot(source: Robot | ReferenceCell) -> Robot:
     return source if isinstance(source, Robot) else source.dataset.arm[0]
-
-
-def _without_faults(source: Robot | ReferenceCell, asked: Kind, ranges: Ranges, rng: np.random.Generator) -> World:
-    moving = bool(rng.random() < MOVING)
-    if asked.tracked:
-        return build_tracked(source, ranges, rng, moving=moving)
-    return build(source, ranges, rng, moving=moving) if isinstance(source, Robot) else build_like(source, ranges, rng)
 
 
 def _locations(world: World, fault_name: str) -> tuple[str, ...]:

@@ -185,7 +185,12 @@ def image_errors(analysis: ErrorAnalysis) -> Chart | None:
     ends = {"x": x, "y": y, "x2": {"field": "x2"}, "y2": {"field": "y2"}}
     dots = {"type": "point", "size": 22, "opacity": 1}
     in_space = depth_mm is not None
-    colour = {"value": MUTED} if depth_mm is None else _colour(depth_mm)
+    colour: dict[str, Any] = {"value": MUTED}
+    if depth_mm is not None:
+        limit = float(np.percentile(np.abs(depth_mm), 98)) or 1.0
+        scale = {"domain": [-limit, 0, limit], "range": DIVERGING, "clamp": True}
+        legend = {"gradientLength": 180, "format": ".2~g"}
+        colour = {"field": "depth", "type": "quantitative", "title": error["depth"], "scale": scale, "legend": legend}
     seen = "the stripe" if in_space else "the target"
     of_colour = "its colour is the error along the view (red: estimated too far away), " if in_space else ""
     return chart(
@@ -202,17 +207,6 @@ def image_errors(analysis: ErrorAnalysis) -> Chart | None:
         ],
         height=tall,
     )
-
-
-def _colour(depth_mm: Array) -> dict[str, Any]:
-    limit = float(np.percentile(np.abs(depth_mm), 98)) or 1.0
-    return {
-        "field": "depth",
-        "type": "quantitative",
-        "title": "error along the view [mm]",
-        "scale": {"domain": [-limit, 0, limit], "range": DIVERGING, "clamp": True},
-        "legend": {"gradientLength": 180, "format": ".2~g"},
-    }
 
 
 def _along_view(analysis: ErrorAnalysis, cell: CellPoses) -> Array | None:

@@ -1,6 +1,6 @@
 """Charts of a diagnosis: how far the gap shrinks step by step, and what each effect explains and leaves."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -172,13 +172,12 @@ def _of_joint(fit: Fit, one: EffectEvidence) -> ExplainedError:
 
     def left(other: Fit) -> Array:
         white = fit.noise.whiten(other.model.residuals(other.x[None]))[0]
-        along: Array = -np.bincount(fit.pose_of_number, by_joint * white, minlength=poses)[seen] / own[seen]
-        return along
+        return np.asarray(-np.bincount(fit.pose_of_number, by_joint * white, minlength=poses)[seen] / own[seen])
 
     known = (angle_of(run, joint), *torque_of(run, joint), *motion_of(run, joint), *of_run(run))
     coordinate, x = _telling([(each, each.values[seen, 0]) for each in known], moves[seen])
-    unit = "m" if robot.prismatic[column] else "rad"
-    rival = _rival(one, left)
+    unit, other = "m" if robot.prismatic[column] else "rad", _rival(one)
+    rival = other and (other[0], left(other[1]))
     return ExplainedError(one.candidate_effect, coordinate, x, joint, unit, moves[seen], left(fit), seen, rival)
 
 
@@ -190,8 +189,7 @@ def _of_rows(fit: Fit, one: EffectEvidence) -> ExplainedError:
     without = model.with_effects(others).residuals(fit.x[None, ~held])[0]
 
     def left_by(other: Fit) -> Array:
-        in_metres: Array = fit.in_metres(other.model.residuals(other.x[None])[0])
-        return in_metres
+        return np.asarray(fit.in_metres(other.model.residuals(other.x[None])[0]))
 
     left = left_by(fit)
     by_effect = fit.in_metres(without) - left
@@ -204,17 +202,15 @@ def _of_rows(fit: Fit, one: EffectEvidence) -> ExplainedError:
     if one.candidate_effect.effect.stage_in(model.dataset) in OF_ROWS:
         known = [(each, each.values[rows, 0]) for each in _of_points(model.run)] + known
     coordinate, x = _telling(known, moves)
-    rival = _rival(one, lambda other: left_by(other)[rows, axis])
+    other = _rival(one)
+    rival = other and (other[0], left_by(other[1])[rows, axis])
     of = f"the points{AXES[left.shape[1]][axis]}"
     return ExplainedError(one.candidate_effect, coordinate, x, of, "m", moves, left[rows, axis], pose[rows], rival)
 
 
-def _rival(one: EffectEvidence, left: Callable[[Fit], Array]) -> tuple[CandidateEffect, Array] | None:
-    """The most probable effect that these data do not distinguish from an effect, and what it leaves."""
-    if not one.alternatives:
-        return None
-    rival, fit = max(one.alternatives, key=lambda pair: one.weights.get(pair[0], 0.0))
-    return rival, left(fit)
+def _rival(one: EffectEvidence) -> tuple[CandidateEffect, Fit] | None:
+    """The most probable effect that these data do not distinguish from an effect, and the model with it instead."""
+    return max(one.alternatives, key=lambda pair: one.weights.get(pair[0], 0.0), default=None)
 
 
 def _of_poses(run: Run, *, bends: bool) -> Iterator[Coordinate]:
