@@ -65,7 +65,7 @@ def test_a_joint_bears_the_moment_of_all_beyond_it_about_its_axis(built):
     run = built.cell.run
     for joint in run.joints:
         i = run.column(joint)
-        moment = run.link_loads(joint, run.payload_kg)[1] @ run.robot.axes[i]
+        moment = run.arm.link_loads(run.q, run.payload_kg, joint)[1] @ run.robot.axes[i]
         np.testing.assert_allclose(run.torques(run.payload_kg)[:, i], -moment, atol=1e-9)
 
 

@@ -49,7 +49,7 @@ class ScannerCell:
 
     def ranges(self, points: Points) -> Array:
         """How far points are from a camera without faults, (m,) [m]."""
-        T_base_camera = self.run.robot.forward(self.run.q) @ self.eye.mount
+        T_base_camera = self.run.arm.forward(self.run.q) @ self.eye.mount
         return np.asarray(np.linalg.norm(points["xyz"] - T_base_camera[points.pose, :3, 3], axis=1))
 
     def seen(self, faults: Sequence[FaultModel]) -> Points:

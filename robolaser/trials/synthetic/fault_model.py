@@ -3,17 +3,15 @@
 from abc import ABC
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Annotated, Any, ClassVar, Self, dataclass_transform, final, get_type_hints
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.errors import RobotError
-from robolaser.geometry.rigid_motion import apply, exp_so3
 from robolaser.robot.kinematics import Robot
+from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.scanner import Light
-
-SCANNER_AT = np.array([0.06, 0.0, 0.04])  # centre of the payload in the flange frame [m]
 
 
 @final
@@ -29,15 +27,15 @@ class SyntheticRun:
     radius: float  # of the part of the target that is looked at [m]
     payload_kg: float  # what the flange carries; the URDF does not know of it
 
-    def __post_init__(self) -> None:
-        """Raise a `RobotError` for an arm some of whose joints follow others."""
-        if len(self.robot.by_pinocchio.moving) > len(self.robot.joints):
-            raise RobotError(f"{self.robot.name} has joints that follow others (mimic): trials cannot move it yet.")
+    @cached_property
+    def arm(self) -> ScrewArm:
+        """The same arm by formulas of its own."""
+        return ScrewArm(self.robot)
 
     @property
     def joints(self) -> tuple[str, ...]:
         """Those that move the flange, base first."""
-        return tuple(self.robot.joints[i] for i in self.robot.chain)
+        return self.arm.joints
 
     @property
     def share(self) -> Array:
@@ -55,39 +53,12 @@ class SyntheticRun:
 
     def torques(self, payload_kg: float) -> Array:
         """What each joint bears with a payload on the flange, (n, j) [Nm or N]."""
-        lift = self.robot.jacobian(self.q, self._payload_at)[:, :3]
-        payload = payload_kg * np.einsum("nij,i->nj", lift, self.robot.gravity)
-        return np.asarray(self.robot.gravity_torques(self.q) - payload)
+        return self.arm.torques(self.q, payload_kg)
 
     def relative_torque(self, joint: str) -> Array:
         """What a joint bears, the payload counted, over the most that it bears in the run, (n,)."""
         torque = self.torques(self.payload_kg)[:, self.column(joint)]
         return np.asarray(torque / max(1e-9, float(np.abs(torque).max())))
-
-    def overturning(self) -> Array:
-        """What the mount must bear of all that moves: its moment about the base's origin, base frame, (n, 3) [Nm]."""
-        return self._borne(self.robot.chain[0], self.payload_kg)[1]
-
-    def link_loads(self, joint: str, payload_kg: float) -> tuple[Array, Array]:
-        """The weight beyond a joint and its moment about it, in its frame before it turns, (n, 3) [N] and [Nm]."""
-        i, robot = self.column(joint), self.robot
-        T = robot.joint_frames(self.q)[:, robot.chain.index(i)]
-        weight, moment = self._borne(i, payload_kg)
-        R = T[:, :3, :3] @ exp_so3(-self.q[:, [i]] * np.where(robot.prismatic[i], 0.0, robot.axes[i]))
-        loads = weight, moment - np.cross(T[:, :3, 3], weight)
-        force, about = (np.einsum("nba,nb->na", R, np.broadcast_to(load, T[:, :3, 3].shape)) for load in loads)
-        return force, about
-
-    @property
-    def _payload_at(self) -> Array:
-        """Its centre in the base frame, (n, 3) [m]."""
-        return apply(self.robot.forward(self.q), SCANNER_AT)
-
-    def _borne(self, column: int, payload_kg: float) -> tuple[Array, Array]:
-        """The weight beyond a joint that moves the flange, (3,) [N], and its moment about the base, (n, 3) [Nm]."""
-        gravity, (masses, centres) = np.array(self.robot.gravity), self.robot.carried(self.q)
-        first_moment = masses[column] * centres[:, column] + payload_kg * self._payload_at
-        return (masses[column] + payload_kg) * gravity, np.cross(first_moment, gravity)
 
     def warmed(self, tau: float) -> Array:
         """0 at the start, towards 1 with a time constant, a share of the run, (n,)."""
@@ -234,10 +205,10 @@ class FaultModel(ABC):
 
 def flange_poses(run: SyntheticRun, faults: Sequence[FaultModel]) -> Array:
     """Where the flange of an arm with these faults truly is, (n, 4, 4)."""
-    q, links = run.q, np.tile(run.robot.placements, (len(run.q), 1, 1, 1))
+    q, links = run.q, np.tile(run.arm.links, (len(run.q), 1, 1, 1))
     for fault in faults:
         q, links = fault.joints(q, run), fault.links(links, run)
-    T_base_flange = run.robot.forward(q, links[None])
+    T_base_flange = run.arm.forward(q, links)
     for fault in faults:
         T_base_flange = fault.flange(T_base_flange, run)
     return T_base_flange

@@ -11,7 +11,7 @@ from robolaser.arrays import Array
 from robolaser.errors import TrialError
 from robolaser.plugins import extra
 from robolaser.robot.kinematics import Robot
-from robolaser.trials.synthetic.fault_model import SCANNER_AT
+from robolaser.trials.synthetic.arm import SCANNER_AT
 
 FOOT: Final = "(foot)"  # under the root link
 BRACKET: Final = "(bracket)"  # between the flange and what it carries

@@ -246,7 +246,7 @@ class LateArrival(FaultModel, effect="settling", sizes=(2e-4, 4e-3), signed=True
 def _beside(where: str, run: SyntheticRun, rng: np.random.Generator) -> Array:
     """Errors of the joints over their RMS size, some larger than others, (n, j)."""
     off = np.zeros(run.q.shape)
-    columns = list(run.robot.chain)
+    columns = list(run.arm.columns)
     off[:, columns] = rng.normal(size=(len(run.q), len(columns))) * rng.uniform(0.3, 1.7, len(columns))
     return np.asarray(off / np.sqrt(np.square(off[:, columns]).mean()))
 
@@ -259,7 +259,7 @@ class PoseScatter(FaultModel, sizes=(2e-5, 1e-4), location="arm"):
 
     def sigma(self, run: SyntheticRun) -> float:
         """RMS error of a joint [rad]."""
-        levers = run.robot.jacobian(run.q)[:, :3]
+        levers = run.arm.levers(run.q)
         return self.size / float(np.sqrt(np.square(levers).sum(axis=(1, 2)).mean()))
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:

@@ -15,7 +15,7 @@ MOST_OF_PAYLOAD = 0.25  # of the load on a link
 
 def joints_on_long_links(run: SyntheticRun, least_m: float = LEAST_LENGTH_M) -> tuple[str, ...]:
     """Joints that a link of some length carries; the link to the first belongs to the base."""
-    lengths = np.linalg.norm(run.robot.placements[:, :3, 3], axis=1)
+    lengths = np.linalg.norm(run.arm.links[:, :3, 3], axis=1)
     return tuple(joint for joint in run.joints[1:] if lengths[run.column(joint)] > least_m)
 
 
@@ -23,7 +23,7 @@ def joints_on_bending_links(run: SyntheticRun) -> tuple[str, ...]:
     """Joints on long links whose load is mostly of the URDF's masses: no other can be named."""
     found = []
     for joint in joints_on_long_links(run):
-        masses, whole = (run.link_loads(joint, kg)[1] for kg in (0.0, run.payload_kg))
+        masses, whole = (run.arm.link_loads(run.q, kg, joint)[1] for kg in (0.0, run.payload_kg))
         if np.square(whole - masses).sum() < MOST_OF_PAYLOAD**2 * np.square(whole).sum():
             found.append(joint)
     return tuple(found)
@@ -31,7 +31,7 @@ def joints_on_bending_links(run: SyntheticRun) -> tuple[str, ...]:
 
 def beam(run: SyntheticRun, joint: str) -> Array:
     """From the joint before to this one, in the frame of this one before it turns, (3,) [m]."""
-    T = run.robot.placements[run.column(joint)]
+    T = run.arm.links[run.column(joint)]
     return np.asarray(T[:3, :3].T @ T[:3, 3])
 
 
@@ -99,7 +99,7 @@ class BentBeam(FaultModel, effect="link_compliance", sizes=(1e-4, 2e-3), places=
         """Turned by up to `size` [rad]."""
         links, column, L = links.copy(), run.column(self.where), beam(run, self.where)
         along = L / np.linalg.norm(L)
-        force, moment = run.link_loads(self.where, run.payload_kg)
+        force, moment = run.arm.link_loads(run.q, run.payload_kg, self.where)
         arm = np.cross(L, force)
         turn = moment + arm / 2
         turn += (self.twists - 1.0) * np.outer(turn @ along, along)

@@ -87,11 +87,11 @@ class CableForce(
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """The wrist's joints turned by the force against their stiffness, at most by `size` [rad]."""
-        away = np.array(self.anchor) - run.robot.forward(q)[:, :3, 3]
+        away = np.array(self.anchor) - run.arm.forward(q)[:, :3, 3]
         length = np.linalg.norm(away, axis=1)
         pull = away * (np.maximum(0.0, length - self.slack) / length)[:, None]
         wrist = [run.column(joint) for joint in run.joints[-WRIST:]]
-        turn = np.einsum("nij,ni->nj", run.robot.jacobian(q)[:, :3][:, :, wrist], pull)
+        turn = np.einsum("nij,ni->nj", run.arm.levers(q)[:, :, wrist], pull)
         q = q.copy()
         q[:, wrist] += self.size * turn / np.abs(turn).max()
         return q
@@ -121,7 +121,7 @@ class SpringFault(FaultModel, places=joints_that_yield):
         if not self.size:
             return T_base_flange
         at_rest, _ = self.arm(run, self.stiffness(run)).at_rest(run.q)
-        return np.asarray(at_rest @ inverse(run.robot.forward(run.q)) @ T_base_flange)
+        return np.asarray(at_rest @ inverse(run.arm.forward(run.q)) @ T_base_flange)
 
     def mount(self, T_flange_camera: Array, run: SyntheticRun) -> Array:
         """With the bracket where it comes to rest."""

@@ -18,7 +18,7 @@ class BumpedBase(FaultModel, effect="base_shift", sizes=(2e-4, 1.5e-3), location
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
         """The shift of the middle of the flange's places, and the turn."""
-        bump, apart = self._bump(run), run.robot.forward(run.q)[:, :3, 3].mean(axis=0)
+        bump, apart = self._bump(run), run.arm.forward(run.q)[:, :3, 3].mean(axis=0)
         shift = bump[:3, :3] @ apart + bump[:3, 3] - apart
         names = ("x", "y", "z", "turn_x", "turn_y", "turn_z", "moment")
         turn = self.size * np.array(self.way[3:])
@@ -50,7 +50,7 @@ class YieldingFloor(FaultModel, effect="base_compliance", sizes=(2e-4, 3e-3), lo
 
     def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
         """Tilted about the foot, by `size` [rad] under the largest moment of the run."""
-        moment = run.overturning()
+        moment = run.arm.overturning(run.q, run.payload_kg)
         load = moment / max(1e-9, float(np.linalg.norm(moment, axis=1).max()))
         load = load * (1.0 + self.pulled * np.tanh(3.0 * load)) * [1.0 + self.softer, 1.0 - self.softer, 0.0]
         return np.asarray(pose(exp_so3(self.size * load), np.zeros(3)) @ T_base_flange)
