@@ -16,7 +16,6 @@ from typing import Any
 import vl_convert
 
 from robolaser import load_comparison
-from robolaser.benchmark.problem import CALIBRATION
 from robolaser.benchmark.standings.ranking import standings
 from robolaser.report.chart import CONFIG
 from robolaser.report.comparison.page import solved
@@ -100,7 +99,7 @@ def main() -> None:
 def picture(part: str) -> str:
     """The ECDF of running times from the report, with the colours of its light style."""
     comparison = load_comparison(FOLDER / part).benchmark
-    drawn = solved(comparison, standings(comparison, CALIBRATION), "Targets reached by evaluations")
+    drawn = solved(comparison, standings(comparison, "calibration"), "Targets reached by evaluations")
     assert drawn is not None
     style = files("robolaser").joinpath("report/templates/style.css").read_text()
     colours = dict(reversed(re.findall(r"(--[\w-]+): (#\w+)", style)))  # the first of each are the light ones

@@ -78,7 +78,10 @@ def compare(
     if folder is not None:
         refuse_to_mix(folder, resume=resume, force=force)
     plan = BenchmarkPlan.of(problems, algorithms, terms)
-    with _journal(folder, _inputs(problems), resume=resume, force=force) as journal:
+    given = problems.values() if isinstance(problems, Mapping) else problems
+    paths = [Path(one.removeprefix("reduced:")) for one in given if isinstance(one, str)]
+    inputs = [path for path in paths if path.is_dir()]
+    with _journal(folder, inputs, resume=resume, force=force) as journal:
         planned, why = plan.to_dict(), ""
         try:
             with (
@@ -154,12 +157,6 @@ def _journal(folder: Path | None, inputs: Sequence[Path], *, resume: bool, force
         if not resume:
             (folder / NAME).unlink(missing_ok=True)
         yield Journal(folder / NAME)
-
-
-def _inputs(problems: Sequence[object] | Mapping[str, object]) -> list[Path]:
-    given = problems.values() if isinstance(problems, Mapping) else problems
-    paths = [Path(one.removeprefix("reduced:")) for one in given if isinstance(one, str)]
-    return [path for path in paths if path.is_dir()]
 
 
 def refuse_to_mix(folder: Path, *, resume: bool, force: bool) -> None:

@@ -9,7 +9,7 @@ from typing import Any, Self, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.benchmark.problem import INFEASIBLE, BenchmarkProblem
 from robolaser.errors import BenchmarkError
 
@@ -44,6 +44,13 @@ class ConvergenceTrace:
         reached = at < len(self.costs)
         at = np.where(reached, at, 0)
         return np.where(reached, self.evaluations[at], np.inf), np.where(reached, self.seconds[at], np.inf)
+
+
+def not_dominated(F: Array) -> Bools:
+    """Which of candidates' objectives (c, m) nothing dominates, (c,)."""
+    import moocore  # noqa: PLC0415 - only several objectives need it
+
+    return np.asarray(moocore.is_nondominated(F))
 
 
 @final
@@ -223,15 +230,11 @@ class BudgetedEvaluator:
 
     def _extend(self, rows: Ints, x: Any, F: Array) -> None:
         """Add candidates to the archive, as far as nothing dominates them."""
-        import moocore  # noqa: PLC0415 - only several objectives need it
-
         if not len(rows):
             return
-        both, both_x = (
-            np.concatenate([self._front, F[rows]]),
-            np.concatenate([self.x, x[rows]]) if len(self.x) else x[rows],
-        )
-        kept = moocore.is_nondominated(both)
+        both = np.concatenate([self._front, F[rows]])
+        both_x = np.concatenate([self.x, x[rows]]) if len(self.x) else x[rows]
+        kept = not_dominated(both)
         known, now = len(self._front), self.seconds()
         new = rows[np.flatnonzero(kept[known:])]
         self._note([(self._evaluations + int(i) + 1, now, F[i].tolist()) for i in new])

@@ -38,12 +38,9 @@ class WorkerLost(BenchmarkError):
 def engine_of(
     jobs: int | None = None, scheduler: str | None = None, *, time_limit_s: float | None = None
 ) -> Iterator[Engine]:
-    """Processes of this machine, one on each core by default, or the workers of a Dask cluster.
+    """Processes of this machine, one on each core by default, or the workers of a Dask cluster at tcp://HOST:PORT.
 
-    Args:
-        jobs: Calls at a time on this machine.
-        scheduler: Address of a Dask cluster, tcp://HOST:PORT.
-        time_limit_s: A process of this machine that takes longer for one call is killed.
+    A process of this machine that takes longer than the time limit for one call is killed.
 
     Raises:
         BenchmarkError: The cluster does not answer, has no workers, or has other versions of packages.
@@ -79,9 +76,7 @@ def engine_of(
 class Processes(Executor):
     """One process for each of several threads: what dies or hangs takes no other call with it.
 
-    Args:
-        workers: Processes.
-        time_limit_s: After which a process is killed, a call; None: never.
+    A process that takes longer than the time limit for a call is killed; None: never.
     """
 
     def __init__(self, workers: int, time_limit_s: float | None = None) -> None:

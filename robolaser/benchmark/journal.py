@@ -26,8 +26,7 @@ FORMAT = "robolaser-runs/1"
 class Journal:
     """The runs of a comparison, with all that is needed to rank them.
 
-    Args:
-        path: The file, created with the first line; None: in memory.
+    The file is created with the first line; without a path they are in memory.
 
     Raises:
         BenchmarkError: The file is not such a journal.

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.benchmark.evaluator import ConvergenceTrace
-from robolaser.benchmark.problem import CALIBRATION, SEVERAL, THEORY, ProblemSummary
+from robolaser.benchmark.evaluator import ConvergenceTrace, not_dominated
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.run import BenchmarkRun
 
 LOWER = 1e-9  # a solver has improved the best known cost only if it is lower by more than this share
@@ -30,7 +30,7 @@ CHUNK = 256
 
 def tolerances(family: str, target: float | None) -> Array:
     """Targets of a family of problems, falling, the one that solvers are ranked by among them."""
-    usual = {CALIBRATION: RELATIVE, SEVERAL: FRONTS}.get(family, ABSOLUTE)
+    usual = {"calibration": RELATIVE, "several objectives": FRONTS}.get(family, ABSOLUTE)
     wanted = TOLERANCE if target is None else target
     if np.isclose(usual, wanted, rtol=1e-6, atol=0.0).any():
         return usual
@@ -51,9 +51,10 @@ def measured(problem: ProblemSummary, runs: Sequence[BenchmarkRun]) -> tuple[Pro
 def _by_fronts(problem: ProblemSummary, runs: Sequence[BenchmarkRun]) -> tuple[ProblemSummary, list[BenchmarkRun]]:
     found = [run.trace.costs for run in runs if len(run.trace.costs)]
     if problem.front is not None:
-        best, by = np.asarray(problem.front, np.float64), THEORY
+        best, by = np.asarray(problem.front, np.float64), "theory"
     elif found:
-        best, by = _non_dominated(np.concatenate(found)), TOGETHER
+        every = np.concatenate(found)
+        best, by = every[not_dominated(every)], TOGETHER
     else:
         return problem, list(runs)
     extent = np.where((width := np.ptp(best, axis=0)) > 0, width, 1.0)
@@ -75,12 +76,6 @@ def _igd_plus(trace: ConvergenceTrace, best: Array, extent: Array) -> Convergenc
     return ConvergenceTrace(trace.evaluations[kept], trace.seconds[kept], course[kept])
 
 
-def _non_dominated(F: Array) -> Array:
-    import moocore  # noqa: PLC0415 - only several objectives need it
-
-    return np.asarray(F[moocore.is_nondominated(F)])
-
-
 def attainment(runs: Sequence[BenchmarkRun]) -> Array:
     """What half of the runs, as they were made, attained or dominated, (k, m); (0, 0) if half of them found nothing.
 
@@ -88,7 +83,7 @@ def attainment(runs: Sequence[BenchmarkRun]) -> Array:
     """
     import moocore  # noqa: PLC0415 - only several objectives need it
 
-    fronts = [_non_dominated(run.trace.costs) for run in runs if len(run.trace.costs)]
+    fronts = [costs[not_dominated(costs)] for run in runs if len(costs := run.trace.costs)]
     if not fronts or 2 * len(fronts) < len(runs):
         return np.empty((0, 0))
     of_run = np.repeat(np.arange(len(fronts)), [len(front) for front in fronts])

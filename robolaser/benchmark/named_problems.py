@@ -17,17 +17,7 @@ from robolaser.algorithms.registry import reference_directions
 from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.algorithms.user_code import by_name, imported, made, named, title_of
 from robolaser.arrays import Array
-from robolaser.benchmark.problem import (
-    CALIBRATION,
-    OUR_OWN,
-    OWN,
-    SEVERAL,
-    TEST_FUNCTION,
-    THEORY,
-    BenchmarkProblem,
-    ProblemSpec,
-    ProblemSummary,
-)
+from robolaser.benchmark.problem import BenchmarkProblem, Family, ProblemSpec, ProblemSummary
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly
 from robolaser.errors import BenchmarkError, RobolaserError, UsageError, near
@@ -139,13 +129,13 @@ def _of_model(name: str, question: Any, variables: str, lowest: float | None = N
         name,
         f"{arm}, {len(dataset.points)} points in {len(set(dataset.points.pose.tolist()))} poses,"
         f" {question.n_var} {variables}",
-        CALIBRATION,
+        "calibration",
         question.n_var,
         1,
         "m²" if model.blocks.unit == "m" else f"{model.blocks.unit}²",
         floor=NEGLIGIBLE_M2 * len(dataset.points),
         lowest=lowest,
-        found_by=OUR_OWN,
+        found_by="robolaser's own search",
     )
     return BenchmarkProblem(summary, question, lambda x: model.residuals(completed(x)).reshape(len(x), -1), model)
 
@@ -169,7 +159,7 @@ def _function(text: str, name: str) -> ProblemSpec:
         others = "".join(f":{key}={value}" for key, value in settings.items() if key != "n_var")
         text = f"{suite}{function}-{dimension}{others}"
     make = partial(_pymoos if suite == PYMOO else _bbobs, text, function, settings)
-    return _checked(name or text, partial(_built, name or text, make, TEST_FUNCTION))
+    return _checked(name or text, partial(_built, name or text, make, "test function"))
 
 
 def _own(given: object, name: str) -> ProblemSpec:
@@ -182,7 +172,7 @@ def _own(given: object, name: str) -> ProblemSpec:
         spec, found = AlgorithmSpec(name, name), given
     if callable(found) and not isinstance(found, Problem):
         found = made(spec, found, spec.settings)
-    return _checked(name, partial(_built, name, partial(copy.deepcopy, found), OWN))
+    return _checked(name, partial(_built, name, partial(copy.deepcopy, found), "own problem"))
 
 
 def _checked(name: str, make: Callable[[], BenchmarkProblem]) -> ProblemSpec:
@@ -195,12 +185,8 @@ def _checked(name: str, make: Callable[[], BenchmarkProblem]) -> ProblemSpec:
     return ProblemSpec(name, (make,))
 
 
-def _built(name: str, make: Callable[[], Any], family: str) -> BenchmarkProblem:
-    """A pymoo problem with what it says of itself.
-
-    Raises:
-        UsageError: It is no pymoo problem with bounds, or changes with time.
-    """
+def _built(name: str, make: Callable[[], Any], family: Family) -> BenchmarkProblem:
+    """A pymoo problem with what it says of itself; it has bounds and does not change with time."""
     problem = make()
     if not isinstance(problem, Problem):
         raise UsageError(
@@ -216,7 +202,7 @@ def _built(name: str, make: Callable[[], Any], family: str) -> BenchmarkProblem:
     many = (f"{count} {noun}" for count, noun in counted if count > (noun == "objectives"))
     known, lowest, front = _front(problem), getattr(problem, "lowest", None), None
     if problem.n_obj > 1:
-        family, lowest, front = SEVERAL, None, known
+        family, lowest, front = "several objectives", None, known
     elif lowest is None and known is not None:
         lowest = known.min()
     summary = ProblemSummary(
@@ -227,7 +213,7 @@ def _built(name: str, make: Callable[[], Any], family: str) -> BenchmarkProblem:
         problem.n_obj,
         lowest=None if lowest is None else float(lowest),
         front=None if front is None else front.tolist(),
-        found_by="" if lowest is None else THEORY,
+        found_by="" if lowest is None else "theory",
     )
     return BenchmarkProblem(summary, problem)
 

@@ -78,8 +78,8 @@ class BenchmarkPlan:
         """Find problems and algorithms, and look at each problem: is it noisy, is it slow?
 
         Raises:
-            UsageError: There is no such problem, algorithm or setting, or a problem cannot be compared on.
-            BenchmarkError, DataError: A problem cannot be built.
+            UsageError: There is no such problem, algorithm or setting, or one cannot be compared on or pickled.
+            BenchmarkError, DataError, DependencyMissing: A problem cannot be built, or cloudpickle is not installed.
         """
         if not problems or not algorithms:
             raise UsageError("compare: expected at least one problem and one algorithm.")
@@ -149,12 +149,7 @@ def _planned(spec: ProblemSpec, terms: Terms) -> tuple[BenchmarkProblem, RunLimi
 
 
 def _pickled(thing: Any, name: str) -> bytes:
-    """Pickle a thing; what lies in `__main__` or cannot be found by a name goes by value.
-
-    Raises:
-        UsageError: It cannot be pickled.
-        DependencyMissing: It needs cloudpickle, which is not installed.
-    """
+    """Pickle a thing; what lies in `__main__` or cannot be found by a name goes by value, with cloudpickle."""
     try:
         found = pickle.dumps(thing)
         if b"__main__" not in found:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, Literal, final
 
 import numpy as np
 
@@ -14,9 +14,7 @@ if TYPE_CHECKING:
 INFEASIBLE = 1e30
 """To an algorithm that knows no constraints, a candidate that violates them costs so many times (1 + its violation)."""
 EQUAL = 1e-4  # an equality constraint is kept within this, as in pymoo
-CALIBRATION, TEST_FUNCTION, OWN, SEVERAL = "calibration", "test function", "own problem", "several objectives"
-"""Families of problems; only problems of one family are ranked together."""
-THEORY, OUR_OWN = "theory", "robolaser's own search"  # who found the lowest cost, where no run did
+Family = Literal["calibration", "test function", "own problem", "several objectives"]  # are ranked together
 
 
 @final
@@ -26,7 +24,7 @@ class ProblemSummary:
 
     name: str
     title: str  # a description for a person
-    family: str
+    family: Family
     dimension: int
     objectives: int
     unit: str = ""  # of the cost
@@ -35,7 +33,7 @@ class ProblemSummary:
     floor: float | None = None  # where the cost has a natural zero: what can be neglected; targets are relative then
     lowest: float | None = None  # the lowest cost, where it is known before any run
     front: Any = None  # the best front, where theory knows it, rows of objectives
-    found_by: str = ""  # a solver's name, or `THEORY`, `OUR_OWN` or, of fronts, all runs together
+    found_by: str = ""  # a solver's name, "theory", "robolaser's own search" or, of fronts, "all runs together"
     best: float = np.inf  # the lowest cost known; of several objectives IGD+ of the best front, 0
     fingerprint: str = ""
 

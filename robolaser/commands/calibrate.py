@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Count, ResultFlag, Seed, Terminal, Typed, refuse
+from robolaser.commands.terminal import RESULT, Count, ResultFlag, Seed, Terminal, Typed, refuse
 from robolaser.errors import Interrupted, OutputError
 
 
@@ -22,7 +22,7 @@ def calibrate(
     seed: Seed = 1,
     resume: ResultFlag = False,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
     """Estimate the parameters of sensor, mount, base, target, tool or sockets from measurements.
@@ -44,23 +44,18 @@ def calibrate(
         resume: Continue a stopped search.
         force: Overwrite an earlier result.
     """
+    from robolaser import api
     from robolaser.algorithms.registry import POLISH_ONLY, SCREENING
     from robolaser.calibration.calibrate import calibrate as find
     from robolaser.calibration.plan import GENERATIONS, Plan
     from robolaser.calibration.pymoo_search import CHECKPOINT
-    from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
-    from robolaser.motion.log import MotionLog
-    from robolaser.motion.reading import is_motion, load_motion
+    from robolaser.motion.reading import is_motion
     from robolaser.results.calibration import CALIBRATION_FILES, CalibrationResult
+    from robolaser.results.motion import MOTION_CALIBRATION_FILES
 
-    files: tuple[str, ...] = CALIBRATION_FILES
     is_stopped = (output / CHECKPOINT).exists()
     if moves := is_motion(dataset):
-        from robolaser.motion.calibration import calibrate_motion
-        from robolaser.results.motion import MOTION_CALIBRATION_FILES, MotionCalibrationResult
-
-        files = MOTION_CALIBRATION_FILES
         idle = {"--algorithm": algorithm, "--generations": generations, "--resume": resume, "--no-polish": not polish,
                 "--weights": weights != "plain"}  # fmt: skip
         refuse("A log of a moving arm is fitted by least squares", idle)
@@ -72,23 +67,16 @@ def calibrate(
         terminal.warn(f"--generations has no effect: {algorithm or 'the default search'} has no generations.")
     if resume and not is_stopped:
         terminal.warn(f"--resume has no effect: {output} holds no search that was stopped.")
-    data = load_motion(dataset) if moves else load(dataset)
-    plan = Plan(
-        algorithm=algorithm,
-        polish=polish,
-        weights=weights,
-        effects=effects,
-        seed=seed,
-        generations=generations or GENERATIONS,
-    )
+    data, files = api.load(dataset), MOTION_CALIBRATION_FILES if moves else CALIBRATION_FILES
+    plan = Plan(algorithm, polish, weights, effects, seed=seed, generations=generations or GENERATIONS)
     with results_in(output, command="calibrate", files=files, state=(CHECKPOINT,), inputs=[dataset], force=force):
         try:
             with terminal.progress() as progress:
-                result: CalibrationResult | MotionCalibrationResult
-                if isinstance(data, MotionLog):
-                    result = MotionCalibrationResult(calibrate_motion(data, effects, seed, progress), seed)
-                else:
-                    result = CalibrationResult.of(find(data, plan, state=output, resume=resume, progress=progress))
+                result = (
+                    api.calibrate(data, plan, progress=progress)
+                    if moves
+                    else CalibrationResult.of(find(data, plan, state=output, resume=resume, progress=progress))
+                )
             terminal.warn(*(data.warnings if moves else result.warnings))
             texts = result.files(command=typed)
             write_results(output, texts)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Count, ResultFlag, Seed, Terminal, aligned, say
+from robolaser.commands.terminal import RESULT, Count, ResultFlag, Seed, Terminal, aligned, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def new(
     seed: Seed | None = None,
     truth: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Make data sets with hidden faults.
 
@@ -68,7 +68,6 @@ def new(
     from robolaser.data.result_folder import results_in
     from robolaser.trials import trial
     from robolaser.trials.building import Ranges
-    from robolaser.trials.sealed_truth import truth_beside
 
     usual = Ranges()
     plan = trial.TrialPlan(
@@ -80,7 +79,7 @@ def new(
     sources: list[Robot | Dataset] = [load(path) for path in like]
     sources += [find_robot(name, flange=flange) for name in robot or (() if sources else (USUAL_ARM,))]
     kept = "" if truth is None else f" --truth {truth}"
-    truth = truth or truth_beside(folder)
+    truth = truth or trial.truth_beside(folder)
     if truth.resolve().is_relative_to(folder.resolve()):
         raise UsageError(f"--truth {truth} is in {folder} and would be given away with it. Keep it elsewhere.")
     with results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim, terminal.progress() as tell:
@@ -104,7 +103,7 @@ def score(
     jobs: Count = 1,
     truth: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Score the diagnoses of a trial against the truth.
 
@@ -123,11 +122,10 @@ def score(
     from robolaser.benchmark.executors import Processes
     from robolaser.data.result_folder import json_text, results_in, write_results
     from robolaser.trials import trial
-    from robolaser.trials.sealed_truth import truth_beside, unseal
 
     file = (output or folder) / "score.json"
     with results_in(file.parent, command=SCORE, files=[file.name], force=force) as claim, ExitStack() as stack:
-        truths = unseal(folder, truth or truth_beside(folder))
+        truths = trial.unseal(folder, truth or trial.truth_beside(folder))
         diagnoses = trial.diagnosis_files(folder, truths, file.parent)
         claim(f"{name}/{trial.DIAGNOSIS}" for name, path in diagnoses.items() if not path.exists())
         executor = stack.enter_context(Processes(jobs))

@@ -4,14 +4,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
 
-from robolaser.commands.terminal import TERMINAL, Terminal, say
+from robolaser.commands.terminal import Terminal, say
 
 WIDTH = 110
 Checked = tuple[Mapping[str, object], Sequence[str], Sequence[str]]
 """What was found as JSON, warnings, and lines for people."""
 
 
-def check(dataset: Path, /, *, terminal: Terminal = TERMINAL) -> None:
+def check(dataset: Path, /, *, terminal: Terminal = Terminal()) -> None:
     """List what can be estimated from a data set, and which data are missing for the rest, without a fit.
 
     For example:

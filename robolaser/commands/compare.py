@@ -1,23 +1,13 @@
 """robolaser compare: algorithms side by side."""
 
 from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
 from robolaser.benchmark import BUDGET, SEEDS, TIME_LIMIT_S
-from robolaser.commands.terminal import (
-    RESULT,
-    TERMINAL,
-    Count,
-    PositiveOption,
-    ResultFlag,
-    Terminal,
-    Typed,
-    ended_as_by_hand,
-)
+from robolaser.commands.terminal import RESULT, Count, PositiveOption, ResultFlag, Terminal, Typed, ended_as_by_hand
 from robolaser.errors import BenchmarkError, UsageError
 
 if TYPE_CHECKING:
@@ -41,7 +31,7 @@ def compare(
     latex: ResultFlag = False,
     resume: ResultFlag = False,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
     """Run algorithms side by side and say which is better, by how much, and how certain that is.
@@ -125,8 +115,6 @@ def _write(
     from robolaser.benchmark.export import iohprofiler_files
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.comparison.latex import FILE, latex_tables
-    from robolaser.report.comparison.page import document
-    from robolaser.report.console import print_document
     from robolaser.results.comparison import ComparisonResult
 
     compared = ComparisonResult(result)
@@ -137,5 +125,4 @@ def _write(
         files[FILE] = latex_tables(result, compared.standings)
     with results_in(folder, command="compare", files=list(files), force=True):
         write_results(folder, files)
-    shown = partial(document, result, compared.standings, brief=True)
-    terminal.show(str(files["comparison.json"]), lambda: print_document(shown(), folder))
+    terminal.show(str(files["comparison.json"]), lambda: compared.print(folder))

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, ResultFlag, Seed, Terminal, Typed, refuse
+from robolaser.commands.terminal import RESULT, ResultFlag, Seed, Terminal, Typed, refuse
 
 
 def diagnose(
@@ -17,7 +17,7 @@ def diagnose(
     validate: Annotated[tuple[Path, ...], Parameter(metavar="DATASET")] = (),
     seed: Seed = 1,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
     """Find out why the robot deviates from its model: where, through which effects, and by how much.

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, ResultFlag, Terminal, Typed
+from robolaser.commands.terminal import RESULT, ResultFlag, Terminal, Typed
 
 FILES = ("diff.json", "report.html")
 
@@ -18,7 +18,7 @@ def diff(
     *,
     output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
     """Show two calibrations, or two diagnoses, side by side.

@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.terminal import TERMINAL, Seed, Terminal
+from robolaser.commands.terminal import Seed, Terminal
 
 FASTEST = 1000.0
 
@@ -19,7 +19,7 @@ def emulate(
     time_scale: Annotated[float, Parameter(metavar="N", validator=Number(gt=0, lte=FASTEST))] = 1.0,
     seed: Seed = 1,
     faults: Annotated[tuple[str, ...], Parameter(name="--fault", metavar="KIND[:AMOUNT][@WHEN]")] = (),
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Serve an emulated cell: the arm's serial line and the camera, with faults on demand.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, ResultFlag, Terminal, say
+from robolaser.commands.terminal import RESULT, ResultFlag, Terminal, say
 from robolaser.errors import DataError
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def export(
     output: Annotated[Path, Parameter(metavar="FILE", group=RESULT)],
     replay: Annotated[Path | None, Parameter(metavar="LOG")] = None,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Write a result into a copy of your own URDF, MJCF or LeRobot calibration; everything else in it is unchanged.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, ResultFlag, Terminal, say
+from robolaser.commands.terminal import RESULT, ResultFlag, Terminal, say
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
@@ -22,7 +22,7 @@ def extract(
     *,
     output: Annotated[Path | None, Parameter(metavar="DATASET", group=RESULT)] = None,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Detect board and laser stripe, or a camera's target, in a recording's images, and write points.csv.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, final
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.terminal import RESULT, TERMINAL, ResultFlag, Terminal, aligned, refuse, say
+from robolaser.commands.terminal import RESULT, ResultFlag, Terminal, aligned, refuse, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -80,18 +80,8 @@ class TableOptions:
     ordered: bool = False
 
 
-NO_ROBOT, AS_FOUND = RobotOptions(), TableOptions()
-
-
-@final
-@dataclass(frozen=True)
-class Read:
-    """What was read, before it is written."""
-
-    files: Sequence[str]  # names of what is written
-    write: Callable[[Path], None]  # into a folder
-    result: dict[str, object]  # as JSON
-    sentence: str  # for people
+# what was read: names of the files that are to be written, what writes them into a folder, JSON, and a sentence
+Read = tuple[Sequence[str], Callable[[Path], None], dict[str, object], str]
 
 
 def import_files(
@@ -100,15 +90,15 @@ def import_files(
     *,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
     kind: Annotated[str | None, Parameter(metavar="NAME")] = None,
-    robot: RobotOptions = NO_ROBOT,
+    robot: RobotOptions = RobotOptions(),
     path: Literal["consecutive", "unknown"] = "consecutive",
     sensor: Annotated[str, Parameter(metavar="KIND")] = "point",
-    tables: TableOptions = AS_FOUND,
+    tables: TableOptions = TableOptions(),
     further: Annotated[tuple[str, ...], Parameter(name="--set", metavar="NAME=VALUE")] = (),
     extract: ResultFlag = False,
     dry_run: ResultFlag = False,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Convert your files to a data set; shows how each column is read before anything is written.
 
@@ -145,17 +135,16 @@ def import_files(
         idle = {"--euler": tables.euler, "--point": tables.point, "--ordered": tables.ordered, "--extract": extract,
                 "--kind": kind}  # fmt: skip
         refuse("These are logs of a moving arm", idle)
-        read = _motion(sources, options, terminal)
+        files, write, result, sentence = _motion(sources, options, terminal)
     else:
-        read = _measured(sources, kind, options, terminal, extract=extract, dry_run=dry_run)
+        asked = {"extract": extract, "dry_run": dry_run}
+        files, write, result, sentence = _measured(sources, kind, options, terminal, **asked)
     if not dry_run:
         inputs = [*sources, *(file for file in [Path(robot.robot or "")] if file.is_file())]
-        with results_in(output, command="import", files=read.files, inputs=inputs, force=force):
-            read.write(output)
+        with results_in(output, command="import", files=files, inputs=inputs, force=force):
+            write(output)
     ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
-    terminal.show(
-        {"dataset": None if dry_run else str(output), **read.result}, lambda: say(f"{read.sentence}. {ended}")
-    )
+    terminal.show({"dataset": None if dry_run else str(output), **result}, lambda: say(f"{sentence}. {ended}"))
 
 
 def _options(robot: RobotOptions, tables: TableOptions) -> "ImportOptions":
@@ -210,7 +199,7 @@ def _measured(
         "warnings": warnings,
     }
     files = (*files_of(imported.dataset), *imported.images)
-    return Read(files, imported.write, result, f"{rows} points in {number} poses")
+    return files, imported.write, result, f"{rows} points in {number} poses"
 
 
 def _motion(sources: Sequence[Path], options: "ImportOptions", terminal: Terminal) -> Read:
@@ -225,7 +214,7 @@ def _motion(sources: Sequence[Path], options: "ImportOptions", terminal: Termina
     terminal.print("\n".join(f"{column}: {source}" for column, source in columns.items()))
     result = {"rows": len(log), "series": len(log.series), "columns": columns}
     sentence = f"{len(log)} rows in {len(log.series)} series of {options.robot.name}"
-    return Read(MOTION_FOLDER, lambda folder: write_results(folder, dict(motion_texts(log))), result, sentence)
+    return MOTION_FOLDER, lambda folder: write_results(folder, dict(motion_texts(log))), result, sentence
 
 
 def _with_points(imported: "Imported", terminal: Terminal) -> "Imported":

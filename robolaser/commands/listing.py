@@ -3,14 +3,11 @@
 from collections.abc import Iterable
 from typing import Literal
 
-from robolaser.commands.terminal import TERMINAL, Terminal, aligned, say
+from robolaser.commands.terminal import Terminal, aligned, say
 
 
 def list_family(
-    family: Literal["robots", "effects", "algorithms", "sensors", "importers"],
-    /,
-    *,
-    terminal: Terminal = TERMINAL,
+    family: Literal["robots", "effects", "algorithms", "sensors", "importers"], /, *, terminal: Terminal = Terminal()
 ) -> None:
     """Show the available robots, effects, algorithms, sensors or importers.
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Count, ResultFlag, Terminal, say
+from robolaser.commands.terminal import RESULT, Count, ResultFlag, Terminal, say
 
 new = App("new", help="Write a new cell: its files, a board to print, and plans of poses and motions.")
 
@@ -20,7 +20,7 @@ def cell(
     poses: Count = 20,
     output: Annotated[Path | None, Parameter(metavar="CELL", group=RESULT)] = None,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Write a cell for a known arm: its files, a board to print, plans of poses and motions, and the next steps.
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import NO_NOISE, TERMINAL, Count, NoiseOptions, Seed, Terminal, refuse
+from robolaser.commands.terminal import Count, NoiseOptions, Seed, Terminal, refuse
 from robolaser.data.sensor_format import Mount
 from robolaser.errors import DataError, UsageError, near
 
@@ -22,9 +22,9 @@ def plan(
     sensor: Annotated[str | None, Parameter(metavar="KIND")] = None,
     mount: Mount = "flange",
     points: Count | None = None,
-    noise: NoiseOptions = NO_NOISE,
+    noise: NoiseOptions = NoiseOptions(),
     seed: Seed = 1,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Show which effects could be detected and distinguished at planned poses or in planned motions.
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, final
 from cyclopts import Group, Parameter
 from cyclopts.validators import mutually_exclusive
 
-from robolaser.commands.terminal import TERMINAL, Count, PositiveOption, Seed, Terminal, ended_as_by_hand, say
+from robolaser.commands.terminal import Count, PositiveOption, Seed, Terminal, ended_as_by_hand, say
 from robolaser.errors import PlanError, UsageError
 
 if TYPE_CHECKING:
@@ -99,14 +99,11 @@ class RouteOptions:
         return both_ways(waypoints, run_up) if self.both_ways else waypoints
 
 
-NOWHERE = RouteOptions()
-
-
 def record(
     cell: Path,
     /,
     *,
-    route: RouteOptions = NOWHERE,
+    route: RouteOptions = RouteOptions(),
     port: Annotated[str | None, Parameter(metavar="URL")] = None,
     camera: Annotated[str | None, Parameter(metavar="SOURCE")] = None,
     diagnose: bool = False,
@@ -116,7 +113,7 @@ def record(
     resume: Annotated[bool, Parameter(group=THERE)] = False,
     force: Annotated[bool, Parameter(group=THERE)] = False,
     confirm_position: bool = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Drive a cell's arm from pose to pose and take images; nothing moves without --move.
 

@@ -26,9 +26,9 @@ class RunningDiagnosis:
     """
 
     def __init__(self, folder: Path, show: Callable[[str], None]) -> None:
-        self._show = show
-        self._engine = ProcessPoolExecutor(1, get_context("spawn"), initializer=_leave_ctrl_c_to_the_arm)
-        self._answer = partial(answer, folder)
+        self._show, self._folder = show, folder
+        ctrl_c_is_the_arms = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)
+        self._engine = ProcessPoolExecutor(1, get_context("spawn"), initializer=ctrl_c_is_the_arms)
         self._asked: Future[str] | None = None
         self._is_current = True
         self.latest = ""
@@ -53,7 +53,7 @@ class RunningDiagnosis:
 
     def _ask(self) -> None:
         with suppress(BrokenProcessPool):  # the recording goes on without it; the last answer said why
-            self._asked = self._engine.submit(self._answer)
+            self._asked = self._engine.submit(answer, self._folder)
 
     def _take(self) -> None:
         if self._asked is None:
@@ -67,13 +67,8 @@ class RunningDiagnosis:
         self.latest = text
 
 
-def _leave_ctrl_c_to_the_arm() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
 _SHOWN: defaultdict[Path, dict[object, Any]] = defaultdict(dict)
-_FOUND: dict[Path, Any] = {}
-"""What a process knows of a recording: what its images showed, and the last diagnosis."""
+_FOUND: dict[Path, Any] = {}  # what a process knows of a recording: what its images showed, and the last diagnosis
 
 
 def answer(folder: Path) -> str:

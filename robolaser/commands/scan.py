@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, final
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.terminal import RESULT, TERMINAL, PositiveOption, ResultFlag, Terminal, Typed
+from robolaser.commands.terminal import RESULT, PositiveOption, ResultFlag, Terminal, Typed
 from robolaser.errors import Interrupted, UsageError
 
 if TYPE_CHECKING:
@@ -24,12 +24,7 @@ SIDE = re.compile(r"([^:]*):([^:]*)")
 LEAST_STEP_M = 1e-3  # a few times the distance at which points still count as on a plane
 
 
-def cloud_file(_: Any, path: Path) -> None:
-    """Check the name of a cloud.
-
-    Raises:
-        ValueError: It is no name of a cloud.
-    """
+def _cloud_file(_: Any, path: Path) -> None:
     if path.suffix.lower() not in ENDINGS:
         raise ValueError(f"Expected a name that ends with {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}.")
 
@@ -84,23 +79,20 @@ class PointOptions:
         return map(with_colours, pieces) if self.colour else pieces
 
 
-ALL_POINTS = PointOptions()
-
-
 def scan(
     calibration: Path,
     recording: Path,
     /,
     *more: Path,
-    output: Annotated[Path, Parameter(metavar="CLOUD.ply", group=RESULT, validator=cloud_file)],
+    output: Annotated[Path, Parameter(metavar="CLOUD.ply", group=RESULT, validator=_cloud_file)],
     nominal: bool = False,
-    kept: PointOptions = ALL_POINTS,
+    kept: PointOptions = PointOptions(),
     plane: bool = False,
     step: Annotated[float | None, Parameter(metavar="HEIGHT_M", validator=Number(gte=LEAST_STEP_M))] = None,
     sphere: Annotated[PositiveOption | None, Parameter(metavar="RADIUS_M")] = None,
     report: ResultFlag = False,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
     """Convert a recording to a point cloud with a calibrated scanner.

@@ -5,18 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import (
-    NO_NOISE,
-    RESULT,
-    TERMINAL,
-    Count,
-    NoiseOptions,
-    ResultFlag,
-    Seed,
-    Terminal,
-    refuse,
-    say,
-)
+from robolaser.commands.terminal import RESULT, Count, NoiseOptions, ResultFlag, Seed, Terminal, refuse, say
 from robolaser.data.sensor_format import Mount
 
 
@@ -31,12 +20,12 @@ def simulate(
     points: Count | None = None,
     repeats: Count = 1,
     sessions: Count = 1,
-    noise: NoiseOptions = NO_NOISE,
+    noise: NoiseOptions = NoiseOptions(),
     unplaced: bool = False,
     effects: Annotated[tuple[str, ...], Parameter(name="--effect", metavar="NAME[:WHERE]=SIZE")] = (),
     seed: Seed = 1,
     force: ResultFlag = False,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Simulate a data set with noise and effects of your choice.
 

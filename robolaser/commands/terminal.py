@@ -98,9 +98,6 @@ class Terminal:
             yield tell
 
 
-TERMINAL = Terminal()  # text on standard output, progress on a terminal
-
-
 @final
 @Parameter(name="*", group=Group("Noise, one standard deviation", sort_key=0))
 @dataclass(frozen=True)
@@ -125,9 +122,6 @@ class NoiseOptions:
     def typed(self) -> dict[str, float]:
         """Those that were typed."""
         return {name: value for name, value in vars(self).items() if value is not None}
-
-
-NO_NOISE = NoiseOptions()
 
 
 def refuse(why: str, options: Mapping[str, object]) -> None:

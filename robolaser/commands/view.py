@@ -1,20 +1,22 @@
 """robolaser view: a cell in the browser."""
 
 import webbrowser
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import TERMINAL, Port, Terminal, say
+from robolaser.commands.terminal import Port, Terminal, say
 from robolaser.errors import DataError, UsageError
 
 if TYPE_CHECKING:
+    from robolaser.arrays import Array
     from robolaser.data.cell_config import Cell
     from robolaser.data.dataset import Dataset
     from robolaser.report.cell_poses import CellPoses
-    from robolaser.report.viewer.scene import CollisionScene
+    from robolaser.report.viewer.scene import SceneNode
 
 
 def view(
@@ -26,7 +28,7 @@ def view(
     cell: Annotated[Path | None, Parameter(metavar="CELL")] = None,
     port: Port | None = None,
     browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
-    terminal: Terminal = TERMINAL,
+    terminal: Terminal = Terminal(),
 ) -> None:
     """Show robot, sensor, target and points in the browser.
 
@@ -47,9 +49,8 @@ def view(
     from robolaser.data.loading import load
     from robolaser.model.sensors.stripe import SCANNER
     from robolaser.report.viewer.cells import nominal_cell
-    from robolaser.report.viewer.scene import ShownCell
+    from robolaser.report.viewer.scene import ShownCell, downsampled
     from robolaser.report.viewer.serving import ViewerApp
-    from robolaser.report.viewer.shapes import downsampled
     from robolaser.scan.ply import map_ply
 
     stated = None if cell is None else load_cell(cell)
@@ -111,11 +112,11 @@ def _planned(cell: "Cell", poses: Path) -> "Dataset":
     return replace(cell.description, poses=Poses(tuple(waypoint.name for waypoint in waypoints), q=q))
 
 
-def _collisions(cell: "Cell", data: "Dataset") -> "CollisionScene":
-    """What an arm like that of a data set could hit in a cell."""
+def _collisions(cell: "Cell", data: "Dataset") -> "Callable[[Array], tuple[str, tuple[SceneNode, ...]]]":
+    """What an arm like that of a data set hits in a cell, by its joint values."""
     from robolaser.cell.plan_validation import RouteCheck
-    from robolaser.report.viewer.scene import CollisionScene
+    from robolaser.report.viewer.scene import collision_shapes
 
     if data.robot is None or data.robot.joints != cell.robot.joints or data.poses.q is None:
         raise UsageError(f"The data set's joints are not those of --cell ({', '.join(cell.robot.joints)}).")
-    return CollisionScene(RouteCheck.of(cell).bodies, cell.limits.margin_m)
+    return partial(collision_shapes, RouteCheck.of(cell).bodies, cell.limits.margin_m)

@@ -7,7 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.trials.synthetic.arm import ScrewArm
+from robolaser.robot.kinematics import Robot
 
 STEP_S: Final = 0.005
 SHORTEST_LAG_S: Final = 1e-4
@@ -22,10 +22,10 @@ class ServoLoop:
     Faults are sizes by name and joint; the arm's weight makes joints sink.
     """
 
-    def __init__(self, arm: ScrewArm, faults: Mapping[tuple[str, str], float]) -> None:
+    def __init__(self, arm: Robot, faults: Mapping[tuple[str, str], float]) -> None:
         self._arm = arm
         delay, lag, self._dead, self._droop = (
-            np.array([faults.get((name, joint), 0.0) for joint in arm.robot.joints]) for name in SERVO_FAULTS
+            np.array([faults.get((name, joint), 0.0) for joint in arm.joints]) for name in SERVO_FAULTS
         )
         self._share = -np.expm1(-STEP_S / np.maximum(lag, SHORTEST_LAG_S))
         self._late = np.rint(delay / STEP_S).astype(np.int64)
@@ -40,7 +40,7 @@ class ServoLoop:
             self._told.extend([self._q] * (self._told.maxlen or 1))
         if self._now_s + STEP_S > now_s:
             return self._q
-        sinks = self._droop * self._arm.torques(self._q[None], 0.0)[0]
+        sinks = self._droop * self._arm.gravity_torques(self._q)
         while self._now_s + STEP_S <= now_s:
             self._now_s += STEP_S
             self._told.appendleft(command(self._now_s))

@@ -17,49 +17,33 @@ from robolaser.model.sensors.placements import motion, vector
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
-LIGHT_POINTS: Final = 16
-"""Of the stripe, between which the laser plane is filled."""
-DEPTH_M: Final = 0.3
-"""How far the camera's view is drawn."""
+LIGHT_POINTS: Final = 16  # of the stripe, between which the laser plane is filled
+DEPTH_M: Final = 0.3  # how far the camera's view is drawn
 NOTHING: Final = np.empty((0, 3))
 
 
 @final
 @dataclass(frozen=True)
 class CellFrames:
-    """The frames of a cell at one pose, in the base frame.
+    """The frames of a cell at one pose, in the base frame."""
 
-    Attributes:
-        joints: T_base_joint of the chain, base first, (k, 4, 4); none where flange poses were measured.
-        flange: T_base_flange, (4, 4).
-        camera: T_base_camera, (4, 4); None where there is no camera.
-        corners: Points that the corners of the image show, (4, 3) [m].
-        light: The projector and points along the stripe, in order, (1 + p, 3) [m]; none without a laser.
-    """
-
-    joints: Array
-    flange: Array
-    camera: Array | None = None
-    corners: Array | None = None
+    joints: Array  # T_base_joint of the chain, base first, (k, 4, 4); none where flange poses were measured
+    flange: Array  # T_base_flange, (4, 4)
+    camera: Array | None = None  # T_base_camera, (4, 4); None where there is no camera
+    corners: Array | None = None  # points that the corners of the image show, (4, 3) [m]
+    # the projector and points along the stripe, in order, (1 + p, 3) [m]; none without a laser
     light: Array = field(default_factory=lambda: NOTHING)
 
 
 @final
 @dataclass(frozen=True)
 class CellPoses:
-    """The cell in all poses (n), in the base frame [m].
+    """The cell in all poses (n), in the base frame [m]."""
 
-    Attributes:
-        model: Fitted.
-        x: Its parameters.
-        name: What a viewer calls it: "calibrated" or "nominal".
-        is_measured: Whether its points were measured; else they are where a stripe might be seen.
-    """
-
-    model: Model
-    x: Array
-    name: str = "calibrated"
-    is_measured: bool = True
+    model: Model  # fitted
+    x: Array  # its parameters
+    name: str = "calibrated"  # what a viewer calls it: "calibrated" or "nominal"
+    is_measured: bool = True  # whether its points were measured; else they are where a stripe might be seen
 
     @property
     def dataset(self) -> Dataset:
@@ -99,11 +83,9 @@ class CellPoses:
         return self.flange @ placed[0] if self.rides else np.broadcast_to(placed, self.flange.shape)
 
     def joint_frames(self, poses: Ints, q: Array | None = None) -> Array:
-        """T_base_joint, base first, (p, k, 4, 4); none where flange poses were measured.
+        """T_base_joint in some poses (p,), base first, (p, k, 4, 4); none where flange poses were measured.
 
-        Args:
-            poses: Numbers of the poses, (p,): of a long path not all are shown.
-            q: Joint values in the place of those read, (n, j).
+        Joint values (n, j) may take the place of those read.
         """
         robot, q = self.dataset.robot, self.dataset.poses.q if q is None else q
         if robot is None or q is None:
@@ -131,11 +113,7 @@ class CellPoses:
         return np.concatenate([np.zeros(flange.shape), self.joint_frames(poses)[..., :3, 3], flange], axis=1)
 
     def light(self, poses: Ints) -> Array:
-        """The first scanner's projector and points where its stripe falls, (p, 1 + k, 3); empty without a laser.
-
-        Args:
-            poses: Numbers of the poses, (p,).
-        """
+        """The first scanner's projector and its stripe's points in some poses (p,), (p, 1 + k, 3), if it has one."""
         scanners = [block for block in self.model.blocks if block.sensor.has_laser_plane()]
         if not scanners or self.camera is None or self._known is None:
             return np.empty((len(poses), 0, 3))

@@ -23,14 +23,10 @@ FITTED, HELD_OUT, NOISE = "var(--fitted)", "var(--held-out)", "var(--noise)"
 LINES = tuple(f"var(--line-{i})" for i in range(7))
 """Colours of the page's style sheet, which decides on light and dark."""
 
-FAINT = 0.06
-"""Opacity of a series that the legend has switched off."""
+FAINT = 0.06  # opacity of a series that the legend has switched off
 SWITCH: Final[Spec] = {"select": {"type": "point", "fields": ["series"]}, "bind": "legend"}
 """Clicking a legend entry shows that series alone; Shift adds others."""
-ZOOM: Final[Spec] = {
-    "select": {"type": "interval", "zoom": "wheel![event.ctrlKey || event.metaKey]"},
-    "bind": "scales",
-}
+ZOOM: Final[Spec] = {"select": {"type": "interval", "zoom": "wheel![event.ctrlKey || event.metaKey]"}, "bind": "scales"}
 """Dragging moves the view, the wheel with Ctrl zooms, a double click resets."""
 
 CONFIG: Final[Spec] = {
@@ -56,17 +52,11 @@ CONFIG: Final[Spec] = {
 @final
 @dataclass(frozen=True)
 class Chart:
-    """A chart with what to look for in it.
+    """A chart with what to look for in it."""
 
-    Attributes:
-        title: A few words.
-        caption: What it shows and what to look for.
-        spec: In Vega-Lite's language, with its data; its description is for those who cannot see it.
-    """
-
-    title: str
-    caption: str
-    spec: Spec
+    title: str  # a few words
+    caption: str  # what it shows and what to look for
+    spec: Spec  # in Vega-Lite's language, with its data; its description is for those who cannot see it
 
     @property
     def json(self) -> str:

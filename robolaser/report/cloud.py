@@ -6,7 +6,7 @@ from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, equa
 from robolaser.report.digits import measured, millimetres, plain
 from robolaser.report.document import Content, Document, Figure, Figures, Notes, Section, Text, charts
 from robolaser.report.scene import Scene, dots
-from robolaser.report.viewer.shapes import CLEAR, by_height
+from robolaser.report.viewer.scene import CLEAR, by_height
 from robolaser.scan import Scan
 from robolaser.scan.quality import LEVEL, Measured, Quality
 
@@ -23,25 +23,20 @@ BINS = 60
 
 
 def document(scan: Scan, quality: Quality, *, brief: bool = False) -> Document:
-    """The report.
-
-    Args:
-        scan: Done.
-        quality: Of its cloud.
-        brief: Leave out what only a page shows.
-    """
-    warnings = (*scan.warnings, *quality.doubts, *map(str, quality.missing))
-    lines = figures(scan, quality)
+    """The report on a scan that is done; in brief without what only a page shows."""
+    counts, warnings = scan.cloud.counts, (*scan.warnings, *quality.doubts, *map(str, quality.missing))
     return Document(
         scan.recording.name,
         "scanned",
-        heading(scan),
-        lead(quality),
+        f"{counts.points} points from {scan.cloud.what} of {counts.poses} poses, {scan.calibrated.origin}",
+        "The noise of the points is not known."
+        if np.isnan(quality.scatter_m)
+        else f"Noise moves half of the points by less than {millimetres(quality.scatter_m)}.",
         "",
-        [Figures(lines), Text(READING, "quiet")],
+        [Figures(figures(scan, quality)), Text(READING, "quiet")],
         [
             Section("Warnings", [Notes(warnings, "warnings")]),
-            Section("The cloud", [] if brief else _evidence(quality, scan.cloud.counts.points)),
+            Section("The cloud", [] if brief else _evidence(quality, counts.points)),
         ],
     )
 
@@ -53,23 +48,9 @@ def _evidence(quality: Quality, points: int) -> list[Content]:
     return [*([scene] if scene else []), *shown, *left_out]
 
 
-def lead(quality: Quality) -> str:
-    """How far noise moves the points."""
-    if quality.scatter_m != quality.scatter_m:  # NaN
-        return "The noise of the points is not known."
-    return f"Noise moves half of the points by less than {millimetres(quality.scatter_m)}."
-
-
-def heading(scan: Scan) -> str:
-    """What was scanned with what."""
-    counts, source = scan.cloud.counts, scan.cloud.what
-    return f"{counts.points} points from {source} of {counts.poses} poses, {scan.calibrated.origin}"
-
-
 def figures(scan: Scan, quality: Quality) -> list[Figure]:
     """Scatter, error of the calibration, and the bodies that were measured."""
-    counts = scan.cloud.counts
-    known = quality.scatter_m == quality.scatter_m  # not NaN
+    counts, known = scan.cloud.counts, not np.isnan(quality.scatter_m)
     scatter = f"of a point by its noise, median; {LEVEL:.0%} are below {millimetres(quality.most_m)}"
     unknown = "neither stripes nor calibration state the noise of the line centres"
     size = millimetres(quality.scatter_m if known else None)
@@ -77,23 +58,17 @@ def figures(scan: Scan, quality: Quality) -> list[Figure]:
     if scan.calibrated.rms_m is not None:
         error = "error of the calibrated scanner, shared by neighbours"
         shown.append(Figure("", "calibration", millimetres(scan.calibrated.rms_m), error))
-    shown += [Figure("", BODIES[body.what], _size(body), _remark(body)) for body in quality.primitives]
+    for body in quality.primitives:
+        size = millimetres(body.rms_m) if body.size_m is None else measured(body.size_m, body.std_m or 0.0, "m")
+        shown.append(Figure("", BODIES[body.what], size, _remark(body)))
     if left := counts.centres - counts.points:
         why = "no point of the laser plane in front of the camera"
         shown.append(Figure("", "left out", f"{left}", f"of {counts.centres} line centres: {why}"))
     return shown
 
 
-def _size(body: Measured) -> str:
-    if body.size_m is None:
-        return millimetres(body.rms_m)
-    return measured(body.size_m, body.std_m or 0.0, "m")
-
-
 def _remark(body: Measured) -> str:
-    predicted = (
-        f"predicted {millimetres(body.predicted_m)}" if body.predicted_m == body.predicted_m else "none predicted"
-    )
+    predicted = "none predicted" if np.isnan(body.predicted_m) else f"predicted {millimetres(body.predicted_m)}"
     if body.error_m is None or body.known_m is None:
         return f"root mean square; {predicted}; {body.points} of the points used"
     off, _, _ = measured(abs(body.error_m), body.std_m or 0.0, "m").partition(" ±")

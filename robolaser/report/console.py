@@ -37,12 +37,9 @@ def _line(text: str, style: str = "") -> Line:
 
 
 def print_document(document: Document, folder: Path | None = None, *, console: Console | None = None) -> None:
-    """Print a report's answer, figures and the first rows of the tables that matter; plain text unless on a terminal.
+    """Print a report's answer, figures and the first rows of the tables that matter, and in which folder its page is.
 
-    Args:
-        document: The report.
-        folder: Where its page is, if it has one.
-        console: Where to print; standard output by default.
+    It goes to standard output unless another console is given; plain text unless on a terminal.
     """
     out = _plain_unless_terminal(console)
     out.print(_line(f"{document.name}: {document.setting}", "bold"))

@@ -8,12 +8,9 @@ from robolaser.report.chart import FITTED, HELD_OUT, MUTED, Chart, chart, hover,
 from robolaser.report.digits import SIGNIFICANT, human, millimetres, plain
 from robolaser.report.document import Column, Document, Section, Table, TableCell, charts
 
-CLEAR: Final = 3.0
-"""Standard errors from which on a change is no chance among a dozen numbers."""
-MOST: Final = 30
-"""Numbers in the chart, those that changed most."""
-NAMED: Final = 4
-"""Numbers that the first sentence names."""
+CLEAR: Final = 3.0  # standard errors from which on a change is no chance among a dozen numbers
+MOST: Final = 30  # numbers in the chart, those that changed most
+NAMED: Final = 4  # numbers that the first sentence names
 ERRORS: Final = {
     "rms_m": "error on fitted poses", "max_m": "largest error on fitted poses", "held_out_rms_m": "error on new poses",
     "gap_mm.nominal": "error of the nominal model", "gap_mm.calibrated": "error after calibration alone",
@@ -23,18 +20,12 @@ UNSAID: Final = ("objective_m2",)
 OTHER_DATA: Final = "The results are of different data: a change may be one of the cell, or of what was measured."
 PROBABILITY: Final = "probability of "
 PAIR: Final = ("first", "second")
-VALUE: Final = 5
-"""Digits of a value."""
+VALUE: Final = 5  # digits of a value
 Row = Mapping[str, Any]
 
 
 def document(found: Mapping[str, Any], names: tuple[str, str] = PAIR) -> Document:
-    """The report.
-
-    Args:
-        found: What `robolaser diff --json` prints.
-        names: What both results are called.
-    """
+    """The report on what `robolaser diff --json` prints, of two results that are called so."""
     rows = [row for row in found["rows"] if row["name"] not in UNSAID]
     errors = [row for row in rows if row["name"] in ERRORS or row["name"] == "verdict"]
     numbers = [row for row in rows if "errors" in row and row not in errors and row.get("unit") != "mm"]

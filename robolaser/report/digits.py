@@ -3,16 +3,12 @@
 import math
 from collections.abc import Mapping
 
-SIGNIFICANT = 3
-"""Digits of an error by itself: an RMS of a few hundred numbers is known to a few per cent."""
+SIGNIFICANT = 3  # digits of an error by itself: an RMS of a few hundred numbers is known to a few per cent
 
-MINUTE, HOUR = 60.0, 3600.0
-"""From one and a half of each on, durations are written in it [s]."""
-SURE = 1e-3
-"""Probabilities are not distinguished below this, nor above its complement."""
+MINUTE, HOUR = 60.0, 3600.0  # from one and a half of each on, durations are written in it [s]
+SURE = 1e-3  # probabilities are not distinguished below this, nor above its complement
 
-NEGLIGIBLE = 1e-6
-"""Standard deviation over value, below which nobody reads it."""
+NEGLIGIBLE = 1e-6  # standard deviation over value, below which nobody reads it
 
 HUMAN: Mapping[str, tuple[str, float]] = {
     "m": ("mm", 1e3),

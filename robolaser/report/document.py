@@ -11,53 +11,33 @@ from robolaser.report.scene import Scene
 @final
 @dataclass(frozen=True)
 class Text:
-    """A paragraph; what stands between backticks is code.
+    """A paragraph; what stands between backticks is code."""
 
-    Attributes:
-        text: Its sentences.
-        kind: "" or "quiet", for what one need not read.
-        printed: Does the terminal show it?
-    """
-
-    text: str
-    kind: str = ""
-    printed: bool = False
+    text: str  # its sentences
+    kind: str = ""  # "" or "quiet", for what one need not read
+    printed: bool = False  # does the terminal show it?
 
 
 @final
 @dataclass(frozen=True)
 class Notes:
-    """Sentences one below the other.
+    """Sentences one below the other."""
 
-    Attributes:
-        rows: The sentences.
-        kind: "notes", "warnings", or "steps", which are numbered.
-        printed: How many of them the terminal shows.
-    """
-
-    rows: Sequence[str]
-    kind: str = "notes"
-    printed: int = 0
+    rows: Sequence[str]  # the sentences
+    kind: str = "notes"  # "notes", "warnings", or "steps", which are numbered
+    printed: int = 0  # how many of them the terminal shows
 
 
 @final
 @dataclass(frozen=True)
 class Figure:
-    """One of a few numbers that matter most.
+    """One of a few numbers that matter most."""
 
-    Attributes:
-        kind: "held-out", "noise", "fitted" or "", for its colour.
-        label: What it is.
-        value: With its unit.
-        remark: How to read it.
-        share: Of the largest one, in per cent; None where there is no bar.
-    """
-
-    kind: str
-    label: str
-    value: str
-    remark: str
-    share: float | None = None
+    kind: str  # "held-out", "noise", "fitted" or "", for its colour
+    label: str  # what it is
+    value: str  # with its unit
+    remark: str  # how to read it
+    share: float | None = None  # of the largest one, in per cent; None where there is no bar
 
 
 @final
@@ -71,71 +51,42 @@ class Figures:
 @final
 @dataclass(frozen=True)
 class TableCell:
-    """A cell of a table.
+    """A cell of a table."""
 
-    Attributes:
-        text: May have several lines.
-        below: Lines in small letters.
-        note: A caveat.
-        order: By which a column is sorted; None: by the text.
-        share: Length of a bar [%]; None for none.
-        line: Number of a line's colour, see `chart.LINES`; -1 is grey, None is no swatch.
-        lean: From -100 to 100, for the colour of a matrix's cell.
-        hint: Said under the pointer.
-        link: File beside the page that the text leads to; "" for none.
-    """
-
-    text: str = ""
-    below: Sequence[str] = ()
-    note: str = ""
-    order: float | None = None
-    share: float | None = None
-    line: int | None = None
-    lean: float | None = None
-    hint: str = ""
-    link: str = ""
+    text: str = ""  # may have several lines
+    below: Sequence[str] = ()  # lines in small letters
+    note: str = ""  # a caveat
+    order: float | None = None  # by which a column is sorted; None: by the text
+    share: float | None = None  # length of a bar [%]; None for none
+    line: int | None = None  # number of a line's colour, see `chart.LINES`; -1 is grey, None is no swatch
+    lean: float | None = None  # from -100 to 100, for the colour of a matrix's cell
+    hint: str = ""  # said under the pointer
+    link: str = ""  # file beside the page that the text leads to; "" for none
 
 
 @final
 @dataclass(frozen=True)
 class Column:
-    """A column of a table.
+    """A column of a table."""
 
-    Attributes:
-        title: With unit, if its cells have none.
-        kind: "name", "number", "text", or "wide", which takes a line of its own on a phone.
-        width: Of the page [%]; 0: as its cells need.
-        brief: Its heading on the terminal; None: it is not shown there.
-    """
-
-    title: str
-    kind: str = "text"
-    width: int = 0
-    brief: str | None = None
+    title: str  # with unit, if its cells have none
+    kind: str = "text"  # "name", "number", "text", or "wide", which takes a line of its own on a phone
+    width: int = 0  # of the page [%]; 0: as its cells need
+    brief: str | None = None  # its heading on the terminal; None: it is not shown there
 
 
 @final
 @dataclass(frozen=True)
 class Table:
-    """Rows that a reader may sort; the first cell of each names it.
+    """Rows that a reader may sort; the first cell of each names it."""
 
-    Attributes:
-        columns: From the left.
-        rows: Texts, or cells with more to say.
-        title: Above it.
-        note: Below it.
-        fold: More rows than this are folded away.
-        printed: How many rows the terminal shows.
-        kind: "" or "matrix", each row against each column.
-    """
-
-    columns: Sequence[Column]
-    rows: Sequence[Sequence[TableCell | str]]
-    title: str = ""
-    note: str = ""
-    fold: int = 40
-    printed: int = 0
-    kind: str = ""
+    columns: Sequence[Column]  # from the left
+    rows: Sequence[Sequence[TableCell | str]]  # texts, or cells with more to say
+    title: str = ""  # above it
+    note: str = ""  # below it
+    fold: int = 40  # more rows than this are folded away
+    printed: int = 0  # how many rows the terminal shows
+    kind: str = ""  # "" or "matrix", each row against each column
 
     @property
     def cells(self) -> list[list[TableCell]]:
@@ -166,31 +117,18 @@ class Section:
 @final
 @dataclass(frozen=True)
 class Document:
-    """A report: first the answer, then the doubt, then the evidence.
+    """A report: first the answer, then the doubt, then the evidence."""
 
-    Attributes:
-        name: Of what it is about.
-        what: What was done with it, in a word.
-        setting: With which sensor and robot, and how much of it.
-        lead: The answer in a sentence.
-        sense: What it means.
-        head: Blocks that belong to the answer.
-        sections: The doubt and the evidence.
-        verdict: Of a diagnosis, as its JSON has it.
-        footer: Origin and licence of the data.
-        prints_lead: Does the terminal begin with the answer, rather than with figures that say it?
-    """
-
-    name: str
-    what: str
-    setting: str
-    lead: str
-    sense: str
-    head: Sequence[Content]
-    sections: Sequence[Section]
-    verdict: str = ""
-    footer: str = ""
-    prints_lead: bool = False
+    name: str  # of what it is about
+    what: str  # what was done with it, in a word
+    setting: str  # with which sensor and robot, and how much of it
+    lead: str  # the answer in a sentence
+    sense: str  # what it means
+    head: Sequence[Content]  # blocks that belong to the answer
+    sections: Sequence[Section]  # the doubt and the evidence
+    verdict: str = ""  # of a diagnosis, as its JSON has it
+    footer: str = ""  # origin and licence of the data
+    prints_lead: bool = False  # does the terminal begin with the answer, rather than with figures that say it?
 
     @property
     def blocks(self) -> list[Content]:

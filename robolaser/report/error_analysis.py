@@ -1,4 +1,4 @@
-"""What a calibration's page and charts are about: errors in millimetres, and what noise alone would make of them."""
+"""What errors of a calibration mean: in millimetres, beside what noise alone would make of them, and in sentences."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,15 +11,23 @@ from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly, rows_of_each
+from robolaser.estimation.noise_estimate import known_sizes
 from robolaser.model.batches import depends_on_trajectory, with_rows
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
-from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
+from robolaser.report.digits import millimetres, times
 
-ENOUGH_ROWS = 20_000
-"""Rows that tell a root mean square to three digits."""
+ENOUGH_ROWS = 20_000  # rows that tell a root mean square to three digits
+WEIGHTING = {"plain": "plain: all points weighted alike", "noise": "points weighted by their noise"}
+"""What a calibration's option `weights` does."""
+NOISE_ALONE = 1.1  # excess over noise up to which all is well: stated noise is seldom known better
+CHANCE = 2.0  # standard errors of the excess that are allowed for on top
+UNMODELLED = 2.0  # excess over noise from which no doubt about the noise explains it
+OVERFITTED = 1.5
+"""Error on new poses over error on fitted ones from which the parameters are more than the poses can carry."""
+KNOWN_FROM = {"stated": "stated in the data set", "repeats": "from repeats"}
 
 
 @final
@@ -55,10 +63,8 @@ class ErrorAnalysis:
     @cached_property
     def known_noise(self) -> Mapping[str, str]:
         """Sources of noise whose size does not come from the residuals themselves, and where it comes from."""
-        known = {source.name: "stated in the data set" for source in self.sources if source.stated is not None}
-        if "pixel" not in known and pixel_repeats(self.calibration.model.dataset) is not None:
-            known["pixel"] = "from repeats"
-        return {name: origin for name, origin in known.items() if name in self.calibration.noise}
+        known = known_sizes(self.sources, self.calibration.model.dataset)
+        return {name: KNOWN_FROM[origin] for name, (_, origin) in known.items() if name in self.calibration.noise}
 
     @cached_property
     def noise(self) -> NoiseModel | None:
@@ -74,6 +80,78 @@ class ErrorAnalysis:
         if self.noise is None:
             return None
         return self.noise.size_m(lambda residuals: self._some.in_metres(self.calibration.x, residuals))
+
+    @property
+    def headline(self) -> str:
+        """Error on new poses beside what noise alone would give."""
+        calibration, noise = self.calibration, self.noise_m
+        does = calibration.model.blocks.sensor.format.task
+        if calibration.held_out_rms_m is None:
+            first = "The error on new poses is unknown: there are too few poses to hold any out"
+        else:
+            first = f"On held-out poses, {does} {millimetres(calibration.held_out_rms_m)} off"
+        if noise is None:
+            return f"{first}; these data do not show how much of that is noise."
+        return f"{first}; measurement noise alone would give {millimetres(noise)}."
+
+    @property
+    def judgement(self) -> str:
+        """What the two figures together mean."""
+        calibration, noise = self.calibration, self.noise_m
+        error = calibration.held_out_rms_m
+        said = []
+        if calibration.setup_warning is not None:
+            said.append(calibration.setup_warning)
+        elif noise is None:
+            said.append(
+                "State the known noise under `[noise]` in `dataset.toml`: then this report separates it from the errors"
+                " of the model."
+            )
+        elif error is None:
+            said.append("Measure more poses: the training error says little.")
+        else:
+            said.append(_against_noise(*self.excess(noise), error / noise))
+        if error is not None and error > OVERFITTED * calibration.rms_m:
+            said.append(
+                f"The error on new poses is {times(error / calibration.rms_m)} times the training error:"
+                " the poses are too few or too similar for this many parameters."
+            )
+        return " ".join(said)
+
+    def excess(self, noise_m: float) -> tuple[float, float]:
+        """How many times larger the residuals are than noise leaves them in a fit, and the standard error of that.
+
+        Fitted parameters swallow a part of the noise, which the degrees of freedom make up for; the error on new poses
+        would not do here, since few poses raise it without anything being unmodelled.
+        """
+        calibration = self.calibration
+        numbers = int(calibration.model.blocks.row_numbers.sum())
+        free = max(1, numbers - len(calibration.x) + len(calibration.model.blocks.held))
+        ratio = calibration.rms_m / noise_m * float(np.sqrt(numbers / free))
+        return ratio, ratio / float(np.sqrt(2 * free))
+
+    @property
+    def method(self) -> str:
+        """How the parameters were found."""
+        calibration = self.calibration
+        return (
+            f"{calibration.algorithm}, seed {calibration.seed}, {WEIGHTING[calibration.weights]}; "
+            f"{calibration.evaluations:,} candidates in {calibration.seconds:.1f} s"
+        )
+
+
+def _against_noise(over: float, chance: float, ratio: float) -> str:
+    if over <= NOISE_ALONE + CHANCE * chance:
+        return "The remaining error is noise: the model is complete for these data."
+    if over < UNMODELLED:
+        return (
+            f"That is {times(ratio)} times the noise: a small effect is unmodelled, or the noise is larger than stated."
+            " `robolaser diagnose` finds which."
+        )
+    return (
+        f"That is {times(ratio)} times the noise: something is unmodelled, and no choice of these parameters"
+        " removes it. `robolaser diagnose` finds where it is, and which effects explain it."
+    )
 
 
 def lengths_mm(errors: Array) -> Array:

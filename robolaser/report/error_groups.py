@@ -9,21 +9,18 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
+from robolaser.geometry.mad_scale import mad_scale
 from robolaser.report.chart import FITTED, HELD_OUT, NOISE, Chart, chart, colours, hover, layer, quantity, records, rule
 from robolaser.report.digits import millimetres, times
 from robolaser.report.document import Column, Content, Table, TableCell, Text
 
 MOST_POINTS: Final = 60
 """Different names of points, up to which they are reflectors, sockets or balls and no points of a stripe."""
-LEAST_GROUPS: Final = 3
-"""Groups from which on one can be odd among the others."""
-ODD: Final = 3.5
-"""Robust standard deviations above the others from which on a group is odd (Iglewicz and Hoaglin 1993)."""
-LEAST_RATIO: Final = 1.5
-"""Its error over the median, from which on that is worth a look."""
+LEAST_GROUPS: Final = 3  # groups from which on one can be odd among the others
+ODD: Final = 3.5  # robust standard deviations above the others from which on a group is odd (Iglewicz and Hoaglin 1993)
+LEAST_RATIO: Final = 1.5  # its error over the median, from which on that is worth a look
 NAMED: Final = 4
-MOST_ROWS: Final = 60
-"""Of the table: odd groups and the largest errors first."""
+MOST_ROWS: Final = 60  # of the table: odd groups and the largest errors first
 NOUNS: Final[Mapping[str, str]] = {"point": "reflector", "socket": "socket", "profile": "ball"}
 """What a point is, by the kind of sensor."""
 
@@ -31,32 +28,18 @@ NOUNS: Final[Mapping[str, str]] = {"point": "reflector", "socket": "socket", "pr
 @final
 @dataclass(frozen=True)
 class ErrorGroup:
-    """Rows that belong together.
+    """Rows that belong together."""
 
-    Attributes:
-        kind: "session", "sensor", "reflector", "socket", "ball", "point", "image" or "pose".
-        name: Of the group.
-        rows: How many rows.
-        rms_m: Root-mean-square error on fitted poses, then held-out where that is known [m].
-        ratio: The last of them over the median of the groups of its kind.
-        is_odd: Does it err far more than the others?
-    """
-
-    kind: str
-    name: str
-    rows: int
-    rms_m: Sequence[float]
-    ratio: float
-    is_odd: bool
+    kind: str  # "session", "sensor", "reflector", "socket", "ball", "point", "image" or "pose"
+    name: str  # of the group
+    rows: int  # how many rows
+    rms_m: Sequence[float]  # root-mean-square error on fitted poses, then held-out where that is known [m]
+    ratio: float  # the last of them over the median of the groups of its kind
+    is_odd: bool  # does it err far more than the others?
 
 
 def groups(dataset: Dataset, errors_m: Sequence[Array]) -> list[ErrorGroup]:
-    """All groups of which there are several, the kinds one after the other.
-
-    Args:
-        dataset: What was measured.
-        errors_m: Errors of all rows, (m, j) each [m]; the last decides what is odd.
-    """
+    """All groups of which there are several, kind by kind; of errors (m, j) [m], the last ones decide what is odd."""
     return [group for kind, names, number in _kinds(dataset) for group in _groups(kind, names, number, errors_m)]
 
 
@@ -65,9 +48,8 @@ def group_blocks(dataset: Dataset, errors_m: Mapping[str, Array]) -> list[Conten
     found = groups(dataset, list(errors_m.values()))
     if not found:
         return []
-    columns = [Column("Of", width=30), Column("Kind"), Column("Points")]
-    columns += [Column(f"RMS error, {name}") for name in errors_m]
-    columns.append(Column("Times the median"))
+    named = [Column(f"RMS error, {name}") for name in errors_m]
+    columns = [Column("Of", width=30), Column("Kind"), Column("Points"), *named, Column("Times the median")]
     rows: list[Sequence[TableCell | str]] = [
         (
             TableCell(one.name, note="odd" if one.is_odd else ""),
@@ -128,15 +110,13 @@ def _odd(ratio: Array, numbers: Array) -> Array:
     if len(ratio) < LEAST_GROUPS:
         return np.zeros(len(ratio), dtype=bool)
     logs = np.log(np.maximum(ratio, 1e-12))
-    scatter = np.median(np.abs(logs - np.median(logs))) / 0.6745
-    score = (logs - np.median(logs)) / np.maximum(scatter, 1 / np.sqrt(2 * numbers))
-    odd: Array = (score > ODD) & (ratio > LEAST_RATIO)
-    return odd
+    above = logs - np.median(logs)
+    score = above / np.maximum(mad_scale(above), 1 / np.sqrt(2 * numbers))
+    return np.asarray((score > ODD) & (ratio > LEAST_RATIO))
 
 
 FEW: Final = 80  # poses up to which dots are large
-RINGS: Final = ("held out", "before")
-"""Series that are drawn as rings, so that dots at the same place are seen too."""
+RINGS: Final = ("held out", "before")  # series that are drawn as rings, so that dots at the same place are seen too
 FLOOR: Final = "noise alone"
 
 

@@ -24,15 +24,12 @@ from robolaser.report.scene import Scene, Shape, arrows, dots, labels, magnifica
 from robolaser.robot.collision_bodies import link_radius
 
 MOST_FRAMES: Final = 60
-MOST_POINTS: Final = 500
-"""Of the target, and errors of each kind, that a scene carries."""
+MOST_POINTS: Final = 500  # of the target, and errors of each kind, that a scene carries
 COLOURS: Final = (FITTED, HELD_OUT)
 BODY: Final = "var(--body)"
 AXES: Final = ("#d6453d", "#3a9a4e", "#3d74c9")
-AXIS: Final = 0.18
-"""Length of the axes of the base frame as a share of the arm's."""
-SENSOR: Final = 0.12
-"""Length of the drawn sensor as a share of the arm's."""
+AXIS: Final = 0.18  # length of the axes of the base frame as a share of the arm's
+SENSOR: Final = 0.12  # length of the drawn sensor as a share of the arm's
 
 
 def cell_scene(
@@ -163,21 +160,15 @@ def _names(model: Model, rows: Ints, errors: Array) -> Sequence[str]:
 
 
 MOST_PHOTOS: Final = 10
-MOST_RINGS: Final = 80
-"""Of an image."""
+MOST_RINGS: Final = 80  # of an image
 WIDTH_PX: Final = 560
-QUALITY: Final = 55
-"""Of JPEG: an image takes 10 to 40 kB."""
+QUALITY: Final = 55  # of JPEG: an image takes 10 to 40 kB
 
 
 def photos(dataset: Dataset, frames: Sequence[int], errors_m: Array, misses: Array | None) -> Mapping[str, Shape]:
     """Images of some of these poses by their names, the worst first; none where there are none to be read.
 
-    Args:
-        dataset: What was measured.
-        frames: Numbers of the poses.
-        errors_m: Errors of all rows [m].
-        misses: From each row's pixel to where the model predicts it, (m, 2) [px]; None where it does not.
+    `misses` lead from each row's pixel to where the model predicts it, (m, 2) [px]; None where it does not.
     """
     images, pixel, of_pose = dataset.poses.image, dataset.points.pixel, dataset.points.pose
     if images is None or dataset.folder is None or pixel is None or dataset.image_px is None:

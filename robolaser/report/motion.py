@@ -14,22 +14,11 @@ from robolaser.motion.result_json import kinds_json, next_motions, sentence
 from robolaser.motion.selection import SelectedEffect
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records
 from robolaser.report.digits import SIGNIFICANT, measured, millimetre_interval, millimetres, percent, plain, with_unit
-from robolaser.report.document import (
-    Column,
-    Content,
-    Document,
-    Figure,
-    Figures,
-    Notes,
-    Section,
-    Table,
-    TableCell,
-    Text,
-    charts,
-)
+from robolaser.report.document import Column, Document, Figure, Figures, Notes, Section, Table, TableCell, Text, charts
 from robolaser.report.setting import untestable
 
 SHOWN_ROWS = 400  # of a run, in a chart
+NOT_APART = "these motions do not distinguish it from "
 WHAT = {
     "tracking": "readings against commands",
     "torque": "torques against inverse dynamics",
@@ -41,22 +30,16 @@ UNITS = {"rad": ("°", TURN), "rad/Nm": ("°/Nm", TURN), "rad/s": ("°/s", TURN)
 
 
 def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
-    """The report.
-
-    Args:
-        fit: Of the effects that a user asked for, or that were found.
-        found: The diagnosis that found them.
-    """
+    """The report on a fit of the effects that a user asked for, or that a diagnosis found."""
     log, sure = fit.log, found is not None
-    lead, sense = f"{_counted(len(fit.findings))} fitted.", ""
-    steps, doubts, remarks, where = list[str](), list[Content](), list[Content](), list[Content]()
-    tables = [_effects(fit, sure=sure)]
+    count, sense = len(fit.findings), ""
+    lead = (
+        "No effect was fitted."
+        if not count
+        else f"{f'{count} effects were' if count > 1 else 'One effect was'} fitted."
+    )
     if found is not None:
         lead, _, sense = sentence(found).partition(". ")
-        tables = [_kinds(found), *tables]
-        steps, where = _steps(found), _where(found)
-        doubts = [untestable(dict(sorted(found.not_testable.items())))]
-        remarks = [Text(remark, "quiet", printed=True) for remark in found.remarks]
     return Document(
         log.name,
         "diagnosed" if found else "calibrated",
@@ -65,13 +48,13 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
         sense,
         [Figures(_figures(fit))],
         [
-            Section("What was found", tables),
-            Section("What to do", [Notes(steps, "steps", 3)]),
-            Section("Where", where),
+            Section("What was found", [*([_kinds(found)] if found else []), _effects(fit, sure=sure)]),
+            Section("What to do", [Notes(_steps(found) if found else [], "steps", 3)]),
+            Section("Where", _where(found) if found else []),
             Section("Errors of each joint", [_joints(gap, log.joints) for gap in fit.gaps]),
             Section("Errors along time", charts([_along_time(fit)])),
-            Section("What was not tested", doubts),
-            Section("Noise", remarks),
+            Section("What was not tested", [untestable(dict(sorted(found.not_testable.items())))] if found else []),
+            Section("Noise", [Text(remark, "quiet", printed=True) for remark in (found.remarks if found else ())]),
         ],
         verdict=found.verdict if found else "",
         footer=f"The {'diagnosis' if found else 'calibration'} took {fit.seconds:.1f} s."
@@ -85,10 +68,6 @@ def headline(log: MotionLog) -> str:
     return (
         f"moving arm, robot {log.robot.name}, {len(log)} rows of {len(log.joints)} joints in {len(log.series)} series"
     )
-
-
-def _counted(effects: int) -> str:
-    return "No effect was" if not effects else "One effect was" if effects == 1 else f"{effects} effects were"
 
 
 def _figures(fit: MotionFit) -> list[Figure]:
@@ -127,7 +106,7 @@ def _kinds(found: MotionDiagnosis) -> Table:
 def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
     rows: list[tuple[TableCell | str, ...]] = [
         (
-            TableCell(_at(one.at), below=[_rivals(one)] if one.rivals else []),
+            TableCell(_at(one.at), below=[NOT_APART + " or ".join(map(_at, one.rivals))] if one.rivals else []),
             _numbers(one),
             *([TableCell(percent(one.probability), order=one.probability)] if sure else []),
         )
@@ -139,10 +118,6 @@ def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
 
 def _at(at: At) -> str:
     return f"{at.effect.name.replace('_', ' ')} at {at.where}"
-
-
-def _rivals(one: SelectedEffect) -> str:
-    return "these motions do not distinguish it from " + " or ".join(map(_at, one.rivals))
 
 
 def _numbers(one: SelectedEffect) -> str:
@@ -173,7 +148,7 @@ def _steps(found: MotionDiagnosis) -> list[str]:
     return [*remedies, *next_motions(found)]
 
 
-def _where(found: MotionDiagnosis) -> list[Content]:
+def _where(found: MotionDiagnosis) -> list[Text]:
     what = "of the remaining error" if found.verdict == "unexplained" else "of the gap"
     return [
         Text(f"{100.0 * one.share:.0f} % {what} at {one.site}" + (f" ({one.coordinate})" if one.coordinate else ""),
@@ -248,10 +223,7 @@ def plan_document(plan: MotionPlan) -> Document:
         " from the others.",
         "",
         [],
-        [
-            Section("Smallest sizes", [sizes]),
-            Section("Motions to add", [Notes(plan.next_motions, "steps", 8)]),
-        ],
+        [Section("Smallest sizes", [sizes]), Section("Motions to add", [Notes(plan.next_motions, "steps", 8)])],
         prints_lead=True,
     )
 

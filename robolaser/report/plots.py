@@ -13,13 +13,10 @@ from robolaser.errors import DependencyMissing
 from robolaser.report.chart import CONFIG, PAPER, Chart, Spec
 
 STYLE: Final = "report/templates/style.css"
-SCHEMA: Final = "https://vega.github.io/schema/vega-lite/v5.json"
-"""What JupyterLab and its kin draw."""
+SCHEMA: Final = "https://vega.github.io/schema/vega-lite/v5.json"  # what JupyterLab and its kin draw
 VEGA_LITE: Final = "application/vnd.vegalite.v5+json"
-DRAWN_BY: Final = "5.20"
-"""Version of Vega-Lite that makes still pictures."""
-WIDTH_PX, LETTERS = 560, 95
-"""Of a chart, and of a line below its title."""
+DRAWN_BY: Final = "5.20"  # version of Vega-Lite that makes still pictures
+WIDTH_PX, LETTERS = 560, 95  # of a chart, and of a line below its title
 
 
 @final

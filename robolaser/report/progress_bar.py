@@ -10,10 +10,8 @@ from typing import Any, Final
 from robolaser.arrays import Progress
 from robolaser.report.printable import printable
 
-PATIENCE_S: Final = 2.0
-"""Work that takes less time shows no bar."""
-APART_S: Final = 0.2
-"""Least time between two states of a notebook's bar."""
+PATIENCE_S: Final = 2.0  # work that takes less time shows no bar
+APART_S: Final = 0.2  # least time between two states of a notebook's bar
 
 
 @contextmanager

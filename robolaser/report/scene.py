@@ -9,8 +9,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.report.chart import embedded
 
-DECIMALS: Final = 2
-"""Of millimetres."""
+DECIMALS: Final = 2  # of millimetres
 LONG = 0.08  # of what is shown: a long arrow
 Shape = Mapping[str, Any]
 
@@ -18,27 +17,16 @@ Shape = Mapping[str, Any]
 @final
 @dataclass(frozen=True)
 class Scene:
-    """Shapes in space.
+    """Shapes in space."""
 
-    Attributes:
-        title: A few words.
-        caption: What it shows and what to look for.
-        alt: Its content in a sentence.
-        shapes: From the functions below.
-        frames: Names of the poses through which the moving shapes go.
-        magnification: Of errors, at first; 0 without errors.
-        in_photos: Of misses in the photos, at first.
-        photos: By the name of a pose.
-    """
-
-    title: str
-    caption: str
-    alt: str
-    shapes: Sequence[Shape]
-    frames: Sequence[str] = ()
-    magnification: float = 0.0
-    in_photos: float = 1.0
-    photos: Mapping[str, Shape] = field(default_factory=dict)
+    title: str  # a few words
+    caption: str  # what it shows and what to look for
+    alt: str  # its content in a sentence
+    shapes: Sequence[Shape]  # from the functions below
+    frames: Sequence[str] = ()  # names of the poses through which the moving shapes go
+    magnification: float = 0.0  # of errors, at first; 0 without errors
+    in_photos: float = 1.0  # of misses in the photos, at first
+    photos: Mapping[str, Shape] = field(default_factory=dict)  # by the name of a pose
 
     @property
     def json(self) -> str:

@@ -72,12 +72,7 @@ def files_section(files: Sequence[Mapping[str, Any]]) -> Section:
         return ", ".join(f"{spoken(effect)} at {where}" for effect, where in pairs) or "nothing"
 
     rows: list[tuple[TableCell | str, ...]] = [
-        (
-            TableCell(one["file"], link=one["file"]),
-            _error(one),
-            named(one["contains"]),
-            named(one["lacks"]),
-        )
+        (TableCell(one["file"], link=one["file"]), _error(one), named(one["contains"]), named(one["lacks"]))
         for one in files
     ]
     columns = [

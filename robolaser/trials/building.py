@@ -1,5 +1,6 @@
-"""Random synthetic cells: an arm over a stepped target, a scanner off its drawing, and a run of configurations."""
+"""Blind worlds, also random ones: an arm over a stepped target, a scanner off its drawing, a run of configurations."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -12,11 +13,73 @@ from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, limits
 from robolaser.robot.visibility import TILT, View, configurations_looking_down
 from robolaser.simulation.nominal import built, facing_outward, scanner
-from robolaser.trials.synthetic.arm import ScrewArm
-from robolaser.trials.synthetic.cell import ScannerCell, Target
-from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.cell import ScannerCell, Target, TrackerCell
+from robolaser.trials.synthetic.fault_model import FaultModel, SyntheticRun
+from robolaser.trials.synthetic.fault_models.joints import PoseScatter
 from robolaser.trials.synthetic.scanner import ScannerOptics
-from robolaser.trials.world import World, rounded
+
+
+@final
+@dataclass(frozen=True)
+class World:
+    """A cell and all that is not ideal in it, beside its faults."""
+
+    cell: ScannerCell | TrackerCell  # where everything truly is
+    blank: Dataset  # the data set without points
+    noise: Noise  # of the readings, stated or not
+    repeats: int = 1  # images at each pose
+    scatter: PoseScatter | None = None  # how well the arm repeats; None: exactly
+    image_px: float = 0.0  # by how much an image is off as a whole, one standard deviation [px]
+    growth: float = 0.0  # power of the range with which the noise of a pixel, or of a tracker's point, grows
+    background: tuple[FaultModel, ...] = ()  # what is off a little, whatever else is wrong
+
+    def exact(self, faults: Sequence[FaultModel]) -> Dataset:
+        """One row a point, without noise."""
+        return replace(self.blank, points=self.cell.seen(faults))
+
+    def read(self, faults: Sequence[FaultModel], rng: np.random.Generator) -> Dataset:
+        """All shots of the arm as it repeats, with its small errors, noise and gross errors."""
+        scatter = [] if self.scatter is None else [self.scatter]
+        points = self.cell.seen([*scatter, *self.background, *faults])
+        noise, m = self.noise, len(points)
+        farther = self.cell.ranges(points) ** self.growth
+        farther = farther[:, None] / np.sqrt(np.nanmean(np.square(farther)))  # its mean square is one
+        if points.pixel is None:
+            xyz = points["xyz"] + (noise.point_m or 0.0) * farther * rng.normal(size=(m, 3))
+            return replace(self.blank, points=replace(points, xyz=xyz))
+        xyz = points["xyz"] + (noise.target_m or 0.0) * rng.normal(size=(m, 3))
+        shot, repeat = np.repeat(np.arange(m), self.repeats), np.tile(np.arange(self.repeats), m)
+        shots = replace(points, xyz=xyz).take(shot)
+        pixel = shots["pixel"] + (noise.pixel_px or 0.0) * farther[shot] * rng.normal(size=(len(shot), 2))
+        if self.image_px:
+            of_image = self.image_px * rng.normal(size=(len(self.cell.run.q), self.repeats, 2))
+            pixel = pixel + of_image[shots.pose, repeat]
+        for fault in faults:
+            pixel = fault.shots(pixel, shot, rng)
+        return replace(self.blank, points=self._shown(replace(shots, pixel=pixel, repeat=repeat)))
+
+    def _shown(self, points: Points) -> Points:
+        """The rows whose pixel is in the image."""
+        assert self.blank.image_px is not None  # the data set is a scanner's
+        with np.errstate(invalid="ignore"):
+            shown = (points["pixel"] >= -0.5) & (points["pixel"] <= np.array(self.blank.image_px) - 0.5)
+        return points.take(np.asarray(shown.all(axis=1)))
+
+    def sigmas(self, *, of_row: bool) -> dict[str, float]:
+        """Standard deviations of the sources of noise, repeats averaged.
+
+        `of_row` counts an image that is off as a whole as an error of its rows' mean.
+        """
+        shared = self.image_px
+        if shared and of_row:
+            shared *= float(np.sqrt(np.bincount(self.cell.seen(()).pose).max()))
+        return {
+            "pixel": float(np.hypot(self.noise.pixel_px or 0.0, shared) / np.sqrt(self.repeats)),
+            "target": self.noise.target_m or 0.0,
+            "point": self.noise.point_m or 0.0,
+            "joint": 0.0 if self.scatter is None else self.scatter.sigma(self.cell.run),
+        }
+
 
 IMAGE_PX = (640, 480)
 WORKSHOP = {
@@ -47,6 +110,15 @@ class Ranges:
     point_m: tuple[float, float] = (1e-5, 3e-5)  # noise of a point that a tracker measures
     repeats: int = 2  # images at each pose
 
+    def count(self, name: str, rng: np.random.Generator) -> int:
+        """A number of poses or points."""
+        least, most = getattr(self, name)
+        return int(rng.integers(least, most + 1))
+
+    def noise(self, name: str, rng: np.random.Generator) -> float:
+        """A standard deviation, with three digits, as people state noise."""
+        return float(f"{rng.uniform(*getattr(self, name)):.3g}")
+
 
 def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> World:
     """A cell of chance around any arm, which may be moving at the exposures.
@@ -58,30 +130,29 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     drawing = scanner(quat)
     truth = built(drawing, rng, most=WORKSHOP, within=0.0)
     eye = ScannerOptics(truth, quat, "xyz", "u")
-    n = int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
+    n = ranges.count("poses", rng)
     view = View(eye.mount, truth, "u", IMAGE_PX)
-    arm = ScrewArm(robot)
-    q, level = _postures(arm, view, n, rng)
-    count = int(rng.integers(ranges.points[0], ranges.points[1] + 1))
+    q, level = _postures(robot, view, n, rng)
+    count = ranges.count("points", rng)
     first, last = view.stripe_range(MARGIN)
     step = (last - first) / count
     at = first + step * (np.arange(count) + 0.5 + rng.uniform(-0.3, 0.3, (n, count)))
     order = np.array([rng.permutation(3) for _ in range(n)])
     steps = LEVELS_M[order[:, np.arange(count) * 3 // count]]
-    camera = arm.forward(q) @ eye.mount
+    camera = robot.forward(q) @ eye.mount
     depth = (level - camera[:, 2, 3]) / camera[:, 2, 2]
     middle = np.append((camera[:, :2, 3] + depth[:, None] * camera[:, :2, 2]).mean(axis=0), level)
     qd = velocities(q, rng, moving=moving)
     time = pause_times(n, rng)
     cell = ScannerCell(
-        run=SyntheticRun(arm, q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
+        run=SyntheticRun(robot, q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
         eye=eye,
         target=Target(middle, np.eye(3)),
         pose=np.repeat(np.arange(n), count),
         at=at.ravel(),
         level=steps.ravel(),
     )
-    noise = Noise(pixel_px=rounded(rng.uniform(*ranges.pixel_px)), target_m=rounded(rng.uniform(*ranges.target_m)))
+    noise = Noise(pixel_px=ranges.noise("pixel_px", rng), target_m=ranges.noise("target_m", rng))
     blank = Dataset(
         name="blind",
         robot=robot,
@@ -105,29 +176,27 @@ def pause_times(n: int, rng: np.random.Generator) -> Array:
     return np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
 
 
-def _postures(arm: ScrewArm, view: View, n: int, rng: np.random.Generator) -> tuple[Array, float]:
+def _postures(robot: Robot, view: View, n: int, rng: np.random.Generator) -> tuple[Array, float]:
     """Postures that see the target: all over the workspace, or around one of them as cells usually have it."""
-    wide, level = configurations_looking_down(arm.robot, view, wanted=n, rng=rng)
-    whole = wide[_sees(arm, wide, view, level)]
-    wide = whole if len(whole) >= n else wide
-    if rng.random() < 0.3:
-        return wide[:n][rng.permutation(n)], level
-    for home in wide[: 2 * ROUNDS]:
+    wide, level = configurations_looking_down(robot, view, wanted=n, rng=rng)
+    whole = wide[_sees(robot, wide, view, level)]
+    chosen = wide = whole if len(whole) >= n else wide
+    lower, upper = limits(robot)
+    for home in wide[: 2 * ROUNDS] if rng.random() >= 0.3 else ():
         kept = np.empty((0, wide.shape[1]))
-        lower, upper = limits(arm.robot)
         for _ in range(ROUNDS):
             q = np.clip(home + rng.uniform(-AROUND, AROUND, (DRAWS // 10, len(home))), lower, upper)
-            kept = np.concatenate([kept, q[_sees(arm, q, view, level)]])
+            kept = np.concatenate([kept, q[_sees(robot, q, view, level)]])
             if len(kept) > 4 * n:
                 break
         if len(kept) > 2 * n:
-            chosen = kept[farthest_first(kept)[:n]]
-            return chosen[rng.permutation(n)], level
-    return wide[:n][rng.permutation(n)], level
+            chosen = kept[farthest_first(kept)]
+            break
+    return chosen[:n][rng.permutation(n)], level
 
 
-def _sees(arm: ScrewArm, q: Array, view: View, level: float) -> Bools:
-    T = arm.forward(q) @ view.T_flange_camera
+def _sees(robot: Robot, q: Array, view: View, level: float) -> Bools:
+    T = robot.forward(q) @ view.T_flange_camera
     at = np.linspace(*view.stripe_range(MARGIN), 3)[None]
     seen = -T[:, 2, 2] > np.cos(TILT)
     for step in LEVELS_M[[0, -1]]:

@@ -17,9 +17,9 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources
+from robolaser.trials.building import World
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, OUTLIERS
-from robolaser.trials.world import World
 
 DETECTABLE = 80.0  # squared whitened misfit: some six standard deviations, after a search over places
 AS_WELL = 14.0  # what a rival may leave: not worth a few parameters' difference in any criterion

@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.errors import UsageError, near
+from robolaser.trials.building import World
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models import DRAWN, FAULT_MODELS, OUTLIERS, PHYSICAL, UNMODELLED
 from robolaser.trials.synthetic.fault_models.joints import PoseScatter, ShiftedZero
@@ -14,7 +15,6 @@ from robolaser.trials.synthetic.fault_models.links import LinkError
 from robolaser.trials.synthetic.fault_models.loads import GearWindup
 from robolaser.trials.synthetic.fault_models.scanner import HigherRadialDistortion, LensDecentring
 from robolaser.trials.synthetic.mujoco_arm import mujoco
-from robolaser.trials.world import World
 
 SHIFT = (0.5, 2.0)  # of a whole image, over the noise of a pixel
 GROWTH = (2.0, 4.0)  # power of the range
@@ -48,7 +48,7 @@ def small_errors(world: World, rng: np.random.Generator) -> World:
     """What calibration leaves of an arm and a lens: everything is off a little, and the faults stand out of it."""
     run = world.cell.run
     small: list[FaultModel] = []
-    for joint in run.arm.joints:
+    for joint in run.joints:
         small.append(ShiftedZero(joint, float(OFFSET_RAD * rng.normal())))
         small.append(LinkError.sample(joint, float(PLACEMENT * rng.uniform(0.2, 1.0)), run, rng))
     for joint in GearWindup.locations(run):
@@ -105,11 +105,7 @@ def kinds_of(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def drawn(name: str, rng: np.random.Generator) -> Kind:
-    """What is to be decided by chance in a world of a kind.
-
-    Raises:
-        UsageError: See `kinds_of`.
-    """
+    """What is to be decided by chance in a world of a kind; raises as `kinds_of`."""
     (name,) = kinds_of([name])
     kind = KINDS.get(name) or Kind((1, 1), (name,))
     return replace(KINDS[str(rng.choice(TRACKED))], tracked=True, outliers=0.0) if name == "tracker" else kind

@@ -12,15 +12,13 @@ from robolaser.errors import TrialError
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.robot.kinematics import Robot
-from robolaser.trials.building import Ranges, build
+from robolaser.trials.building import Ranges, World, build
 from robolaser.trials.detectability import DETECTABLE, Detectability, noise_floor_m, sized_fault
 from robolaser.trials.kinds import Kind, drawn
-from robolaser.trials.resampling import ReferenceCell, build_like
+from robolaser.trials.resampling import ReferenceCell, build_like, build_tracked
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models import DRAWN, FAULT_MODELS, OUTLIERS
 from robolaser.trials.synthetic.fault_models.links import LinkGrowth
-from robolaser.trials.tracking import build_tracked
-from robolaser.trials.world import World
 
 MOVING = 0.55  # of the worlds have an arm that moves at the exposure, whether or not it matters
 UNTIMED = 0.15  # of the worlds lack velocities,
@@ -71,7 +69,13 @@ def make(
     asked = drawn(kind, rng)
     if tracked or (isinstance(source, ReferenceCell) and source.is_tracked):
         asked = replace(asked, tracked=True, outliers=0.0)
-    world = _without_faults(source, asked, ranges or Ranges(), rng)
+    moving, ranges = bool(rng.random() < MOVING), ranges or Ranges()
+    if asked.tracked:
+        world = build_tracked(source, ranges, rng, moving=moving)
+    elif isinstance(source, Robot):
+        world = build(source, ranges, rng, moving=moving)
+    else:
+        world = build_like(source, ranges, rng)
     if asked.imperfection is not None:
         world = asked.imperfection(world, rng)
     sized = _sized_faults(world, _fault_names(kind, asked, world, rng), rng)
@@ -112,23 +116,13 @@ def _robot(source: Robot | ReferenceCell) -> Robot:
     return source if isinstance(source, Robot) else source.dataset.arm[0]
 
 
-def _without_faults(source: Robot | ReferenceCell, asked: Kind, ranges: Ranges, rng: np.random.Generator) -> World:
-    moving = bool(rng.random() < MOVING)
-    if asked.tracked:
-        return build_tracked(source, ranges, rng, moving=moving)
-    return build(source, ranges, rng, moving=moving) if isinstance(source, Robot) else build_like(source, ranges, rng)
-
-
 def _locations(world: World, fault_name: str) -> tuple[str, ...]:
     """Where a fault can be in a cell: a fault that the library knows only where the library can name it."""
     model = FAULT_MODELS[fault_name]
     if world.blank.kind == "point" and not model.is_tracked():
         return ()
-    locations = model.locations(world.cell.run)
-    effect = _LIBRARY.get(model.effect)
-    if effect is None or fault_name == OUTLIERS:
-        return locations
-    known = effect.locations(world.blank)
+    locations, effect = model.locations(world.cell.run), _LIBRARY.get(model.effect)
+    known = locations if effect is None else effect.locations(world.blank)
     return tuple(location for location in locations if location in known)
 
 
@@ -157,7 +151,7 @@ def _sized_faults(
         least = max(STANDING_OUT, TIMES * Detectability.of(world, *world.background).misfit)
     sized: list[tuple[FaultModel, Detectability]] = []
     for name in names:
-        taken = {fault.where for fault, _ in sized} & {*world.cell.run.arm.joints}
+        taken = {fault.where for fault, _ in sized} & {*world.cell.run.joints}
         places = _locations(world, name)
         free = tuple(place for place in places if place not in taken) or places
         sized.append(sized_fault(world, name, free, rng, least_misfit=least))
@@ -180,19 +174,18 @@ def _recorded(poses: Poses, world: World, faults: Sequence[FaultModel], rng: np.
 def _described(world: World, fault: FaultModel, seen: Detectability, poses: Poses) -> dict[str, Any]:
     """A fault as the truth has it."""
     effect = _LIBRARY.get(fault.effect)
-    known = effect is not None and fault.effect != OUTLIERS
     return {
         **asdict(fault),
         "effect": fault.effect,
         "form": fault.form,
         "where": fault.where,
         "misfit": round(seen.misfit, 1),
-        "rivals": seen.rivals(fault.effect, fault.where) if known else [],
+        "rivals": seen.rivals(fault.effect, fault.where) if effect else [],
         "also_right": [list(pair) for pair in fault.also_right],
         "sites": list(fault.sites(world.cell.run)),
         "classes": [effect.cause or effect.name] if effect else list(fault.classes),
-        "values": _values(world, fault, CandidateEffect(effect, fault.where), seen, poses) if effect and known else {},
-        "units": effect.units() if effect and known else {},
+        "values": _values(world, fault, CandidateEffect(effect, fault.where), seen, poses) if effect else {},
+        "units": effect.units() if effect else {},
     }
 
 

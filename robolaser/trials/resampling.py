@@ -1,46 +1,48 @@
-"""Random synthetic cells around a given data set: its arm, scanner, poses, target and noise."""
+"""Random synthetic cells around a given data set: its arm, sensor, poses, target and noise; and those of trackers."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 from scipy.stats import rankdata
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
-from robolaser.data.dataset import Dataset
+from robolaser.calibration.result import Calibration
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.path_velocities import known_velocities
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import TrialError
+from robolaser.geometry.rigid_motion import pose
 from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.sensors import sensor_class
+from robolaser.model.sensors.placements import motion, vector
 from robolaser.model.sensors.point import Point
-from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
+from robolaser.robot.postures import random_configurations
 from robolaser.simulation.nominal import built
-from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, Ranges, in_sight
-from robolaser.trials.synthetic.arm import ScrewArm
-from robolaser.trials.synthetic.cell import ScannerCell, Target
-from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, Ranges, World, in_sight, pause_times, velocities
+from robolaser.trials.synthetic.cell import ScannerCell, Target, TrackerCell
+from robolaser.trials.synthetic.fault_model import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
-from robolaser.trials.world import World, rounded
 
 OFF = 0.1  # of what a workshop leaves: the scanner of each world differs by this from the one that was found
 STEP_M = 5e-3  # between heights: less is one step of the target
 ROUNDS = 4
 MINUTE_S = 60.0
+REFLECTORS = ("A", "B", "C")
+BASE_M = (2.5, -1.5, 1.2)  # from the tracker, some decimetres more or less
 
 
 @final
 @dataclass(frozen=True)
 class ReferenceCell:
-    """A data set to be imitated, and its scanner."""
+    """A data set to be imitated, and where its sensor was found."""
 
     dataset: Dataset  # a placed stripe with joint angles, or a tracker's points of an arm whose joint angles are known
-    found: Mapping[str, float]  # the sensor's parameters as calibrated
-    drawn: Mapping[str, Parameter]  # the same with nominal values and bounds
+    found: Calibration
 
     @property
     def is_tracked(self) -> bool:
@@ -75,11 +77,7 @@ def reference_of(dataset: Dataset, *, seed: int) -> ReferenceCell:
         raise _unsuitable(dataset.name, "it has no robot with joint angles")
     if not tracked and not dataset.placed:
         raise _unsuitable(dataset.name, "the pose of its target is unknown")
-    found = calibrate(dataset, Plan(seed=seed))
-    items = found.model.parameters.items
-    return ReferenceCell(
-        dataset, {item.name: found.value(item.name) for item in items}, {item.name: item for item in items}
-    )
+    return ReferenceCell(dataset, calibrate(dataset, Plan(seed=seed)))
 
 
 def _unsuitable(name: str, lacking: str) -> TrialError:
@@ -98,11 +96,9 @@ def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -
         rng: Where chance comes from.
     """
     dataset, points = model.dataset, model.dataset.points
-    most = {
-        name: min(OFF * WORKSHOP.get(name, np.inf), 0.02 * (item.upper - item.lower))
-        for name, item in model.drawn.items()
-    }
-    truth = built(model.drawn, rng, model.found, most, 0.0)
+    drawn = {item.name: item for item in model.found.model.parameters.items}
+    most = {name: min(OFF * WORKSHOP.get(name, np.inf), 0.02 * (one.upper - one.lower)) for name, one in drawn.items()}
+    truth = built(drawn, rng, {name: model.found.value(name) for name in drawn}, most, 0.0)
     eye = ScannerOptics(truth, dataset.bracket_quat, dataset.angles, dataset.stripe_axis)
     rows = np.sort(np.unique(points.place, return_index=True)[1])
     rows = rows[np.argsort(points.pose[rows], kind="stable")]
@@ -110,17 +106,60 @@ def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -
     along = target.inside(points["xyz"][rows])[:, :2]
     robot, q, qd, time = model.visits
     radius, payload_kg = float(np.linalg.norm(along, axis=1).max()) / 2, float(rng.uniform(*PAYLOAD_KG))
-    run = SyntheticRun(ScrewArm(robot), q, qd, time, target.middle, radius, payload_kg)
+    run = SyntheticRun(robot, q, qd, time, target.middle, radius, payload_kg)
     at = points["pixel"][rows, 0 if dataset.stripe_axis == "u" else 1]
     cell = ScannerCell(run, eye, target, pose=points.pose[rows], at=at, level=level)
     repeats = pixel_repeats(dataset)
     read_px = dataset.noise.pixel_px or (repeats.sigma_px if repeats else None)
-    noise = Noise(
-        pixel_px=read_px or rounded(rng.uniform(*ranges.pixel_px)),
-        target_m=dataset.noise.target_m or rounded(rng.uniform(*ranges.target_m)),
-    )
+    pixel_px = read_px or ranges.noise("pixel_px", rng)
+    noise = Noise(pixel_px=pixel_px, target_m=dataset.noise.target_m or ranges.noise("target_m", rng))
     blank = replace(dataset, name="blind", noise=noise, source="", licence="", board=None, folder=None, warnings=())
     return World(in_sight(cell, dataset.image_px or IMAGE_PX), blank, noise, max(1, len(points) // len(rows)))
+
+
+def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> World:
+    """A tracker before an arm, which may be moving, or before the arm, the poses and the reflectors of a data set."""
+    if isinstance(source, ReferenceCell):
+        robot, q, qd, time = source.visits
+    else:
+        robot, n = source, ranges.count("poses", rng)
+        q = random_configurations(robot, n, rng)
+        time = pause_times(n, rng)
+        qd = velocities(q, rng, moving=moving)
+    flange = robot.forward(q)[:, :3, 3]
+    radius = float(np.linalg.norm(flange - flange.mean(axis=0), axis=1).max())
+    run = SyntheticRun(robot, q, qd, time, flange.mean(axis=0), radius, float(rng.uniform(*PAYLOAD_KG)))
+    if isinstance(source, ReferenceCell) and source.is_tracked:
+        cell, stated = _found(source, run), source.dataset.noise.point_m
+    else:
+        reflectors = {name: _reflector(i, rng) for i, name in enumerate(REFLECTORS)}
+        turn = Rotation.from_euler("ZYX", [rng.uniform(-np.pi, np.pi), *rng.uniform(-0.02, 0.02, 2)])
+        T_world_base = pose(turn.as_matrix(), np.array(BASE_M) + rng.uniform(-0.5, 0.5, 3))
+        cell, stated = TrackerCell(run, T_world_base, reflectors), None
+    noise = Noise(point_m=stated or ranges.noise("point_m", rng))
+    blank = Dataset(
+        name="blind",
+        robot=robot,
+        poses=Poses(tuple(map(str, range(len(q)))), time_s=time, q=q, qd=qd),
+        points=cell.seen(()),
+        kind="point",
+        noise=noise,
+    )
+    return World(cell, blank, noise)
+
+
+def _found(source: ReferenceCell, run: SyntheticRun) -> TrackerCell:
+    """Tracker and reflectors where a calibration found them."""
+    values = source.found.values
+    names = dict.fromkeys(source.dataset.points.names)
+    return TrackerCell(run, motion(values, "base")[0], {name: vector(values, f"tool.{name}")[0] for name in names})
+
+
+def _reflector(number: int, rng: np.random.Generator) -> Array:
+    """Around the flange's axis, some centimetres in front of it."""
+    angle = 2 * np.pi * number / len(REFLECTORS) + rng.uniform(-0.3, 0.3)
+    radius = rng.uniform(0.06, 0.14)
+    return np.array([radius * np.cos(angle), radius * np.sin(angle), rng.uniform(0.02, 0.1)])
 
 
 def stepped(xyz: Array, seen_from: Array) -> tuple[Target, Array]:

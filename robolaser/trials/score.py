@@ -63,18 +63,11 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
     true = tuple((item["effect"], item["where"]) for item in each)
     small = {tuple(place) for place in truth.get("background", [])}
     as_good = {*true, *small, *(tuple(place) for item in each for place in item["also_right"])}
-    stated = tuple(
-        (float(item["probability"]), (item["effect"], item["where"]) in as_good)
-        for item in diagnosis["effects"]
-        if item["effect"] not in CHANCE
-    )
-    findings = [
-        item
-        for item in diagnosis["effects"]
-        if item["effect"] not in CHANCE and (item["effect"], item["where"]) not in small - set(true)
-    ]
-    named = tuple((item["effect"], item["where"]) for item in findings)
-    alike = [{place, *map(tuple, item["indistinguishable_from"])} for place, item in zip(named, findings, strict=True)]
+    causes = [((one["effect"], one["where"]), one) for one in diagnosis["effects"] if one["effect"] not in CHANCE]
+    stated = tuple((float(one["probability"]), place in as_good) for place, one in causes)
+    findings = {place: one for place, one in causes if place not in small - set(true)}
+    named = tuple(findings)
+    alike = [{place, *map(tuple, one["indistinguishable_from"])} for place, one in findings.items()]
     group = _group(truth, each)
     gap = diagnosis["gap_mm"]
     after, floor = gap["after"], gap["noise_floor"]
@@ -83,7 +76,10 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
     sure_and_wrong = any(p >= SURE and not held for p, held in stated)
     sites = {site for item in each for site in item["sites"]}
     where = diagnosis["where"]
-    classes = _expected_classes(each)
+    classes = [  # of which one must be likely, for each effect: those of its rivals are as good
+        {*item["classes"], *(_CLASS_OF[name] for name, _ in item["rivals"]), *([UNKNOWN] if _is_unknown(item) else [])}
+        for item in each
+    ]
     left_small = bool(small) and verdict == "unexplained"  # `where` and `unknown` speak of what the small errors leave
     right_classes = {_CLASS_OF[effect] for effect, _ in small}.union(*classes)
     probabilities = {
@@ -125,14 +121,6 @@ def _is_unknown(item: Mapping[str, Any]) -> bool:
     return item["effect"] not in _CLASS_OF or bool(item.get("withheld"))
 
 
-def _expected_classes(each: Sequence[Mapping[str, Any]]) -> list[set[str]]:
-    """Classes of which one must be likely, for each effect: those of its rivals are as good."""
-    return [
-        {*item["classes"], *(_CLASS_OF[name] for name, _ in item["rivals"]), *([UNKNOWN] if _is_unknown(item) else [])}
-        for item in each
-    ]
-
-
 def _verdict_right(group: str, verdict: str, *, at_floor: bool, small: bool) -> bool | None:
     """Small errors may be left or explained, and may be all that there is."""
     if group == "faint" or (small and group == "none"):
@@ -167,20 +155,18 @@ def _matched(each: Sequence[Mapping[str, Any]], named: Sequence[LocatedEffect], 
     )
 
 
-def _covered(each: Sequence[Mapping[str, Any]], findings: Sequence[Mapping[str, Any]]) -> list[bool]:
+def _covered(each: Sequence[Mapping[str, Any]], findings: Mapping[LocatedEffect, Mapping[str, Any]]) -> list[bool]:
     """Of every amplitude of a true effect that was found; what the data do not determine has no interval."""
     covered = []
     for item in each:
-        for finding in findings:
-            if (finding["effect"], finding["where"]) != (item["effect"], item["where"]):
+        found = findings.get((item["effect"], item["where"]), {"parameters": {}})["parameters"]
+        for name, value in item["values"].items():
+            number = found.get(name)
+            if number is None or number["std"] is None or name not in _AMPLITUDES[item["effect"]]:
                 continue
-            for name, value in item["values"].items():
-                number = finding["parameters"].get(name)
-                if number is None or number["std"] is None or name not in _AMPLITUDES[item["effect"]]:
-                    continue
-                half = NORMAL_95 * number["std"]
-                low, high = number.get("ci95") or (number["value"] - half, number["value"] + half)
-                covered.append(low <= value <= high)
+            half = NORMAL_95 * number["std"]
+            low, high = number.get("ci95") or (number["value"] - half, number["value"] + half)
+            covered.append(low <= value <= high)
     return covered
 
 

@@ -7,7 +7,7 @@ import pytest
 from pymoo.core.problem import Problem
 
 from robolaser.benchmark.evaluator import BudgetedEvaluator, BudgetExhausted, RunLimits
-from robolaser.benchmark.problem import TEST_FUNCTION, BenchmarkProblem, ProblemSummary
+from robolaser.benchmark.problem import BenchmarkProblem, ProblemSummary
 from robolaser.benchmark.run import DONE, FAILED, Task, run
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import BenchmarkError
@@ -26,7 +26,7 @@ class Bowl(Problem):
 
 def bowl(**changed) -> BenchmarkProblem:
     return BenchmarkProblem(
-        ProblemSummary("bowl", "a bowl", TEST_FUNCTION, 3, 1), Bowl(**changed), residuals=lambda x: x
+        ProblemSummary("bowl", "a bowl", "test function", 3, 1), Bowl(**changed), residuals=lambda x: x
     )
 
 

@@ -18,7 +18,7 @@ from pymoo.problems.single import G1
 import robolaser
 from robolaser.algorithms.seeding import seeded
 from robolaser.benchmark.evaluator import RunLimits
-from robolaser.benchmark.problem import OWN, BenchmarkProblem, ProblemSummary
+from robolaser.benchmark.problem import BenchmarkProblem, ProblemSummary
 from robolaser.benchmark.run import Task, run
 from robolaser.benchmark.solvers import find
 
@@ -61,7 +61,7 @@ class Recording(G1):
 def test_isres_sees_constraints_and_searches_as_it_does_alone():
     compared, alone = Recording(), Recording()
     task = Task("p", "isres", 1, RunLimits(1000, 60.0), b"", b"", "")
-    run(BenchmarkProblem(ProblemSummary("p", "", OWN, 13, 1), compared), find("isres"), task)
+    run(BenchmarkProblem(ProblemSummary("p", "", "own problem", 13, 1), compared), find("isres"), task)
     with seeded(1):
         minimize(alone, ISRES(), ("n_eval", 1000), seed=1)
     one, other = np.concatenate(compared.asked), np.concatenate(alone.asked)
@@ -77,7 +77,7 @@ def test_inequalities_and_equalities_reach_an_algorithm_apart():
             seen.add((self.pop.get("G").shape[1], self.pop.get("H").shape[1]))
 
     task = Task("p", "ga", 1, RunLimits(100, 60.0), b"", b"", "")
-    run(BenchmarkProblem(ProblemSummary("p", "", OWN, 2, 1), Constrained()), find(Watched(pop_size=20)), task)
+    run(BenchmarkProblem(ProblemSummary("p", "", "own problem", 2, 1), Constrained()), find(Watched(pop_size=20)), task)
     assert seen == {(1, 1)}
 
 

@@ -17,7 +17,6 @@ from robolaser.emulator.controller import ArmFault
 from robolaser.emulator.servo_loop import ServoLoop
 from robolaser.errors import ArmError, DataError, Interrupted
 from robolaser.motion.reading import load_motion
-from robolaser.trials.synthetic.arm import ScrewArm
 
 HZ = 50.0
 LAG = {("lag", "joint_2"): 0.05, ("dead_zone", "joint_3"): 0.02}
@@ -30,7 +29,7 @@ def cell(request: pytest.FixtureRequest, tmp_path: Path) -> Cell:
 
 
 def rig_of(cell: Cell, *faults: str) -> bench.Bench:
-    controller = BusServos(cell, ServoLoop(ScrewArm(cell.robot), LAG))
+    controller = BusServos(cell, ServoLoop(cell.robot, LAG))
     return bench.Bench(controller, bench.Jumping(), faults, baud=cell.arm.baud)
 
 

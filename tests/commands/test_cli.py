@@ -229,7 +229,7 @@ def test_a_folder_that_must_not_be_looked_into_is_said(
     def refuse(folder: Path) -> None:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
 
-    monkeypatch.setattr("robolaser.data.loading.load", refuse)
+    monkeypatch.setattr("robolaser.api.load_dataset", refuse)
     assert main(["calibrate", str(dataset), "--output", str(tmp_path / "out")]) == 1
     said = capsys.readouterr().err
     assert "Permission denied" in said

@@ -11,7 +11,7 @@ from failing_disk import contents, failing, restore, watched
 
 from robolaser.cli import main
 from robolaser.data.result_folder import STAGED
-from robolaser.trials.sealed_truth import truth_beside, unseal
+from robolaser.trials.trial import truth_beside, unseal
 
 STATE = ("runs.jsonl", "search.json")  # of what is stopped, to be gone on with
 TRUTH = "trial.truth"  # of any trial that was begun

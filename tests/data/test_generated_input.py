@@ -39,8 +39,7 @@ from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX, map_ply, write_ply
 from robolaser.simulation.effect_specs import sizes_of
 from robolaser.trials.score import outcome
-from robolaser.trials.sealed_truth import unseal
-from robolaser.trials.trial import read_diagnosis
+from robolaser.trials.trial import read_diagnosis, unseal
 from robolaser.vision.images import CameraImages
 
 ONE_FOLDER = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -11,7 +11,6 @@ from robolaser.data.board import Board, board_print
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.emulator.world.solids import Cuboid, Floor, PrintedBoard, Solid, Sphere
 from robolaser.geometry.rigid_motion import inverse
-from robolaser.trials.synthetic.scanner import LensDistortion
 from robolaser.vision.recordings import points_from_images
 
 BALL = Sphere(near(0.012, 0.01, 0.018), 0.018)
@@ -30,7 +29,7 @@ def seen(*solids: Solid) -> tuple[Array, Array]:
 
 def shown(point: Array) -> Array:
     """Where the camera shows points of its own frame, (n, 3) -> (n, 2)."""
-    return eye().optics.pixels(point, LensDistortion(eye().lens))
+    return eye().optics.pixels(point, eye().lens)
 
 
 def corners() -> Array:

@@ -8,9 +8,8 @@ import pytest
 from robolaser.arrays import Array
 from robolaser.emulator.servo_loop import STEP_S, ServoLoop
 from robolaser.robot.by_name import find_robot
-from robolaser.trials.synthetic.arm import ScrewArm
 
-ARM = ScrewArm(find_robot("scorbot_er7"))
+ARM = find_robot("scorbot_er7")
 JOINT, COLUMN = "joint_2", 1
 STEP_RAD = 0.2
 
@@ -51,4 +50,4 @@ def test_a_joint_sinks_by_its_compliance_for_each_newton_metre() -> None:
     compliance = 1e-3
     _, q = course({"droop": compliance, "lag": 0.05}, stepped())
     rests = np.eye(5)[COLUMN] * q[-1]
-    assert q[-1] == pytest.approx(STEP_RAD - compliance * ARM.torques(rests[None], 0.0)[0, COLUMN], abs=1e-6)
+    assert q[-1] == pytest.approx(STEP_RAD - compliance * ARM.gravity_torques(rests)[COLUMN], abs=1e-6)

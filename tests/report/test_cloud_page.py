@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "scan"))
 
 from scanned import calibrated, dataset, line_centres, recorded, written
 
-from robolaser.report.cloud import document, figures, heading
+from robolaser.report.cloud import document, figures
 from robolaser.report.console import printed
 from robolaser.report.page import render
 from robolaser.scan import prepare, read_calibration
@@ -86,11 +86,12 @@ def test_a_map_says_heights_under_the_pointer_and_stays_within_four_thousand_cel
 
 @pytest.mark.parametrize("name", QUALITIES)
 def test_the_terminal_says_what_the_page_says(scan, pages, name):
-    words = " ".join(printed(document(scan, QUALITIES[name](), brief=True)).split())
+    brief = document(scan, QUALITIES[name](), brief=True)
+    words = " ".join(printed(brief).split())
     shown = " ".join(" ".join(Reader(pages[name]).texts).split())
     lines = list(figures(scan, QUALITIES[name]()))
     assert len(lines) >= 2
-    for text in (heading(scan), *(text for line in lines for text in (line.label, line.value, line.remark))):
+    for text in (brief.setting, *(text for line in lines for text in (line.label, line.value, line.remark))):
         assert " ".join(text.split()) in words
         assert " ".join(text.split()) in shown.replace("\u2212", "−")
     assert f"{scan.cloud.counts.points} points" in words

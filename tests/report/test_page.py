@@ -25,11 +25,10 @@ from page_claims import (
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.data.stated_noise import Noise
-from robolaser.report.calibration.judgement import judgement
 from robolaser.report.calibration.page import document
 from robolaser.report.error_analysis import ErrorAnalysis
 from robolaser.report.page import render
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 
 def page(calibration, command=""):
@@ -133,13 +132,13 @@ def test_errors_are_judged_by_the_noise(size, word):
     root = np.linalg.cholesky(ErrorAnalysis(calibration).noise.covariances)
     noise = np.einsum("mij,mj->mi", root, np.random.default_rng(0).normal(size=root.shape[:2]))
     calibration = replace(calibration, residuals=size * noise, held_out=1.05 * size * noise)
-    assert word in judgement(ErrorAnalysis(calibration))
+    assert word in ErrorAnalysis(calibration).judgement
 
 
 def test_few_poses_for_many_parameters_are_named():
     calibration = stripe(robot=arm())
     calibration = replace(calibration, held_out=3 * calibration.residuals)
-    assert "too few" in judgement(ErrorAnalysis(calibration))
+    assert "too few" in ErrorAnalysis(calibration).judgement
 
 
 def test_what_all_pages_share_loads_no_physics():
@@ -160,3 +159,11 @@ def test_gross_errors_that_a_weighed_fit_leaves_out_do_not_keep_the_page_from_be
     result = calibrate(replace(dataset, points=replace(dataset.points, xyz=xyz)), Plan(weights="noise"))
     assert len(result.fitted_model.dataset.points) < len(dataset.points)
     assert sound_charts(page(result))
+
+
+def test_a_size_that_repeats_contradict_is_not_called_stated():
+    noise, options = Noise(pixel_px=0.3), CellOptions(repeats=4)
+    made = simulate("scorbot_er7", kind="stripe", poses=20, noise=noise, seed=1, options=options).dataset
+    calibration = calibrate(replace(made, noise=replace(made.noise, pixel_px=0.03)))
+    assert calibration.noise["pixel"] == pytest.approx(0.3, rel=0.1)
+    assert ErrorAnalysis(calibration).known_noise["pixel"] == "from repeats"

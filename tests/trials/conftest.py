@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from robolaser.robot.by_name import find_robot
-from robolaser.trials.building import Ranges, build
-from robolaser.trials.world import World
+from robolaser.trials.building import Ranges, World, build
 
 SMALL = Ranges(poses=(12, 14), points=(6, 6))
 

@@ -77,7 +77,7 @@ def test_noise_that_grows_is_larger_where_the_target_is_farther_and_as_large_on_
     rng, clean = np.random.default_rng(3), built.exact(()).points
     noisy = replace(built, growth=4.0, repeats=60, noise=Noise(pixel_px=0.1)).read((), rng).points
     off = (noisy.pixel - clean.pixel[np.repeat(np.arange(len(clean)), 60)]).reshape(len(clean), -1)
-    camera = (built.cell.run.arm.forward(built.cell.run.q) @ built.cell.eye.mount)[clean.pose, :3, 3]
+    camera = (built.cell.run.robot.forward(built.cell.run.q) @ built.cell.eye.mount)[clean.pose, :3, 3]
     away = np.linalg.norm(clean.xyz - camera, axis=1)
     assert np.corrcoef(off.std(axis=1), away**4)[0, 1] > 0.8
     assert off.std() == pytest.approx(0.1, rel=0.05)
@@ -86,7 +86,7 @@ def test_noise_that_grows_is_larger_where_the_target_is_farther_and_as_large_on_
 def test_an_arm_repeats_as_well_as_the_truth_says(built):
     run, rng = built.cell.run, np.random.default_rng(3)
     scatter = PoseScatter.sample("arm", 1e-4, run, rng)
-    off = run.arm.forward(scatter.joints(run.q, run))[:, :3, 3] - run.arm.forward(run.q)[:, :3, 3]
+    off = run.robot.forward(scatter.joints(run.q, run))[:, :3, 3] - run.robot.forward(run.q)[:, :3, 3]
     assert np.sqrt(np.square(off).sum(axis=1).mean()) == pytest.approx(1e-4, rel=0.4)
 
 

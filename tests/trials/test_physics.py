@@ -75,13 +75,13 @@ def test_a_bracket_moves_beyond_the_flange_only(robot, q):
 
 def test_the_weight_pushes_a_joint_with_play_to_the_end_that_hangs_lower(built):
     run = built.cell.run
-    joint = run.arm.joints[1]
+    joint = run.joints[1]
     play = PlayUnderWeight(joint, 2e-3, 0.01)
-    moved = run.arm.robot.forward(run.q[None])[0] - play.flange(run.arm.forward(run.q), run)
-    torque = run.arm.torques(run.q, run.payload_kg)[:, run.column(joint)]
+    moved = run.robot.forward(run.q[None])[0] - play.flange(run.robot.forward(run.q), run)
+    torque = run.torques(run.payload_kg)[:, run.column(joint)]
     sunk = run.q.copy()
     sunk[:, run.column(joint)] -= np.sign(torque) * play.size / 2
-    by_half = run.arm.robot.forward(run.q[None])[0] - run.arm.forward(sunk)
+    by_half = run.robot.forward(run.q[None])[0] - run.robot.forward(sunk)
     assert np.abs(moved - by_half).max() < 0.25 * np.abs(by_half).max()
 
 

@@ -13,8 +13,7 @@ from robolaser.cli import main
 from robolaser.data.loading import load
 from robolaser.data.result_folder import results_in
 from robolaser.errors import TrialError
-from robolaser.trials.sealed_truth import truth_beside, unseal
-from robolaser.trials.trial import DIAGNOSIS
+from robolaser.trials.trial import DIAGNOSIS, truth_beside, unseal
 
 KINDS = "none,outliers"
 NEW = ("--kinds", KINDS, "--count", "4", "--poses", "8-9", "--points", "4", "--seed", "5")

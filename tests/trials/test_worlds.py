@@ -12,12 +12,12 @@ from robolaser.model.effects.tracker_scale import TrackerScale
 from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.detectability import Detectability
+from robolaser.trials.resampling import build_tracked
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, OUTLIERS, PHYSICAL, UNMODELLED
 from robolaser.trials.synthetic.fault_models.joints import LedAlong, LostMotion, UncountedTurn
 from robolaser.trials.synthetic.fault_models.loads import HystereticWindup
 from robolaser.trials.synthetic.fault_models.surroundings import WrongRefractiveIndex
 from robolaser.trials.synthetic.scanner import Light
-from robolaser.trials.tracking import build_tracked
 
 SMALL = Ranges(poses=(12, 14), points=(6, 6))
 LINEAR = ("encoder_scale", "joint_offset", "laser_roll")
@@ -57,14 +57,16 @@ def test_every_effect_that_a_scanner_sees_has_a_world_and_some_worlds_have_no_ef
     assert {kind.name for kind in EFFECTS if kind.locations(built.blank)} <= {*MODELLED, OUTLIERS}
 
 
-def test_two_chains_that_share_no_code_agree_to_rounding(built):
+def test_two_chains_that_share_nothing_but_the_arm_agree_to_rounding(built):
     assert detectability(built).misfit < 1e-6
 
 
-def test_the_arm_stands_where_the_package_says(built):
-    run, robot = built.cell.run, built.blank.robot
-    np.testing.assert_allclose(run.arm.forward(run.q), robot.forward(run.q[None])[0], atol=1e-12)
-    np.testing.assert_allclose(run.arm.torques(run.q, 0.0), robot.gravity_torques(run.q), atol=1e-9)
+def test_a_joint_bears_the_moment_of_all_beyond_it_about_its_axis(built):
+    run = built.cell.run
+    for joint in run.joints:
+        i = run.column(joint)
+        moment = run.arm.link_loads(run.q, run.payload_kg, joint)[1] @ run.robot.axes[i]
+        np.testing.assert_allclose(run.torques(run.payload_kg)[:, i], -moment, atol=1e-9)
 
 
 def test_of_no_size_nothing_bends(fault, built):
@@ -177,7 +179,7 @@ def test_what_a_tracker_sees_shows_in_its_points(effect, tracked):
 def test_hysteresis_comes_back_later_than_it_went(built):
     run, windup = built.cell.run, HystereticWindup("joint_2", 2e-3, 0.4)
     order, column = run.order, run.column("joint_2")
-    torque = run.arm.torques(run.q, run.payload_kg)[order, column]
+    torque = run.torques(run.payload_kg)[order, column]
     sunk = (windup.joints(run.q, run) - run.q)[order, column]
     spring = -2e-3 * torque / np.abs(torque).max()
     assert np.abs(sunk - spring).max() <= 2e-3 * 0.4 * np.ptp(torque) / np.abs(torque).max() / 2 + 1e-12

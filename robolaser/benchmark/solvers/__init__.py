@@ -6,15 +6,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from robolaser.algorithms.registry import (
-    ALGORITHMS,
-    EXPECTED,
-    SCREENING,
-    algorithms,
-    maker_of,
-    pymoos,
-    unknown_algorithm,
-)
+from robolaser.algorithms import registry
 from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.algorithms.user_code import by_name, check_settings, imported, title_of
 from robolaser.benchmark.solvers.pymoo_algorithm import pymoo_solver, restarted
@@ -23,19 +15,20 @@ from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import UsageError
 
 SOLVERS: Mapping[str, str] = {
-    SCREENING: SEARCHES[SCREENING].title,
-    **{name: one.title for name, one in ALGORITHMS.items()},
+    registry.SCREENING: SEARCHES[registry.SCREENING].title,
+    **{name: one.title for name, one in registry.ALGORITHMS.items()},
     **{name: one.title for name, one in SEARCHES.items()},
 }
 """Titles of our solvers by name."""
 DEFAULT: tuple[str, ...] = tuple(SOLVERS)  # solvers that take part if none are named
-ARGUMENTS = 2
-"""Of a function that searches: the evaluator and the seed. A function that makes an algorithm needs none."""
+ARGUMENTS = 2  # of a function that searches: the evaluator and the seed. A function that makes an algorithm needs none.
 
 
 def solver_titles() -> Mapping[str, str]:
     """Titles of all solvers by name, those of installed packages last."""
-    return {**SOLVERS} | {name: algorithm.title for name, algorithm in algorithms().items() if name not in SOLVERS}
+    return {**SOLVERS} | {
+        name: algorithm.title for name, algorithm in registry.algorithms().items() if name not in SOLVERS
+    }
 
 
 def solvers_of(given: Sequence[object] | Mapping[str, object]) -> dict[str, Solver]:
@@ -65,12 +58,12 @@ def find(given: Any, name: str = "") -> Solver:
         if spec.settings or spec.operators:
             raise UsageError(f"{given}: {spec.name} has no settings, and its operators cannot be exchanged.")
         return replace(SEARCHES[spec.name], name=name)
-    if spec.name not in algorithms() and pymoos("algorithms", spec.name) is None:
-        raise unknown_algorithm(spec.name, solver_titles())
+    if spec.name not in registry.algorithms() and registry.pymoos("algorithms", spec.name) is None:
+        raise registry.unknown_algorithm(spec.name, solver_titles())
     title = solver_titles().get(spec.name) or f"pymoo's {spec.name}"
     parts = [f"{one.text} as {slot}" for slot, one in spec.operators.items()]
     parts += [f"{key}={value}" for key, value in spec.settings.items() if name != given]
-    return pymoo_solver(name, f"{title} with {' and '.join(parts)}" if parts else title, maker_of(spec))
+    return pymoo_solver(name, f"{title} with {' and '.join(parts)}" if parts else title, registry.maker_of(spec))
 
 
 def _own(spec: AlgorithmSpec, found: Any, name: str = "") -> Solver:
@@ -79,7 +72,7 @@ def _own(spec: AlgorithmSpec, found: Any, name: str = "") -> Solver:
     if callable(found) and not inspect.isclass(found) and _needs(found) == ARGUMENTS:
         check_settings(spec, spec.settings, found, ARGUMENTS)
         return Solver(name, title_of(found, name), partial(restarted, partial(found, **spec.settings)))
-    make = maker_of(spec, found, f"{EXPECTED}, or a function search(evaluator, seed)")
+    make = registry.maker_of(spec, found, f"{registry.EXPECTED}, or a function search(evaluator, seed)")
     return pymoo_solver(name, title_of(found, name), make)
 
 

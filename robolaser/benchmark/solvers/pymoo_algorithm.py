@@ -68,9 +68,8 @@ def _refuses(make: Maker, problem: BenchmarkProblem) -> str | None:
     except UsageError as error:
         return str(error)
     kinds = {kind.__name__: kind.__module__ for kind in type(made).__mro__}
-    if problem.n_obj > 1 and any(home.startswith("pymoo.algorithms.soo.") for home in kinds.values()):
-        return ONE_OBJECTIVE
-    if problem.n_obj > 1 and "RCGA" in kinds:
+    single = "RCGA" in kinds or any(home.startswith("pymoo.algorithms.soo.") for home in kinds.values())
+    if problem.n_obj > 1 and single:
         return ONE_OBJECTIVE
     if problem.mixed or "MixedVariableGA" in kinds:
         return None if problem.mixed and "MixedVariableGA" in kinds else REAL

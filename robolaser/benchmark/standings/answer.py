@@ -99,10 +99,8 @@ def chance(p: float) -> str:
 
 def share(estimate: IntervalEstimate) -> str:
     """A share with its interval, as `80 % (49 to 94 %)`."""
-    if estimate.value is None:
-        return "an unknown share"
-    lower, upper = estimate.lower or 0.0, estimate.upper or 0.0
-    return f"{100 * estimate.value:.0f} % ({100 * lower:.0f} to {100 * upper:.0f} %)"
+    value, lower, upper = (100 * (end or 0.0) for end in (estimate.value, estimate.lower, estimate.upper))
+    return f"{value:.0f} % ({lower:.0f} to {upper:.0f} %)"
 
 
 def between(estimate: IntervalEstimate) -> str:

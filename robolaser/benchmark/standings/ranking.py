@@ -12,17 +12,8 @@ from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.arrays import Array, Ints
 from robolaser.benchmark.problem import INFEASIBLE
 from robolaser.benchmark.result import BenchmarkResult, ResultArrays, outcomes
+from robolaser.benchmark.standings import table
 from robolaser.benchmark.standings.answer import answer
-from robolaser.benchmark.standings.table import (
-    FINAL,
-    OnProblem,
-    OperatorEffect,
-    Order,
-    PairwiseComparison,
-    ResultOnProblem,
-    Standing,
-    Standings,
-)
 from robolaser.benchmark.statistics import difference, running_time
 from robolaser.benchmark.statistics.intervals import IntervalEstimate, finite, wilson
 from robolaser.errors import UsageError
@@ -38,25 +29,23 @@ UNKNOWN = IntervalEstimate(None)
 Reasons = Mapping[tuple[str, str], str]  # why a solver has no runs on a problem, or not all, by (problem, solver)
 
 
-def standings(result: BenchmarkResult, family: str) -> Standings:
+def standings(result: BenchmarkResult, family: str) -> table.Standings:
     """Rank the solvers on a family of problems."""
     return standings_of(result.arrays(family), family=family, refused=result.refused)
 
 
-def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons) -> Standings:
+def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons) -> table.Standings:
     """Rank the solvers, given their runs as arrays."""
     ranking = _Ranking(arrays)
     every = range(len(arrays.problems))
-    return Standings(
+    return table.Standings(
         family=family,
         tolerance=float(arrays.tolerances[arrays.headline]),
         seeds=len(arrays.seeds),
         order=ranking.order(every, refused),
         by_problem=tuple(
-            OnProblem(
-                name,
-                ranking.order([p], refused),
-                tuple(ranking.result(p, a) for a in range(len(arrays.algorithms))),
+            table.OnProblem(
+                name, ranking.order([p], refused), tuple(ranking.result(p, a) for a in range(len(arrays.algorithms)))
             )
             for p, name in enumerate(arrays.problems)
         ),
@@ -79,7 +68,7 @@ class _Ranking:
         self.bounded = running_time.bounded(self.expected, runs, runs - 1)  # (p, a)
         self.p_adjusted = difference.holm_pairs(difference.rank_sum(self.places))  # of all problems, (p, a, a)
 
-    def order(self, problems: Sequence[int], refused: Reasons) -> Order:
+    def order(self, problems: Sequence[int], refused: Reasons) -> table.Order:
         """Rank the solvers on some of the problems."""
         arrays, at = self.arrays, list(problems)
         names = arrays.algorithms
@@ -99,7 +88,7 @@ class _Ranking:
         adjusted = self.p_adjusted[at[0]] if len(at) == 1 else corrected
         pairs = self._pairs(at, ordered, runs, p, adjusted)
         places = tuple(
-            Standing(
+            table.Standing(
                 algorithm=names[a],
                 rank=1 + sum(other < mean[a] - 1e-9 for other in mean.values()) if a in mean else None,
                 mean_rank=mean.get(a),
@@ -115,7 +104,7 @@ class _Ranking:
         )
         comparisons = int((~np.isnan(corrected)).sum()) // 2
         fewest = int(runs[:, ranked].min()) if ranked else 0
-        return Order(
+        return table.Order(
             problems=tuple(arrays.problems[p] for p in at),
             places=places,
             pairs=tuple(pairs.values()),
@@ -123,21 +112,21 @@ class _Ranking:
             answer=answer(places, problems=len(at), runs=fewest, comparisons=comparisons),
         )
 
-    def result(self, p: int, a: int) -> ResultOnProblem:
+    def result(self, p: int, a: int) -> table.ResultOnProblem:
         """One solver on one problem."""
         arrays, final = self.arrays, self.arrays.final[p, a][self.arrays.there[p, a]]
         infeasible, feasible = final[(final >= INFEASIBLE) & np.isfinite(final)], final < INFEASIBLE
         ends: Sequence[float] = ()
         if len(final):  # always ends that were seen: those that found nothing are infinite
-            levels = np.linspace(0.0, 1.0, len(FINAL))
+            levels = np.linspace(0.0, 1.0, len(table.FINAL))
             ends = np.quantile(np.where(feasible, final, np.inf), levels, method="inverted_cdf").tolist()
-        return ResultOnProblem(
+        return table.ResultOnProblem(
             problem=arrays.problems[p],
             algorithm=arrays.algorithms[a],
             runs=len(final),
             failed=int(arrays.failed[p, a].sum()),
             successes=int(np.isfinite(self.times[p, a]).sum()),
-            final=dict(zip(FINAL, map(finite, ends), strict=True)) if len(final) else None,
+            final=dict(zip(table.FINAL, map(finite, ends), strict=True)) if len(final) else None,
             violation=float(np.median(infeasible)) / INFEASIBLE - 1.0 if len(infeasible) else None,
             evaluations=self.bounded.at(p, a),
             run_seconds=float(np.nanmedian(arrays.total_s[p, a])) if len(final) else None,
@@ -145,14 +134,14 @@ class _Ranking:
 
     def _pairs(
         self, at: list[int], ordered: list[int], runs: Ints, p: Array, adjusted: Array
-    ) -> dict[tuple[int, int], PairwiseComparison]:
+    ) -> dict[tuple[int, int], table.PairwiseComparison]:
         """Each with each, the one that stands before first."""
         names, solved = self.arrays.algorithms, np.isfinite(self.times[at]).sum(axis=2) > 0
         better, ratios = difference.superiority(self.places[at]), running_time.mean_ratios(self.expected[at], runs)
         found = {}
         for one, other in combinations(ordered, 2):
             both = np.flatnonzero(solved[:, one] & solved[:, other])
-            found[one, other] = PairwiseComparison(
+            found[one, other] = table.PairwiseComparison(
                 one=names[one],
                 other=names[other],
                 superiority=better.at(one, other),
@@ -177,7 +166,7 @@ def _unranked(arrays: ResultArrays, at: list[int], runs: Ints, refused: Reasons)
     return found
 
 
-def _operator_effects(algorithms: Sequence[str], places: Array, expected: Array) -> tuple[OperatorEffect, ...]:
+def _operator_effects(algorithms: Sequence[str], places: Array, expected: Array) -> tuple[table.OperatorEffect, ...]:
     """The effect of each part that is exchanged in one of the algorithms and in another is not.
 
     Runs with the part are compared with runs without it that are alike in all else: same problem, same other operators.
@@ -196,7 +185,7 @@ def _operator_effects(algorithms: Sequence[str], places: Array, expected: Array)
         better = difference.superiority(strata[there]).at(0, 1)
         ratio = running_time.mean_ratios(_strata(expected, with_part, without)[there], runs[there]).at(1, 0)
         p = float(difference.stratified(strata[there])[0, 1])
-        found.append(OperatorEffect(stock, slot, operator, int(there.sum()), better, ratio, p, p_adjusted=p))
+        found.append(table.OperatorEffect(stock, slot, operator, int(there.sum()), better, ratio, p, p_adjusted=p))
     adjusted = difference.holm(np.array([effect.p for effect in found]))
     return tuple(replace(effect, p_adjusted=float(p)) for effect, p in zip(found, adjusted, strict=True))
 

@@ -19,7 +19,7 @@ from robolaser.emulator.world.scene import CameraModel, CameraSettings, Projecto
 from robolaser.emulator.world.solids import Cuboid, Floor, PrintedBoard, Solid, Sphere, Vector
 from robolaser.errors import DataError, near
 from robolaser.geometry.rigid_motion import Quaternion
-from robolaser.trials.synthetic.arm import ScrewArm
+from robolaser.robot.kinematics import Robot
 from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 
 FORMAT = "robolaser-world/1"
@@ -39,7 +39,7 @@ class EmulatedWorld:
 
     def __init__(
         self,
-        arm: ScrewArm,
+        arm: Robot,
         scene: RenderedScene,
         truth: Mapping[str, float],
         faults: Mapping[tuple[str, str], float],
@@ -50,7 +50,7 @@ class EmulatedWorld:
             np.array([faults.get((name, joint), 0.0) for joint in arm.joints]) for name in ("joint_offset", "backlash")
         )
         self._half_play = play / 2
-        self._none = np.zeros(arm.count)
+        self._none = np.zeros(len(arm.joints))
         self._at: tuple[Array, Array] | None = None
         """Where the encoders are, and how far links trail; replaced as a whole, as images are taken meanwhile."""
         self._rendered: tuple[bytes, Array, Array] | None = None
@@ -72,7 +72,7 @@ class EmulatedWorld:
     @property
     def T_base_flange(self) -> Array:  # noqa: N802 - the field's symbol
         """True pose of the flange, (4, 4)."""
-        return np.asarray(self.arm.forward(self.q[None])[0])
+        return np.asarray(self.arm.forward(self.q))
 
     @property
     def T_base_camera(self) -> Array:  # noqa: N802 - the field's symbol
@@ -163,10 +163,9 @@ def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
     else:
         eye = CameraModel(_optics_of_camera(truth), np.array([truth[name] for name in LENS]), *size, read.camera)
     scene = RenderedScene(tuple(_solids(path.name, read, description.board)), eye, light, read.light)
-    arm = ScrewArm(robot)
-    faults = _faults(path.name, read.effect, arm)
+    faults = _faults(path.name, read.effect, robot)
     in_servos = any(name in SERVO_FAULTS for name, _ in faults)
-    return EmulatedWorld(arm, scene, truth, faults, ServoLoop(arm, faults) if in_servos else None)
+    return EmulatedWorld(robot, scene, truth, faults, ServoLoop(robot, faults) if in_servos else None)
 
 
 def _truth(file: str, stated: Mapping[str, Any], description: Dataset) -> dict[str, float]:
@@ -223,7 +222,7 @@ def _printed_board(file: str, board: BoardTable, described: Board) -> PrintedBoa
     return PrintedBoard(T, board_print(described))
 
 
-def _faults(file: str, stated: Iterable[EffectTable], arm: ScrewArm) -> dict[tuple[str, str], float]:
+def _faults(file: str, stated: Iterable[EffectTable], arm: Robot) -> dict[tuple[str, str], float]:
     """Sizes by name and joint."""
     for fault in stated:
         if fault.where not in arm.joints:

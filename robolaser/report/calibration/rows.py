@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from robolaser.calibration.result import Calibration
-from robolaser.parameters import Parameter
 from robolaser.report.digits import measured, plain
 from robolaser.report.document import TableCell
 
@@ -27,7 +26,8 @@ def parameter_rows(calibration: Calibration) -> tuple[list[Sequence[TableCell]],
         value, caveat = TableCell(_measured(calibration, i)), note(calibration, i)
         if item.given:
             nominal = TableCell(plain(item.nominal, item.unit))
-            given.append((name, value, nominal, TableCell(below=_bounds(item), note=caveat)))
+            within = [] if item.fixed else [f"{plain(item.lower, item.unit)} to {plain(item.upper, item.unit)}"]
+            given.append((name, value, nominal, TableCell(below=within, note=caveat)))
         else:
             placed.append((name, value, TableCell(note=caveat)))
     return given, placed
@@ -58,10 +58,6 @@ def effect_rows(calibration: Calibration) -> list[Sequence[TableCell]]:
 
 def _measured(calibration: Calibration, i: int) -> str:
     return measured(float(calibration.x[i]), float(calibration.std[i]), calibration.model.parameters.items[i].unit)
-
-
-def _bounds(item: Parameter) -> list[str]:
-    return [] if item.fixed else [f"{plain(item.lower, item.unit)} to {plain(item.upper, item.unit)}"]
 
 
 def note(calibration: Calibration, i: int) -> str:

@@ -10,8 +10,7 @@ from robolaser.report.comparison.words import FAMILIES, budget, excess, target
 from robolaser.report.digits import rate
 
 FILE = "tables.tex"
-NONE = "--"
-"""Where there is no number."""
+NONE = "--"  # where there is no number
 RAISED = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
 LOWERED = str.maketrans(RAISED, "-0123456789")
 SPECIAL = {
@@ -22,12 +21,7 @@ SPECIAL = {
 
 
 def latex_tables(result: BenchmarkResult, judged: Sequence[Standings]) -> str:
-    """Tables of each family: the ranking, and medians and expected running times on each problem.
-
-    Args:
-        result: What was run.
-        judged: The standings of each family.
-    """
+    """Tables of each family, by its standings: the ranking, and medians and expected running times on each problem."""
     made = []
     for standings in judged:
         places = [place for place in standings.order.places if place.runs]

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,43 +13,20 @@ from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings.answer import names
 from robolaser.benchmark.standings.table import Standings
 from robolaser.benchmark.statistics.running_time import budgets, shares
-from robolaser.report.chart import (
-    HEIGHT_PX,
-    LINES,
-    MUTED,
-    Channel,
-    Chart,
-    chart,
-    colours,
-    hover,
-    layer,
-    line,
-    quantity,
-    records,
-)
+from robolaser.report.chart import HEIGHT_PX, LINES, MUTED, Chart, chart, colours, hover, layer, line, quantity, records
 from robolaser.report.comparison import tables, words
 from robolaser.report.document import Column, Content, Document, Section, Table, TableCell, Text, charts
 
-LONG = 140
-"""Letters of a sentence that is too long for large type."""
-MOST_PRINTED, FEWEST_PRINTED = 12, 4
-"""Algorithms that the terminal shows of all families together, and of each."""
-MOST_LINES = 8
-"""Problems, failures and refusals that the terminal shows."""
+LONG = 140  # letters of a sentence that is too long for large type
+MOST_PRINTED, FEWEST_PRINTED = 12, 4  # algorithms that the terminal shows of all families together, and of each
+MOST_LINES = 8  # problems, failures and refusals that the terminal shows
 
-LEADING = 6
-"""Algorithms that have a colour of their own, by rank."""
+LEADING = 6  # algorithms that have a colour of their own, by rank
 NOISY = "noisy: runs are ranked by their returned candidates, re-evaluated"
 
 
 def document(comparison: BenchmarkResult, judged: Sequence[Standings], *, brief: bool = False) -> Document:
-    """The report.
-
-    Args:
-        comparison: What was run.
-        judged: The standings of each family of problems.
-        brief: Leave out what only a page shows.
-    """
+    """The report, given the standings of each family of problems; in brief without what only a page shows."""
     shown = judged if comparison.runs else ()
     lead, sense = _parted(shown[0].order.answer if shown else "No run has finished yet.")
     sections = [_family(comparison, one, i, brief=brief) for i, one in enumerate(shown)]
@@ -147,12 +125,7 @@ def attained(comparison: BenchmarkResult, standings: Standings, problem: Problem
 
 
 def _step_chart(
-    standings: Standings,
-    title: str,
-    caption: str,
-    alt: str,
-    drawn: Mapping[str, Mapping[str, Array]],
-    **encoding: Channel | Sequence[Channel],
+    standings: Standings, title: str, caption: str, alt: str, drawn: Mapping[str, Mapping[str, Array]], **encoding: Any
 ) -> Chart:
     """A line of steps of each algorithm, the best drawn last; those that do not lead are grey."""
     order, coloured = [place.algorithm for place in standings.order.places], _numbers(standings)

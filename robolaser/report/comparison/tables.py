@@ -8,24 +8,14 @@ import numpy as np
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings.answer import between, chance, figure, share
-from robolaser.benchmark.standings.table import (
-    OnProblem,
-    Order,
-    PairwiseComparison,
-    ResultOnProblem,
-    Standing,
-    Standings,
-)
+from robolaser.benchmark.standings.table import OnProblem, Order, ResultOnProblem, Standing, Standings
 from robolaser.report.comparison.words import excess, number, target
 from robolaser.report.digits import duration, rate
 from robolaser.report.document import Column, Table, TableCell
 
-NEVER = "never"
-"""Of a running time to a target that no run reached."""
-FEW = 8
-"""Algorithms up to which a matrix of pairs is shown unfolded."""
-MANY = 8
-"""Problems up to which each has a line in one cell."""
+NEVER = "never"  # of a running time to a target that no run reached
+FEW = 8  # algorithms up to which a matrix of pairs is shown unfolded
+MANY = 8  # problems up to which each has a line in one cell
 
 
 def standing_table(comparison: BenchmarkResult, standings: Standings, colours: Mapping[str, int], most: int) -> Table:
@@ -148,8 +138,7 @@ def _quality(problem: ProblemSummary, result: ResultOnProblem) -> TableCell:
 def pairwise_matrix(order: Order) -> Table:
     """Algorithms in order, each against each."""
     names = [standing.algorithm for standing in order.places]
-    of = {(pair.one, pair.other): pair for pair in order.pairs}
-    rows = [[TableCell(f"{i} {one}"), *(_pair(of, one, other) for other in names)] for i, one in enumerate(names, 1)]
+    rows = [[TableCell(f"{i} {one}"), *(_pair(order, one, other) for other in names)] for i, one in enumerate(names, 1)]
     note = (
         "A12: probability that a run of the row's algorithm does better than one of the column's. Star: significant"
         " after Holm's correction. Blue: the row's is better; orange: the column's."
@@ -158,10 +147,10 @@ def pairwise_matrix(order: Order) -> Table:
     return Table(columns, rows if len(names) > 1 else [], "Pairwise comparison", note, FEW, kind="matrix")
 
 
-def _pair(of: Mapping[tuple[str, str], PairwiseComparison], one: str, other: str) -> TableCell:
+def _pair(order: Order, one: str, other: str) -> TableCell:
     if one == other:
         return TableCell("·")
-    pair = of.get((one, other)) or of.get((other, one))
+    pair = next((pair for pair in order.pairs if {pair.one, pair.other} == {one, other}), None)
     if pair is None or pair.superiority.value is None:
         return TableCell(hint="nothing is known of these two")
     value = pair.superiority.value if pair.one == one else 1.0 - pair.superiority.value

@@ -5,23 +5,20 @@ import math
 import platform
 from collections.abc import Sequence
 
-from robolaser.benchmark.problem import CALIBRATION, OUR_OWN, OWN, SEVERAL, TEST_FUNCTION, THEORY, ProblemSummary
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.report.digits import duration, plain, times
 from robolaser.report.page import version
 
 FAMILIES = {
-    CALIBRATION: "Calibration problems",
-    TEST_FUNCTION: "Test functions",
-    OWN: "Own problems",
-    SEVERAL: "Several objectives",
-}
-"""Headings."""
-PACKAGES = ("numpy", "scipy", "pymoo", "cma")
-"""Whose versions results depend on."""
-SAME = 1e-6
-"""Excess of an RMS that counts as none."""
-FOUND_BY = {THEORY: "by theory", OUR_OWN: "by robolaser's own search", "": ""}
+    "calibration": "Calibration problems",
+    "test function": "Test functions",
+    "own problem": "Own problems",
+    "several objectives": "Several objectives",
+}  # headings
+PACKAGES = ("numpy", "scipy", "pymoo", "cma")  # whose versions results depend on
+SAME = 1e-6  # excess of an RMS that counts as none
+FOUND_BY = {"theory": "by theory", "robolaser's own search": "by robolaser's own search", "": ""}
 
 
 def target(problem: ProblemSummary, tolerance: float) -> str:

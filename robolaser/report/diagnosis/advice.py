@@ -17,13 +17,10 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.sensor_sites import kind_of_site
 from robolaser.report.digits import plain
 
-CLEAR = 2.0
-"""Standard deviations from zero below which a value may be zero."""
+CLEAR = 2.0  # standard deviations from zero below which a value may be zero
 UNDETERMINED = "not determined by these data"
-ALIKE = 0.5
-"""Share relative to the largest from which on a site is worth checking too."""
-FEW = 2
-"""Alternatives that a caveat names."""
+ALIKE = 0.5  # share relative to the largest from which on a site is worth checking too
+FEW = 2  # alternatives that a caveat names
 
 _DIAGNOSE_AGAIN = "No effect was looked for: correct what the first sentence states, then diagnose again."
 

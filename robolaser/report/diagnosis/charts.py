@@ -1,6 +1,6 @@
 """Charts of a diagnosis: how far the gap shrinks step by step, and what each effect explains and leaves."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -46,10 +46,8 @@ from robolaser.report.chart import (
 from robolaser.report.diagnosis.advice import sentence_case
 from robolaser.report.digits import human, millimetres
 
-MOST_STEPS = 7
-"""Effects with a step of their own."""
-LEAST = 1e-6
-"""Gaps below this are drawn as this [mm]."""
+MOST_STEPS = 7  # effects with a step of their own
+LEAST = 1e-6  # gaps below this are drawn as this [mm]
 STEP_PX, AROUND_PX = 34, 70
 
 LEFT = "left on new poses"
@@ -68,26 +66,24 @@ class Step:
 
 def steps(diagnosis: Diagnosis) -> list[Step]:
     """The dots, from the top."""
-    gap = diagnosis.gap
-    calibrated, after, floor = (
-        max(LEAST, 1e3 * length) for length in (gap.calibrated_m, gap.after_m, gap.noise_floor_m)
-    )
-    nominal = None if gap.nominal_m is None else max(LEAST, 1e3 * gap.nominal_m)
-    found = [] if nominal is None else [Step("nominal model", MUTED, None, nominal)]
-    found.append(Step("parameters fitted", MUTED, nominal, calibrated))
-    for finding in diagnosis.findings[:MOST_STEPS]:
-        label = named(finding.candidate_effect)
-        found.append(Step(label, FITTED, max(LEAST, 1e3 * finding.gap_before_m), max(LEAST, 1e3 * finding.gap_after_m)))
-    more = len(diagnosis.model.effects) - len(diagnosis.findings[:MOST_STEPS])
-    if more > 0:
-        found.append(Step(f"and {more} more", FITTED, found[-1].after, after))
-    return [*found, Step(LEFT, HELD_OUT, None, after), Step("noise alone", NOISE, None, floor)]
+    gap, shown = diagnosis.gap, diagnosis.findings[:MOST_STEPS]
+    found = [] if gap.nominal_m is None else [Step("nominal model", MUTED, None, _mm(gap.nominal_m))]
+    found.append(Step("parameters fitted", MUTED, found[0].after if found else None, _mm(gap.calibrated_m)))
+    found += [Step(named(one.candidate_effect), FITTED, _mm(one.gap_before_m), _mm(one.gap_after_m)) for one in shown]
+    if (more := len(diagnosis.model.effects) - len(shown)) > 0:
+        found.append(Step(f"and {more} more", FITTED, found[-1].after, _mm(gap.after_m)))
+    ends = Step(LEFT, HELD_OUT, None, _mm(gap.after_m)), Step("noise alone", NOISE, None, _mm(gap.noise_floor_m))
+    return [*found, *ends]
+
+
+def _mm(length_m: float) -> float:
+    """As it is drawn [mm]."""
+    return max(LEAST, 1e3 * length_m)
 
 
 def waterfall(diagnosis: Diagnosis) -> Chart:
     """Each step's dot stands at the gap after it; a line leads there from the gap before."""
     rows = steps(diagnosis)
-    ci = [max(LEAST, 1e3 * length) for length in diagnosis.gap.after_ci95_m]
     data = records(
         step=[row.label for row in rows],
         series=[row.label for row in rows],
@@ -101,7 +97,7 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
     y = named_rows("step")
     colour = colours({row.label: row.colour for row in rows}, shows_legend=False)
     tooltip = hover("step", before="gap before [mm]", after="gap after [mm]")
-    interval = records(step=LEFT, low=ci[0], high=ci[1])
+    low, high = map(_mm, diagnosis.gap.after_ci95_m)
     gap = diagnosis.gap
     first, begin = (
         ("There is no nominal model: from the ordinary parameters fitted, through", gap.calibrated_m)
@@ -119,7 +115,7 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
                   x=x | {"field": "before"}, x2={"field": "after"}, y=y, color=colour),
             layer(rule(color=NOISE), records(after=rows[-1].after), x=x),
             layer({"type": "point", "size": 110, "opacity": 1}, data, tooltip=tooltip, x=x, y=y, color=colour),
-            layer({"type": "rule", "color": INK, "strokeWidth": 1.6}, interval,
+            layer({"type": "rule", "color": INK, "strokeWidth": 1.6}, records(step=LEFT, low=low, high=high),
                   tooltip=hover(low="95 % from [mm]", high="to [mm]"),
                   x=x | {"field": "low"}, x2={"field": "high"}, y=y),
             layer({"type": "text", "dy": -13}, data, x=x, y=y, text={"field": "said"}),
@@ -129,16 +125,12 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
     )  # fmt: skip
 
 
-BINS: Final = 8
-"""Ranges of a coordinate, whose means tell how much of an effect it shows."""
-SEEN: Final = 1e-3
-"""Share of the usual information on a joint, below which a pose says nothing of it."""
+BINS: Final = 8  # ranges of a coordinate, whose means tell how much of an effect it shows
+SEEN: Final = 1e-3  # share of the usual information on a joint, below which a pose says nothing of it
 TELLING: Final = 0.5
 """Share of an effect's variance that a coordinate must show; else the error is shown against the effect itself."""
-MOST_ROWS: Final = 600
-"""That are shown of an effect: more only cover each other."""
-ELASTICITY: Final = "elasticity"
-"""The class of effects that grow with a load."""
+MOST_ROWS: Final = 600  # that are shown of an effect: more only cover each other
+ELASTICITY: Final = "elasticity"  # the class of effects that grow with a load
 FORESEEN: Final = "error by the effect"
 AXES: Final = {1: ("",), 2: (" along u", " along v"), 3: (" along x", " along y", " along z")}
 """Of a row's numbers in metres, in words."""
@@ -147,28 +139,17 @@ AXES: Final = {1: ("",), 2: (" along u", " along v"), 3: (" along x", " along y"
 @final
 @dataclass(frozen=True, eq=False)
 class ExplainedError:
-    """An effect, pose by pose or row by row.
+    """An effect, pose by pose or row by row."""
 
-    Attributes:
-        candidate_effect: Which, and where.
-        coordinate: What it depends on most.
-        x: Of it, (n,).
-        of: What has the error, for a person.
-        unit: Of the error: "rad" or "m".
-        moves: The error by the effect, (n,).
-        left: What is left beside it, (n,): the sum is the error without it.
-        pose: Which poses these are, (n,).
-        rival: The most probable effect that may be there instead, and what it leaves, (n,).
-    """
-
-    candidate_effect: CandidateEffect
-    coordinate: Coordinate
-    x: Array
-    of: str
-    unit: str
-    moves: Array
-    left: Array
-    pose: Ints
+    candidate_effect: CandidateEffect  # which, and where
+    coordinate: Coordinate  # what it depends on most
+    x: Array  # of it, (n,)
+    of: str  # what has the error, for a person
+    unit: str  # of the error: "rad" or "m"
+    moves: Array  # the error by the effect, (n,)
+    left: Array  # what is left beside it, (n,): the sum is the error without it
+    pose: Ints  # which poses these are, (n,)
+    # the most probable effect that may be there instead, and what it leaves, (n,)
     rival: tuple[CandidateEffect, Array] | None
 
 
@@ -191,13 +172,12 @@ def _of_joint(fit: Fit, one: EffectEvidence) -> ExplainedError:
 
     def left(other: Fit) -> Array:
         white = fit.noise.whiten(other.model.residuals(other.x[None]))[0]
-        along: Array = -np.bincount(fit.pose_of_number, by_joint * white, minlength=poses)[seen] / own[seen]
-        return along
+        return np.asarray(-np.bincount(fit.pose_of_number, by_joint * white, minlength=poses)[seen] / own[seen])
 
     known = (angle_of(run, joint), *torque_of(run, joint), *motion_of(run, joint), *of_run(run))
     coordinate, x = _telling([(each, each.values[seen, 0]) for each in known], moves[seen])
-    unit = "m" if robot.prismatic[column] else "rad"
-    rival = _rival(one, left)
+    unit, other = "m" if robot.prismatic[column] else "rad", _rival(one)
+    rival = other and (other[0], left(other[1]))
     return ExplainedError(one.candidate_effect, coordinate, x, joint, unit, moves[seen], left(fit), seen, rival)
 
 
@@ -209,8 +189,7 @@ def _of_rows(fit: Fit, one: EffectEvidence) -> ExplainedError:
     without = model.with_effects(others).residuals(fit.x[None, ~held])[0]
 
     def left_by(other: Fit) -> Array:
-        in_metres: Array = fit.in_metres(other.model.residuals(other.x[None])[0])
-        return in_metres
+        return np.asarray(fit.in_metres(other.model.residuals(other.x[None])[0]))
 
     left = left_by(fit)
     by_effect = fit.in_metres(without) - left
@@ -223,17 +202,15 @@ def _of_rows(fit: Fit, one: EffectEvidence) -> ExplainedError:
     if one.candidate_effect.effect.stage_in(model.dataset) in OF_ROWS:
         known = [(each, each.values[rows, 0]) for each in _of_points(model.run)] + known
     coordinate, x = _telling(known, moves)
-    rival = _rival(one, lambda other: left_by(other)[rows, axis])
+    other = _rival(one)
+    rival = other and (other[0], left_by(other[1])[rows, axis])
     of = f"the points{AXES[left.shape[1]][axis]}"
     return ExplainedError(one.candidate_effect, coordinate, x, of, "m", moves, left[rows, axis], pose[rows], rival)
 
 
-def _rival(one: EffectEvidence, left: Callable[[Fit], Array]) -> tuple[CandidateEffect, Array] | None:
-    """The most probable effect that these data do not distinguish from an effect, and what it leaves."""
-    if not one.alternatives:
-        return None
-    rival, fit = max(one.alternatives, key=lambda pair: one.weights.get(pair[0], 0.0))
-    return rival, left(fit)
+def _rival(one: EffectEvidence) -> tuple[CandidateEffect, Fit] | None:
+    """The most probable effect that these data do not distinguish from an effect, and the model with it instead."""
+    return max(one.alternatives, key=lambda pair: one.weights.get(pair[0], 0.0), default=None)
 
 
 def _of_poses(run: Run, *, bends: bool) -> Iterator[Coordinate]:
@@ -276,10 +253,8 @@ def _shown(x: Array, moves: Array) -> float:
     return float(means.var() / moves.var())
 
 
-MOST_EFFECTS: Final = 6
-"""Effects with a chart on the page, the first findings."""
-SIDES: Final = (-1.3, 1.3)
-"""Of an axis that has -1 and 1 only."""
+MOST_EFFECTS: Final = 6  # effects with a chart on the page, the first findings
+SIDES: Final = (-1.3, 1.3)  # of an axis that has -1 and 1 only
 BEFORE, AFTER, EFFECT = "without it", "left with it", "the effect"
 
 

@@ -14,24 +14,15 @@ from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.setting import files_section, noise_table, origin
 
-LEAST_SHARE = 0.1
-"""Share of the gap from which on a place is suspected."""
-PRINTED_SHARE = 0.05
-"""The same, from which on the terminal names it."""
-MOST_SITES, MOST_ADVICE = 2, 3
-"""Lines of each on the terminal."""
+LEAST_SHARE = 0.1  # share of the gap from which on a place is suspected
+PRINTED_SHARE = 0.05  # the same, from which on the terminal names it
+MOST_SITES, MOST_ADVICE = 2, 3  # lines of each on the terminal
 
 
 def document(diagnosis: Diagnosis, *, brief: bool = False, files: Sequence[Mapping[str, Any]] = ()) -> Document:
-    """The report.
-
-    Args:
-        diagnosis: The result.
-        brief: Leave out what only a page shows.
-        files: As `files` of diagnosis.json.
-    """
+    """The report, given `files` of diagnosis.json; in brief without what only a page shows."""
     lead, _, sense = diagnosis.sentence.partition(". ")
-    dataset = diagnosis.dataset
+    dataset, (used, of) = diagnosis.dataset, diagnosis.poses
     effects, classes = rows.effect_table(diagnosis), rows.class_table(diagnosis)
     found = [classes, effects] if classes.printed else [effects, classes]
     doubts = [rows.alternative_table(diagnosis), rows.gross_table(diagnosis)]
@@ -40,7 +31,7 @@ def document(diagnosis: Diagnosis, *, brief: bool = False, files: Sequence[Mappi
     return Document(
         dataset.name,
         "diagnosed",
-        _used(diagnosis),
+        dataset.summary + (f"; effects are sought in {used} of {of} poses" if used < of else ""),
         f"{lead.rstrip('.')}.",
         sense,
         [Figures(figures(diagnosis))],
@@ -56,12 +47,6 @@ def document(diagnosis: Diagnosis, *, brief: bool = False, files: Sequence[Mappi
         footer=f"The diagnosis took {diagnosis.seconds:.1f} s. {origin(dataset)}",
         prints_lead=True,
     )
-
-
-def _used(diagnosis: Diagnosis) -> str:
-    """What was measured, and how many poses of it were used where these are not all."""
-    used, of = diagnosis.poses
-    return diagnosis.dataset.summary + (f"; effects are sought in {used} of {of} poses" if used < of else "")
 
 
 def figures(diagnosis: Diagnosis) -> list[Figure]:

@@ -14,12 +14,9 @@ from robolaser.report.digits import measured, millimetres, percent, plain
 from robolaser.report.document import Column, Table, TableCell
 from robolaser.report.setting import untestable
 
-MOST_MEMBERS: Final = 8
-"""Members of a class that are listed."""
-MOST_CLASSES, MOST_EFFECTS = 3, 5
-"""Lines of each on the terminal."""
-FEW: Final = 8
-"""Rows of a table of details from which it is folded away."""
+MOST_MEMBERS: Final = 8  # members of a class that are listed
+MOST_CLASSES, MOST_EFFECTS = 3, 5  # lines of each on the terminal
+FEW: Final = 8  # rows of a table of details from which it is folded away
 SURE: Final = Column("How sure", "wide", 42, "how sure")
 
 
@@ -34,11 +31,7 @@ def class_table(diagnosis: Diagnosis) -> Table:
         )
         for one in diagnosis.classes
     ]
-    columns = [
-        Column("Class", "name", 30, "class"),
-        Column("Possible causes"),
-        SURE,
-    ]
+    columns = [Column("Class", "name", 30, "class"), Column("Possible causes"), SURE]
     if not _is_open(diagnosis):
         return Table(columns, rows, "Classes of causes")
     note = "A class can be certain where none of its members is."
@@ -90,10 +83,7 @@ def alternative_table(diagnosis: Diagnosis) -> Table:
         Column("How it compares", "wide", 42),
     ]
     rows = [
-        (
-            *_effect(other),
-            f"instead of {named(found.candidate_effect)}: gap {millimetres(other.gap_m)}",
-        )
+        (*_effect(other), f"instead of {named(found.candidate_effect)}: gap {millimetres(other.gap_m)}")
         for found in diagnosis.findings
         for other in found.alternatives
     ]

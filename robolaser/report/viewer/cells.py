@@ -41,10 +41,7 @@ class ArmAlone:
 
 
 def fitted_cell(
-    dataset: Dataset,
-    effects: Sequence[CandidateEffect],
-    numbers: Mapping[str, float],
-    found_in: RunSummary | None,
+    dataset: Dataset, effects: Sequence[CandidateEffect], numbers: Mapping[str, float], found_in: RunSummary | None
 ) -> tuple[CellPoses, Sequence[str]]:
     """The cell of a data set by the numbers of a calibration, by name; and what is not known of its effects there.
 

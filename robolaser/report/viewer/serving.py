@@ -13,8 +13,7 @@ from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.errors import DependencyMissing, RobolaserError
 from robolaser.report.digits import millimetres
-from robolaser.report.viewer.scene import CollisionScene, ShownCell, fixed_shapes, moving_shapes
-from robolaser.report.viewer.shapes import SceneNode, draw
+from robolaser.report.viewer.scene import SceneNode, ShownCell, fixed_shapes, moving_shapes
 from robolaser.robot.collision_bodies import arm_length
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ WIDEST = 360.0  # degrees to either side, for joints without limits
 FROM = np.array([0.5, -1.0, 0.45])  # in sizes of what there is to see
 SMALLEST_M = 1e-6  # shown; smaller lengths are "below" it
 LIGHT, MIDDLE = (232, 234, 237), (205, 209, 214)
-STEPS = {"°": 0.1, "mm": 0.1}
+STEP = 0.1  # of a slider [° or mm]
 
 
 @final
@@ -36,7 +35,7 @@ class ViewerApp:
         models: The models to switch between; the last is shown first.
         cloud: A cloud to show with them.
         port: Where to serve; a free one when absent.
-        collisions: What the arm could hit.
+        collisions: What the arm hits at joint values (j,), in words, and the shapes to be shown there.
 
     Raises:
         DependencyMissing: viser is not installed.
@@ -48,7 +47,7 @@ class ViewerApp:
         models: tuple[ShownCell, ...],
         cloud: SceneNode | None = None,
         port: int | None = None,
-        collisions: CollisionScene | None = None,
+        collisions: Callable[[Array], tuple[str, tuple[SceneNode, ...]]] | None = None,
     ) -> None:
         self._server = _server(port)
         self._lock = threading.RLock()  # browsers call back on many threads
@@ -59,7 +58,9 @@ class ViewerApp:
         self._hears_sliders = True  # false while the program moves them
         self._pose: int | None = 0
         self._collisions = collisions
-        self._groups = _groups(self._current, has_cloud=cloud is not None) + ("bodies",) * (collisions is not None)
+        further = {"target": len(self._current.target), "points": len(self._current.points), "cloud": cloud is not None,
+                   "bodies": collisions is not None}  # fmt: skip
+        self._groups = ("robot", *self._current.groups, *(name for name, there in further.items() if there))
         with self._lock:
             self._build_panel()
             if cloud is not None:
@@ -117,15 +118,11 @@ class ViewerApp:
     def _slider(self, joint: int) -> Any:
         robot, q = self._current.dataset.arm
         unit, factor = self._unit(joint)
-        own = factor * q[:, joint]
-        low, high = (
-            float(np.clip(factor * end, -WIDEST, WIDEST) if unit == "°" else factor * end)
-            for end in (robot.lower[joint], robot.upper[joint])
-        )
-        low, high = (np.floor(min(low, own.min())), np.ceil(max(high, own.max())))
-        slider = self._server.gui.add_slider(
-            f"{robot.joints[joint]} [{unit}]", float(low), float(high), STEPS[unit], round(float(own[0]), 1)
-        )
+        own, widest = factor * q[:, joint], WIDEST if unit == "°" else np.inf
+        low = np.floor(min(max(factor * robot.lower[joint], -widest), own.min()))
+        high = np.ceil(max(min(factor * robot.upper[joint], widest), own.max()))
+        name = f"{robot.joints[joint]} [{unit}]"
+        slider = self._server.gui.add_slider(name, float(low), float(high), STEP, round(float(own[0]), 1))
         slider.on_update(self._locked(self._follow_sliders))
         return slider
 
@@ -164,7 +161,7 @@ class ViewerApp:
         self._show(("robot", "sensor", "light"), moving_shapes(model, frames))
         if self._collisions is not None:
             q = self._q() if self._pose is None else model.dataset.arm[1][self._pose]
-            self._hits.value, shapes = self._collisions.at(q)
+            self._hits.value, shapes = self._collisions(q)
             self._show(("bodies",), shapes)
 
     def _show_fixed(self) -> None:
@@ -183,7 +180,7 @@ class ViewerApp:
                 self._put(shape)
 
     def _put(self, shape: SceneNode) -> None:
-        self._handles[shape.name] = draw(self._server.scene, shape)
+        self._handles[shape.name] = shape.draw(self._server.scene)
         self._handles[shape.name].visible = self._shown[shape.name.split("/")[0]].value
 
     def _apply_visibility(self) -> None:
@@ -204,12 +201,6 @@ class ViewerApp:
         middle = (low + high) / 2
         camera.look_at = tuple(middle)
         camera.position = tuple(middle + max(float(np.linalg.norm(high - low)), arm_m) * FROM)
-
-
-def _groups(model: ShownCell, *, has_cloud: bool) -> tuple[str, ...]:
-    """What can be shown and hidden."""
-    known = ("target",) * bool(len(model.target))
-    return ("robot", *model.groups, *known, *("points",) * bool(len(model.points)), *("cloud",) * has_cloud)
 
 
 def _rms_note(models: Iterable[ShownCell]) -> str:

@@ -9,9 +9,8 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Points
 from robolaser.geometry.rigid_motion import apply
-from robolaser.trials.synthetic.fault_model import FaultModel, flange_poses
-from robolaser.trials.synthetic.run import SyntheticRun
-from robolaser.trials.synthetic.scanner import LensDistortion, ScannerOptics
+from robolaser.trials.synthetic.fault_model import FaultModel, SyntheticRun, flange_poses
+from robolaser.trials.synthetic.scanner import ScannerOptics
 
 
 @final
@@ -65,8 +64,9 @@ class ScannerCell:
             light, terms = fault.light(light, run), fault.lens(terms)
         T = (flange_poses(run, faults) @ mount)[self.pose]
 
-        def zoom(depth: Array) -> Array:
-            return sum((fault.zoom(depth) for fault in faults), start=np.zeros_like(depth))
+        def shown(point: Array) -> Array:
+            larger = sum((fault.zoom(point[:, 2]) for fault in faults), start=np.zeros(len(point)))
+            return self.eye.pixels(point, terms, larger)
 
         def inside(point: Array) -> Array:
             return self.target.inside(apply(T, point))
@@ -81,7 +81,7 @@ class ScannerCell:
         normal = self.target.axes[2] @ T[:, :3, :3]
         depth = (self.level - inside(np.zeros((len(T), 3)))[:, 2]) / normal[:, 2]
         ahead = depth[:, None] * np.array([0.0, 0.0, 1.0])  # where the camera looks at the step
-        point, pixel = self.eye.meet(self.at, light.of_rows(self.pose), LensDistortion(terms, zoom), above, ahead)
+        point, pixel = self.eye.meet(self.at, light.of_rows(self.pose), shown, above, ahead)
         tilt = np.arctan2(normal[:, 0], -normal[:, 2])
         across = 1 if self.eye.stripe_axis == "u" else 0
         pixel[:, across] += sum(fault.stripe(tilt) for fault in faults)

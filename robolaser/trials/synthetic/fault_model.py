@@ -1,15 +1,69 @@
-"""What a fault of a synthetic cell is: a size, a form, and the stages of the chain that it perturbs."""
+"""What a fault of a synthetic cell is: a size, a form, and the stages of the chain that it perturbs in a run."""
 
 from abc import ABC
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from typing import Annotated, Any, ClassVar, Self, dataclass_transform, get_type_hints
+from functools import cached_property
+from typing import Annotated, Any, ClassVar, Self, dataclass_transform, final, get_type_hints
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.robot.kinematics import Robot
+from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.scanner import Light
+
+
+@final
+@dataclass(frozen=True)
+class SyntheticRun:
+    """What a fault may depend on."""
+
+    robot: Robot  # the nominal arm
+    q: Array  # joint angles as read, (n, j) [rad or m]
+    qd: Array  # velocities at the reading, (n, j) [rad/s or m/s]
+    time: Array  # of each pose, (n,) [s]
+    middle: Array  # of the target, (3,) in the base frame [m]
+    radius: float  # of the part of the target that is looked at [m]
+    payload_kg: float  # what the flange carries; the URDF does not know of it
+
+    @cached_property
+    def arm(self) -> ScrewArm:
+        """The same arm by formulas of its own."""
+        return ScrewArm(self.robot)
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Those that move the flange, base first."""
+        return self.arm.joints
+
+    @property
+    def share(self) -> Array:
+        """How far the run is, 0 to 1, (n,)."""
+        return np.asarray((self.time - self.time.min()) / max(1e-9, float(np.ptp(self.time))))
+
+    @property
+    def order(self) -> Ints:
+        """The poses as they came, (n,)."""
+        return np.argsort(self.time, kind="stable")
+
+    def column(self, joint: str) -> int:
+        """The column of a joint in q."""
+        return self.robot.joints.index(joint)
+
+    def torques(self, payload_kg: float) -> Array:
+        """What each joint bears with a payload on the flange, (n, j) [Nm or N]."""
+        return self.arm.torques(self.q, payload_kg)
+
+    def relative_torque(self, joint: str) -> Array:
+        """What a joint bears, the payload counted, over the most that it bears in the run, (n,)."""
+        torque = self.torques(self.payload_kg)[:, self.column(joint)]
+        return np.asarray(torque / max(1e-9, float(np.abs(torque).max())))
+
+    def warmed(self, tau: float) -> Array:
+        """0 at the start, towards 1 with a time constant, a share of the run, (n,)."""
+        return 1.0 - np.exp(-self.share / tau)
+
 
 Draw = Callable[[str, SyntheticRun, np.random.Generator], Any]
 """A random value of a field, by the fault's location and the run."""
@@ -46,35 +100,26 @@ class FaultModel(ABC):
     form, each annotated with the `Draw` that samples it.
     """
 
-    effect: ClassVar[str]  # its name in the truth, the effect library's where that has such an effect
-    form: ClassVar[str]  # its name among the kinds of worlds; the effect's where that is empty
-    sizes: ClassVar[tuple[float, float]]  # usual in industry, least and most
-    signed: ClassVar[bool]  # whether a sampled size may be negative
-    location: ClassVar[str | None]  # where it always is; None: at one of `places`
-    places: ClassVar[Places] = lambda run: run.arm.joints  # where else it can be in a run; by default at every joint
-    parameter: ClassVar[str]  # the effect library's parameter that `size` is the value of
-    classes: ClassVar[tuple[str, ...]]  # right for an effect that the library lacks, beside `unknown`
-    also: ClassVar[tuple[tuple[str, str | None], ...]]  # effects, and locations (None: its own), that are as right
+    effect: ClassVar[str] = ""  # its name in the truth, the effect library's where that has such an effect
+    form: ClassVar[str] = ""  # its name among the kinds of worlds; by default the effect's
+    sizes: ClassVar[tuple[float, float]] = (1.0, 1.0)  # usual in industry, least and most
+    signed: ClassVar[bool] = False  # whether a sampled size may be negative
+    location: ClassVar[str | None] = None  # where it always is; None: at one of `places`
+    places: ClassVar[Places] = lambda run: run.joints  # where else it can be in a run; by default at every joint
+    parameter: ClassVar[str] = ""  # the effect library's parameter that `size` is the value of
+    classes: ClassVar[tuple[str, ...]] = ()  # right for an effect that the library lacks, beside `unknown`
+    # effects, and locations (None: its own), that are as right
+    also: ClassVar[tuple[tuple[str, str | None], ...]] = ()
 
     where: str  # the location that the truth names
     size: float  # its principal number in SI units; its other numbers are its form
 
-    def __init_subclass__(
-        cls,
-        *,
-        effect: str = "",
-        form: str = "",
-        sizes: tuple[float, float] = (1.0, 1.0),
-        signed: bool = False,
-        location: str | None = None,
-        places: Places | None = None,
-        parameter: str = "",
-        classes: tuple[str, ...] = (),
-        also: tuple[tuple[str, str | None], ...] = (),
-    ) -> None:
-        cls.effect, cls.form, cls.sizes, cls.signed = effect, form or effect, sizes, signed
-        cls.location, cls.parameter, cls.classes, cls.also = location, parameter, classes, also
-        cls.places = places or cls.places
+    def __init_subclass__(cls, **traits: Any) -> None:
+        """Take what all faults of a class have in common, the class variables above."""
+        for name, value in ({"form": traits.get("effect", "")} | traits).items():
+            if name not in FaultModel.__annotations__:
+                raise TypeError(f"{cls.__name__}: a fault model has no {name}")
+            setattr(cls, name, value)
         dataclass(frozen=True)(cls)
 
     @classmethod

@@ -52,15 +52,6 @@ class Light:
 
 @final
 @dataclass(frozen=True)
-class LensDistortion:
-    """How a camera's image departs from a pinhole's."""
-
-    terms: Array  # OpenCV's k1 k2 p1 p2 k3, (5,)
-    zoom: Callable[[Array], Array] = np.zeros_like  # by what share the image of points at depths (m,) [m] is larger
-
-
-@final
-@dataclass(frozen=True)
 class ScannerOptics:
     """A stripe scanner as it was built."""
 
@@ -94,25 +85,28 @@ class ScannerOptics:
         f, s_u, s_v, u_0, v_0 = (self.truth[name] for name in ("f", "s_u", "s_v", "u_0", "v_0"))
         return np.array([[f / s_u, 0.0, u_0], [0.0, f / s_v, v_0], [0.0, 0.0, 1.0]])
 
-    def pixels(self, point: Array, lens: LensDistortion) -> Array:
-        """Where the camera shows points of its own frame, (m, 3) [m] -> (m, 2) [px]."""
+    def pixels(self, point: Array, lens: Array, larger: Array | float = 0.0) -> Array:
+        """Where the camera shows points of its own frame, (m, 3) [m] -> (m, 2) [px].
+
+        The lens is OpenCV's k1 k2 p1 p2 k3, (5,); the image of each point may be larger by a share, (m,).
+        """
         x, y, z = point.T
         seen = np.stack([-y, x, z] if self.stripe_axis == "u" else [x, y, z], axis=-1)
         K = self.pinhole
-        shown, _ = cv2.projectPoints(seen, np.zeros(3), np.zeros(3), K, lens.terms)
+        shown, _ = cv2.projectPoints(seen, np.zeros(3), np.zeros(3), K, lens)
         centre = K[:2, 2]
         off = np.asarray(shown, dtype=np.float64).reshape(-1, 2) - centre
-        return np.asarray(centre + off * (1.0 + lens.zoom(z))[:, None])
+        return np.asarray(centre + off * np.reshape(1.0 + larger, (-1, 1)))
 
     def meet(
-        self, at: Array, light: Light, lens: LensDistortion, surface: Callable[[Array], Array], start: Array
+        self, at: Array, light: Light, shown: Callable[[Array], Array], surface: Callable[[Array], Array], start: Array
     ) -> tuple[Array, Array]:
         """Find where the light meets a surface in given columns of the image, by Newton's method in space.
 
         Args:
             at: Pixel coordinate along the stripe, (m,) [px].
             light: Of each row (m).
-            lens: Of the camera.
+            shown: Where the camera shows points of its own frame, (m, 3) [m] -> (m, 2) [px].
             surface: How far points of the camera frame are above the surface, (m, 3) -> (m,) [m].
             start: A guess, (m, 3) [m].
 
@@ -123,7 +117,7 @@ class ScannerOptics:
         pitch = self.truth[("s_u", "s_v")[along]] / self.truth["f"]
 
         def off(point: Array) -> Array:
-            column = (self.pixels(point, lens)[:, along] - at) * pitch * np.abs(point[:, 2])
+            column = (shown(point)[:, along] - at) * pitch * np.abs(point[:, 2])
             return np.stack([column, light.off(point), surface(point)], axis=-1)
 
         def newton_step(point: Array) -> Array:
@@ -136,4 +130,4 @@ class ScannerOptics:
             point = point - newton_step(point)
         lost = ~(np.abs(off(point)).max(axis=1) < 1e-10) | (point[:, 2] <= 0)
         point = np.where(lost[:, None], np.nan, point)
-        return point, np.where(lost[:, None], np.nan, self.pixels(np.where(lost[:, None], start, point), lens))
+        return point, np.where(lost[:, None], np.nan, shown(np.where(lost[:, None], start, point)))

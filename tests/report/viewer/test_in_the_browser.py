@@ -11,8 +11,8 @@ from scanned import dataset
 
 from robolaser.report.cell_poses import CellPoses
 from robolaser.report.viewer.cells import nominal_cell
+from robolaser.report.viewer.scene import downsampled
 from robolaser.report.viewer.serving import ViewerApp
-from robolaser.report.viewer.shapes import downsampled
 from robolaser.scan.ply import VERTEX
 
 pytest.importorskip("viser")

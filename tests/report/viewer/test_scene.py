@@ -15,8 +15,16 @@ from robolaser.geometry.camera import laser_plane
 from robolaser.geometry.rigid_motion import apply, exp_so3, from_quaternion, inverse, pose
 from robolaser.report.cell_poses import CellPoses
 from robolaser.report.viewer.cells import nominal_cell
-from robolaser.report.viewer.scene import BOX, HIT, MODEL_COLOURS, CollisionScene, fixed_shapes, moving_shapes
-from robolaser.report.viewer.shapes import bar, downsampled
+from robolaser.report.viewer.scene import (
+    BOX,
+    HIT,
+    MODEL_COLOURS,
+    bar,
+    collision_shapes,
+    downsampled,
+    fixed_shapes,
+    moving_shapes,
+)
 from robolaser.scan.ply import VERTEX
 
 NUMBERS = {"joint_offset.joint_2.offset": 0.02, "laser_drift.laser.angle": 0.01}
@@ -164,12 +172,12 @@ def test_what_is_hit_is_shown_in_red_where_it_is():
     robot, q = data.arm
     flange = robot.forward(q[None])[0]
     at = Box("block", tuple(flange[0, :3, 3].tolist()), (0.02, 0.02, 0.02))
-    scene = CollisionScene(collision_model(data, Limits(), [at]), 0.01)
-    words, shapes = scene.at(q[0])
+    bodies = collision_model(data, Limits(), [at])
+    words, shapes = collision_shapes(bodies, 0.01, q[0])
     assert "block overlap by" in words
     assert {shape.look["color"] for shape in shapes} == {HIT}
     block = next(shape for shape in shapes if shape.kind == "box" and max(shape.look["dimensions"]) < 0.03)
     np.testing.assert_allclose(block.look["position"], flange[0, :3, 3], atol=1e-12)
-    words, shapes = scene.at(q[1])
+    words, shapes = collision_shapes(bodies, 0.01, q[1])
     assert words == "nothing is hit"
     assert [shape.look["color"] for shape in shapes] == [BOX]

@@ -131,7 +131,7 @@ def test_a_table_of_poses_is_shown_with_what_it_would_hit(served, tmp_path, caps
     assert main(["view", str(poses), "--cell", str(folder), "--no-browser"]) == 0
     (models, _, _, collisions) = served[-1]
     assert models[0].dataset.poses.names == ("into",)
-    assert "link_3 and post overlap by" in collisions.at(models[0].dataset.poses.q[0])[0]
+    assert "link_3 and post overlap by" in collisions(models[0].dataset.poses.q[0])[0]
     assert main(["view", str(poses), "--no-browser"]) != 0
 
 

@@ -1,14 +1,13 @@
 """Faults of joints: encoders and gears, other joints that turn them, and when they are read and at rest."""
 
 from abc import abstractmethod
-from collections.abc import Iterator
+from itertools import accumulate
 from typing import Annotated, final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.trials.synthetic.fault_model import Angle, Coin, FaultModel, uniform
-from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.fault_model import Angle, Coin, FaultModel, SyntheticRun, uniform
 
 
 def turned(q: Array, column: int, by: Array | float) -> Array:
@@ -18,29 +17,16 @@ def turned(q: Array, column: int, by: Array | float) -> Array:
     return q
 
 
-def play_lag(lag: float, move: float, play: float) -> float:
-    """How far the output of a play operator trails its input after a move of the input [rad].
-
-    Visintin, Differential Models of Hysteresis, 1994, chapter III.
-
-    Args:
-        lag: Before the move, between minus and plus half the play.
-        move: Of the input.
-        play: The whole of it.
-    """
-    return min(max(lag + move, -play / 2), play / 2)
-
-
 def play_lags(run: SyntheticRun, along: Array, play: float, lag: float) -> Array:
-    """The lags of a play operator whose input, (n,), goes straight from pose to pose in the order of time, (n,)."""
+    """The lags of a play operator whose input, (n,), goes straight from pose to pose in the order of time, (n,).
 
-    def trailing(lag: float) -> Iterator[float]:
-        for move in np.diff(along[run.order], prepend=along[run.order[0]]).tolist():
-            lag = play_lag(lag, move, play)
-            yield lag
-
+    How far its output trails stays between minus and plus half the play: Visintin, Differential Models of Hysteresis,
+    1994, chapter III.
+    """
+    moves = np.diff(along[run.order], prepend=along[run.order[0]]).tolist()
+    trailing = accumulate(moves, lambda lag, move: min(max(lag + move, -play / 2), play / 2), initial=lag)
     lags = np.empty(len(along))
-    lags[run.order] = [*trailing(lag)]
+    lags[run.order] = [*trailing][1:]
     return lags
 
 
@@ -141,7 +127,7 @@ class SlippedCoupling(
     effect="slipping",
     sizes=(3e-4, 4e-3),
     signed=True,
-    places=lambda run: run.arm.joints[1:-1],
+    places=lambda run: run.joints[1:-1],
     classes=("transmission",),
 ):
     """A coupling slips at some moment of the run: from there on the joint's zero is off by `size` [rad].
@@ -158,11 +144,11 @@ class SlippedCoupling(
 
 def _neighbour(where: str, run: SyntheticRun, rng: np.random.Generator) -> str:
     """A joint at most two joints away."""
-    at = run.arm.joints.index(where)
-    return str(rng.choice([joint for i, joint in enumerate(run.arm.joints) if abs(i - at) in (1, 2)]))
+    at = run.joints.index(where)
+    return str(rng.choice([joint for i, joint in enumerate(run.joints) if abs(i - at) in (1, 2)]))
 
 
-class Coupling(FaultModel, places=lambda run: run.arm.joints if len(run.arm.joints) > 1 else ()):
+class Coupling(FaultModel, places=lambda run: run.joints if len(run.joints) > 1 else ()):
     """Another joint turns this one."""
 
     other: Annotated[str, _neighbour]
@@ -197,7 +183,7 @@ class LedAlong(Coupling, effect="joint_coupling", sizes=(4e-4, 4e-3), signed=Tru
         """Of a belt without ripple."""
         middle, half = self._range(run)
         ratio, homed = self.size / half, middle + self.homed * half
-        return {"ratio": ratio, "offset": -ratio * homed, "other": 1.0 + run.arm.joints.index(self.other)}
+        return {"ratio": ratio, "offset": -ratio * homed, "other": 1.0 + run.joints.index(self.other)}
 
     def share(self, swing: Array) -> Array:
         """All of it across half the other's range."""

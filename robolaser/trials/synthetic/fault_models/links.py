@@ -6,23 +6,17 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.trials.synthetic.fault_model import FaultModel, log_uniform, uniform
-from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.fault_model import FaultModel, SyntheticRun, log_uniform, uniform
 
 LEAST_LENGTH_M = 0.05
-LEAST_WARM_LENGTH_M = 0.2  # metal and plastics grow by less than half a per cent
+LEAST_WARM_M = 0.2  # metal and plastics grow by less than half a per cent
 MOST_OF_PAYLOAD = 0.25  # of the load on a link
 
 
 def joints_on_long_links(run: SyntheticRun, least_m: float = LEAST_LENGTH_M) -> tuple[str, ...]:
     """Joints that a link of some length carries; the link to the first belongs to the base."""
     lengths = np.linalg.norm(run.arm.links[:, :3, 3], axis=1)
-    return tuple(joint for joint in run.arm.joints[1:] if lengths[run.column(joint)] > least_m)
-
-
-def joints_on_growing_links(run: SyntheticRun) -> tuple[str, ...]:
-    """Joints on links that can grow by some tenths of a millimetre."""
-    return joints_on_long_links(run, LEAST_WARM_LENGTH_M)
+    return tuple(joint for joint in run.joints[1:] if lengths[run.column(joint)] > least_m)
 
 
 def joints_on_bending_links(run: SyntheticRun) -> tuple[str, ...]:
@@ -67,7 +61,12 @@ class LinkError(FaultModel, effect="link_geometry", sizes=(3e-4, 4e-3)):
 
 
 @final
-class LinkGrowth(FaultModel, effect="thermal_drift", sizes=(1e-4, 6e-4), places=joints_on_growing_links):
+class LinkGrowth(
+    FaultModel,
+    effect="thermal_drift",
+    sizes=(1e-4, 6e-4),
+    places=lambda run: joints_on_long_links(run, LEAST_WARM_M),
+):
     """The link before a joint grows as it warms up, towards an end, with an unknown time constant."""
 
     tau: Annotated[float, log_uniform(0.1, 1.0)]  # as a share of the run

@@ -7,11 +7,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import inverse
-from robolaser.trials.synthetic.fault_model import Coin, FaultModel, log_uniform, plain, uniform
+from robolaser.trials.synthetic.fault_model import Coin, FaultModel, SyntheticRun, log_uniform, plain, uniform
 from robolaser.trials.synthetic.fault_models.joints import play_lags, turned
 from robolaser.trials.synthetic.fault_models.links import beam, joints_on_long_links
 from robolaser.trials.synthetic.mujoco_arm import BRACKET, FOOT, MujocoArm, Spring
-from robolaser.trials.synthetic.run import SyntheticRun
 
 LEAST_SWING_NM = 0.2  # of the torque over the run
 ALIKE = 0.98  # correlation of the torques with and without payload
@@ -21,13 +20,13 @@ HARD = 2e5  # of a gear that has play and little else [Nm/rad]
 
 def joints_that_yield(run: SyntheticRun) -> tuple[str, ...]:
     """Joints whose torque from the URDF's masses alone goes with the whole torque: no other can be named."""
-    whole = run.arm.torques(run.q, run.payload_kg)
-    masses = run.arm.torques(run.q, 0.0)
+    whole = run.torques(run.payload_kg)
+    masses = run.torques(0.0)
     alike = [
         np.corrcoef(*pair)[0, 1] if min(np.ptp(pair, axis=1)) > LEAST_SWING_NM else 0.0
         for pair in zip(whole.T, masses.T, strict=True)
     ]
-    return tuple(joint for joint in run.arm.joints if alike[run.column(joint)] > ALIKE)
+    return tuple(joint for joint in run.joints if alike[run.column(joint)] > ALIKE)
 
 
 @final
@@ -68,7 +67,7 @@ class CableForce(
     FaultModel,
     effect="hose",
     sizes=(5e-4, 4e-3),
-    places=lambda run: run.arm.joints[-2:-1],
+    places=lambda run: run.joints[-2:-1],
     classes=("elasticity", "transmission"),
 ):
     """A cable, a spring from the ceiling to the flange, turns the wrist; the library has no such effect.
@@ -84,14 +83,14 @@ class CableForce(
 
     def sites(self, run: SyntheticRun) -> tuple[str, ...]:
         """The whole wrist."""
-        return run.arm.joints[-WRIST:]
+        return run.joints[-WRIST:]
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """The wrist's joints turned by the force against their stiffness, at most by `size` [rad]."""
         away = np.array(self.anchor) - run.arm.forward(q)[:, :3, 3]
         length = np.linalg.norm(away, axis=1)
         pull = away * (np.maximum(0.0, length - self.slack) / length)[:, None]
-        wrist = [run.column(joint) for joint in run.arm.joints[-WRIST:]]
+        wrist = [run.column(joint) for joint in run.joints[-WRIST:]]
         turn = np.einsum("nij,ni->nj", run.arm.levers(q)[:, :, wrist], pull)
         q = q.copy()
         q[:, wrist] += self.size * turn / np.abs(turn).max()
@@ -115,7 +114,7 @@ class SpringFault(FaultModel, places=joints_that_yield):
 
     def arm(self, run: SyntheticRun, stiffness: float) -> MujocoArm:
         """The arm with what gives way [Nm/rad]."""
-        return MujocoArm(run.arm.robot, self.springs(run, stiffness), self.load_kg(run))
+        return MujocoArm(run.robot, self.springs(run, stiffness), self.load_kg(run))
 
     def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
         """Where the arm comes to rest, by as much beside where it would be if it were rigid."""
@@ -175,7 +174,7 @@ class PlayUnderWeight(
 
     def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
         """About the joint's axis."""
-        most = float(np.abs(run.arm.torques(run.q, run.payload_kg)[:, run.column(self.where)]).max())
+        most = float(np.abs(run.torques(run.payload_kg)[:, run.column(self.where)]).max())
         return [Spring(self.where, stiffness, play=self.size, centring=2.0 * self.friction * most / self.size)]
 
 
@@ -188,7 +187,7 @@ class SoftBase(SpringFault, effect="base_compliance", form="soft_base", sizes=(2
 
     def sites(self, run: SyntheticRun) -> tuple[str, ...]:
         """A base that tilts turns the first joint's axis."""
-        return self.where, run.arm.joints[0]
+        return self.where, run.joints[0]
 
     def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
         """About x and y."""

@@ -7,8 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.geometry.rigid_motion import exp_so3
-from robolaser.trials.synthetic.fault_model import Angle, Coin, FaultModel, Way, log_uniform, uniform
-from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.fault_model import Angle, Coin, FaultModel, SyntheticRun, Way, log_uniform, uniform
 from robolaser.trials.synthetic.scanner import Light
 
 NEAREST_M, FOCUSED_M = 0.01, 0.25

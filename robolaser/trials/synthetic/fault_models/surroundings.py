@@ -6,8 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.trials.synthetic.fault_model import Angle, FaultModel, OnTarget, Way, uniform
-from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.fault_model import Angle, FaultModel, OnTarget, SyntheticRun, Way, uniform
 
 
 @final
@@ -47,7 +46,7 @@ class YieldingFloor(FaultModel, effect="base_compliance", sizes=(2e-4, 3e-3), lo
 
     def sites(self, run: SyntheticRun) -> tuple[str, ...]:
         """A base that tilts turns the first joint's axis."""
-        return self.where, run.arm.joints[0]
+        return self.where, run.joints[0]
 
     def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
         """Tilted about the foot, by `size` [rad] under the largest moment of the run."""
