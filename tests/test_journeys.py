@@ -8,13 +8,10 @@ import csv
 import faulthandler
 import json
 import re
-import shlex
 import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import chdir, redirect_stderr, redirect_stdout
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +24,8 @@ from scipy.spatial.transform import Rotation
 sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
 
 import run_code_blocks
-from run_code_blocks import PAGES, blocks, run_shell
+from run_code_blocks import PAGES, blocks
+from typed import run_typed
 
 from robolaser.arrays import Array
 from robolaser.cli import main
@@ -46,19 +44,8 @@ def defines_a_class(page: Path) -> bool:
 
 @pytest.fixture
 def typed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Commands of a page run in this process, where they have long been imported; what else a shell does, it does."""
-
-    def run(command: str, folder: Path, *, expected: int) -> str:
-        program, *words = shlex.split(command.replace("\\\n", ""))
-        if program != "robolaser":
-            return run_shell(command, folder, expected=expected)
-        said = StringIO()
-        monkeypatch.setenv("COLUMNS", run_code_blocks.WIDTH)
-        with chdir(folder), redirect_stdout(said), redirect_stderr(said):
-            assert main(words) == expected, said.getvalue()
-        return said.getvalue()
-
-    monkeypatch.setattr(run_code_blocks, "run_shell", run)
+    """Commands of a page run in this process, and end."""
+    monkeypatch.setattr(run_code_blocks, "run_shell", run_typed)
     faulthandler.dump_traceback_later(LONGEST_S, exit=True)
     yield
     faulthandler.cancel_dump_traceback_later()
