@@ -131,10 +131,11 @@ def record(world: World, *, series: int = 6, seconds: float = 12.0, seed: int = 
     return RECORDED[asked]
 
 
-def simulated(*, seconds: float, robot: Robot | None = None, **asked: Any) -> MotionLog:
-    """A log of `simulate_motion` with runs of so many seconds: a search takes as long as the longest of them."""
+def simulated(*, seconds: float, rate_hz: float = 100.0, robot: Robot | None = None, **asked: Any) -> MotionLog:
+    """A log of `simulate_motion` with runs of so many seconds: a search takes as long as the rows of the longest."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(simulation, "DURATION_S", seconds)
+        patch.setattr(simulation, "RATE_HZ", rate_hz)
         return simulation.simulate_motion(robot or ROBOT, **asked)
 
 
