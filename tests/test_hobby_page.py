@@ -1,11 +1,8 @@
 """The page for owners of hobby arms does what it shows, from an empty folder, with an emulated arm."""
 
 import json
-import shlex
 import shutil
 import sys
-from contextlib import chdir, redirect_stdout
-from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +12,9 @@ from virtual_cell import in_virtual_time
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
 
-from run_code_blocks import blocks, commands, compare, run_shell
+from run_code_blocks import blocks, commands, compare
+from typed import run_typed
 
-from robolaser.cli import main
 from robolaser.data.loading import load
 from robolaser.emulator.servo_loop import SERVO_FAULTS
 from robolaser.motion.reading import load_motion
@@ -44,18 +41,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
                 with EmulatorProcess(cell, world=cell / "world.toml") as emulated:
                     assert emulated.camera
             elif command.startswith("robolaser record ") and command.endswith("--move"):
-                compare(shown, _recorded(command, folder))
+                with in_virtual_time(folder / command.split()[2]):
+                    compare(shown, run_typed(command, folder, expected=0))
             else:
-                compare(shown, run_shell(command, folder, expected=0))
+                compare(shown, run_typed(command, folder, expected=0))
     return folder
-
-
-def _recorded(command: str, folder: Path) -> str:
-    _, *asked = shlex.split(command.replace("\\\n", ""))
-    out = StringIO()
-    with chdir(folder), in_virtual_time(folder / asked[1]), redirect_stdout(out):
-        assert main(asked) == 0
-    return out.getvalue()
 
 
 def test_the_recording_is_a_data_set_of_the_camera_and_a_log_of_the_same_motions(folder: Path) -> None:

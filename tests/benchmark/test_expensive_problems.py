@@ -26,7 +26,7 @@ def test_who_tampers_with_the_count_or_swallows_the_end_evaluates_exactly_the_bu
     monkeypatch.setattr("robolaser.benchmark.compare.GRACE_S", 1.0)
     count = tmp_path / "count"
     result = robolaser.compare(
-        [Slow(0.0, str(count))], [f"mine:{search}"], seeds=1, budget=20, jobs=1, time_limit_s=2.0
+        [Slow(0.0, str(count))], [f"mine:{search}"], seeds=1, budget=20, jobs=1, time_limit_s=1.0
     )
     (run,) = result.runs
     assert (run.state, run.reason, run.evaluations) == ("done", "", 20)
@@ -35,17 +35,17 @@ def test_who_tampers_with_the_count_or_swallows_the_end_evaluates_exactly_the_bu
 
 
 def test_who_swallows_the_end_of_its_time_evaluates_no_more():
-    result = robolaser.compare([Slow(0.2)], ["mine:deaf"], seeds=1, budget=1000, time_limit_s=1.0, jobs=1)
+    result = robolaser.compare([Slow(0.1)], ["mine:deaf"], seeds=1, budget=1000, time_limit_s=0.5, jobs=1)
     (run,) = result.runs
-    assert (run.state, run.reason) == ("done", "ended by its time limit of 1 s")
+    assert (run.state, run.reason) == ("done", "ended by its time limit of 0.5 s")
     assert run.evaluations <= 6
 
 
 def test_the_time_limit_is_looked_at_after_each_candidate_and_keeps_what_was_found():
     began = time.monotonic()
-    result = robolaser.compare([Slow(0.2)], ["GA:pop_size=100"], seeds=1, budget=1000, time_limit_s=1.0)
+    result = robolaser.compare([Slow(0.1)], ["GA:pop_size=100"], seeds=1, budget=1000, time_limit_s=0.5)
     (run,) = result.runs
-    assert (run.state, run.reason) == ("done", "ended by its time limit of 1 s")
+    assert (run.state, run.reason) == ("done", "ended by its time limit of 0.5 s")
     assert 1 <= run.evaluations <= 6  # of a hundred; how many depends on how busy the machine is
     assert run.trace.final < 75
     assert time.monotonic() - began < 60
@@ -61,7 +61,7 @@ def test_a_crash_of_a_candidate_may_cost_infinity():
 @pytest.mark.parametrize("algorithm", ["mine:hanging", "mine:dying"])
 def test_who_hangs_or_dies_fails_alone_and_keeps_what_it_found(algorithm, monkeypatch):
     monkeypatch.setattr("robolaser.benchmark.compare.GRACE_S", 2.0)
-    result = robolaser.compare(["mine:Sphere"], [algorithm, "random"], seeds=1, budget=50, time_limit_s=1.0, jobs=1)
+    result = robolaser.compare(["mine:Sphere"], [algorithm, "random"], seeds=1, budget=50, time_limit_s=0.5, jobs=1)
     lost, other = (next(run for run in result.runs if run.algorithm == name) for name in (algorithm, "random"))
     assert lost.state == "failed"
     assert lost.reason.startswith(("it hung", "its process died"))
@@ -71,7 +71,7 @@ def test_who_hangs_or_dies_fails_alone_and_keeps_what_it_found(algorithm, monkey
 
 def test_a_candidate_that_takes_longer_than_the_time_limit_loses_nothing_that_was_found_before(monkeypatch):
     monkeypatch.setattr("robolaser.benchmark.compare.GRACE_S", 1.0)
-    result = robolaser.compare([Stuck()], ["random"], seeds=1, budget=50, time_limit_s=1.0, jobs=1)
+    result = robolaser.compare([Stuck()], ["random"], seeds=1, budget=50, time_limit_s=0.5, jobs=1)
     (run,) = result.runs
     assert run.reason.startswith("it hung")
     assert len(run.trace.costs)
@@ -80,7 +80,7 @@ def test_a_candidate_that_takes_longer_than_the_time_limit_loses_nothing_that_wa
 
 def test_a_run_of_several_objectives_that_is_killed_keeps_its_front(monkeypatch):
     monkeypatch.setattr("robolaser.benchmark.compare.GRACE_S", 1.0)
-    result = robolaser.compare([Stuck(2)], ["random"], seeds=1, budget=50, time_limit_s=1.0, jobs=1)
+    result = robolaser.compare([Stuck(2)], ["random"], seeds=1, budget=50, time_limit_s=0.5, jobs=1)
     assert result.made[0].trace.costs.shape[1] == 2
 
 
@@ -93,7 +93,7 @@ def test_what_is_half_written_is_left_out(tmp_path):
 
 def test_a_noisy_problem_keeps_no_luckiest_sample_of_a_run_that_is_killed(monkeypatch):
     monkeypatch.setattr("robolaser.benchmark.compare.GRACE_S", 1.0)
-    result = robolaser.compare(["mine:Noisy"], ["mine:hanging"], seeds=1, budget=50, time_limit_s=1.0, jobs=1)
+    result = robolaser.compare(["mine:Noisy"], ["mine:hanging"], seeds=1, budget=50, time_limit_s=0.5, jobs=1)
     assert result.problems[0].noisy
     assert not len(result.runs[0].trace.costs)
 

@@ -114,8 +114,8 @@ def test_a_wrong_port_is_named(acl: Rig, port: str, said: str, capsys: pytest.Ca
 
 
 def test_a_wrong_speed_is_told_from_a_broken_arm(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
-    with EmulatorProcess(acl.folder, faults=["lost:1", "flood:100"]) as running:  # what comes has no meaning
-        assert acl.record("--poses", str(acl.poses), "--move", port=running.arm) == 1
+    with emulated(acl, "lost:1", "flood:100") as port:  # what comes has no meaning
+        assert acl.record("--poses", str(acl.poses), "--move", port=port) == 1
     assert "baud" in capsys.readouterr().err
 
 

@@ -19,7 +19,7 @@ KINDS = [*((kind, None) for kind in sorted(sensors())), *MOUNTED]
 def dataset(request, tmp_path_factory):
     kind, mount = request.param
     folder = tmp_path_factory.mktemp(kind) / "cell"
-    typed = ["simulate", "--robot", "ur5e", "--sensor", kind, "--poses", "24", "--output", str(folder), "--quiet"]
+    typed = ["simulate", "--robot", "ur5e", "--sensor", kind, "--poses", "16", "--output", str(folder), "--quiet"]
     assert main([*typed, *(["--mount", mount] if mount else [])]) == 0
     return folder
 

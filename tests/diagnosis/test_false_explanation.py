@@ -47,7 +47,7 @@ def test_errors_are_lower_where_they_fall_at_most_poses_and_not_where_chance_wou
     assert not is_lower(before[:5], 0.5 * before[:5], pose[:5])
 
 
-@pytest.mark.parametrize(("arm", "seed"), [("ur5e", 1), ("ur5e", 3), ("ur5e", 4), ("panda", 2), ("panda", 3)])
+@pytest.mark.parametrize(("arm", "seed"), [("ur5e", 1), ("ur5e", 4), ("panda", 3)])
 def test_a_joint_that_scatters_at_ten_poses_is_no_gear(arm: str, seed: int) -> None:
     made = simulate(find_robot(arm), kind="point", poses=10, noise=Noise(point_m=3e-5, joint_rad=1e-5), seed=seed)
     q = made.dataset.arm[1].copy()

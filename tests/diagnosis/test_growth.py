@@ -33,8 +33,13 @@ def arm() -> Dataset:
 
 
 @pytest.fixture(scope="module")
-def found(arm: Dataset) -> DiagnosisResult:
-    return robolaser.diagnose(first(arm, FIRST), effects=FEW, seed=1)
+def other() -> Dataset:
+    return simulate("ur5", kind="point", poses=20, noise=Noise(point_m=1e-4), seed=5).dataset
+
+
+@pytest.fixture(scope="module")
+def found(arm: Dataset, other: Dataset) -> DiagnosisResult:
+    return robolaser.diagnose(first(arm, FIRST), effects=FEW, seed=1, validate=[other])
 
 
 def first(dataset: Dataset, count: int) -> Dataset:
@@ -108,9 +113,7 @@ def test_repeats_of_a_further_pose_weigh_as_those_of_the_others():
     np.testing.assert_allclose(np.linalg.norm(new[0]), np.linalg.norm(known[0]), rtol=1e-6)
 
 
-def test_a_grown_diagnosis_still_says_whether_it_carries_over_and_what_it_may_stand_for(arm):
-    other = simulate("ur5", kind="point", poses=20, noise=Noise(point_m=1e-4), seed=5).dataset
-    found = robolaser.diagnose(first(arm, FIRST), effects=FEW, seed=1, validate=[other])
+def test_a_grown_diagnosis_still_says_whether_it_carries_over_and_what_it_may_stand_for(arm, other, found):
     grown = found.with_poses(first(arm, FIRST + 1))
     assert grown.diagnosis.weighed.followed
     assert grown.sentence.partition(f"to {other.name}")[2] == found.sentence.partition(f"to {other.name}")[2] != ""

@@ -71,10 +71,10 @@ def test_scatter_alone_is_no_gap(kind: str):
     assert diagnosis.noise["joint"].value == pytest.approx(JOINT_RAD, rel=0.3)
 
 
-def tracked(arm: str, poses: int, off: Callable[[Array], Array], seed: int = 1, **stated: float) -> Diagnosis:
+def tracked(arm: str, poses: int, off: Callable[[Array], Array], **stated: float) -> Diagnosis:
     """Of an arm before a tracker whose readings q (n, j) are off by so much."""
     noise = Noise(point_m=3e-5, **stated)
-    dataset = simulate(find_robot(arm), kind="point", poses=poses, noise=noise, seed=seed).dataset
+    dataset = simulate(find_robot(arm), kind="point", poses=poses, noise=noise, seed=1).dataset
     q = dataset.poses.q
     assert q is not None
     return examine(replace(dataset, poses=replace(dataset.poses, q=q + off(q))), seed=0)
@@ -103,17 +103,16 @@ def test_two_joints_that_turn_by_the_sum_of_their_angles_do_not_scatter() -> Non
     def by_one_wheel(q: Array) -> Array:
         return 4e-3 * np.sin(q[:, [3]] + q[:, [4]]) * np.isin(np.arange(q.shape[1]), (3, 4))
 
-    found = tracked("scorbot_er7", 50, by_one_wheel, **REPEATS)
+    found = tracked("scorbot_er7", 36, by_one_wheel, **REPEATS)
     assert found.pose_scatter is None
     assert {place.site for place in found.where} <= {"joint_4", "joint_5"}
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_joint_that_skips_neither_scatters_nor_has_a_wrong_zero(seed: int) -> None:
+def test_a_joint_that_skips_neither_scatters_nor_has_a_wrong_zero() -> None:
     def skipping(q: Array) -> Array:
         return 1e-3 * (q > np.median(q, axis=0)) * (np.arange(q.shape[1]) == 1)
 
-    found = tracked("ur5", 25, skipping, seed, **REPEATS)
+    found = tracked("ur5", 25, skipping, **REPEATS)
     assert found.pose_scatter is None
     assert not found.findings
     assert [(one.name, one.site) for one in found.classes] == [("unknown", "shoulder_lift_joint")]

@@ -1,6 +1,7 @@
 """Of many poses effects are sought in some, spread over time and configurations; their sizes are of all."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -9,23 +10,29 @@ from robolaser import find_robot
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
 from robolaser.data.subsampling import MAX_POSES, chosen_rows
-from robolaser.diagnosis import examine
+from robolaser.diagnosis import Diagnosis, examine
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.estimation.averaging import AveragedData
 from robolaser.model.effects import EFFECTS
 from robolaser.report.diagnosis.page import document
 from robolaser.simulation import simulate
 
-SEEDS = 1, 2
+SEEDS = 0, 1
 SUSPECTED = [kind for kind in EFFECTS if kind.name in ("joint_offset", "backlash", "encoder_scale")]
 
 
+@cache
 def tracked(poses: int = 700, **effects: float) -> Dataset:
     wanted = {name.replace("__", ":"): size for name, size in effects.items()}
     noise = Noise(point_m=2e-5)
     return simulate(
         find_robot("ur5e"), kind="point", poses=poses, points=3, noise=noise, effects=wanted, seed=5
     ).dataset
+
+
+@cache
+def examined(seed: int, **effects: float) -> Diagnosis:
+    return examine(tracked(**effects), SUSPECTED, seed=seed)
 
 
 @pytest.fixture(scope="module")
@@ -78,18 +85,16 @@ def test_poses_that_are_all_alike_are_thinned_too(sound: Dataset) -> None:
 
 @pytest.mark.parametrize("effects", [{}, {"backlash__elbow_joint": 0.002}], ids=["none", "one"])
 def test_any_thinning_gives_one_answer(effects: dict[str, float]) -> None:
-    dataset = tracked(**effects)
-    found = [diagnosis_json(examine(dataset, SUSPECTED, seed=seed)) for seed in SEEDS]
+    found = [diagnosis_json(examined(seed, **effects)) for seed in SEEDS]
     assert {one["verdict"] for one in found} == {"explained" if effects else "no_gap"}
     certain = [{kind["class"] for kind in one["classes"] if kind["probability"] > 0.95} for one in found]
     assert certain == [{"transmission"} if effects else set()] * len(SEEDS)
 
 
 def test_sizes_are_fitted_to_all_poses_and_are_as_sure_as_all_of_them_make_them() -> None:
-    dataset = tracked(backlash__elbow_joint=0.002)
-    (all_poses,), (some,) = (
-        examine(data, SUSPECTED, seed=0).findings for data in (dataset, dataset.of_poses(np.arange(700) < MAX_POSES))
-    )
+    (all_poses,) = examined(0, backlash__elbow_joint=0.002).findings
+    first = tracked(backlash__elbow_joint=0.002).of_poses(np.arange(700) < MAX_POSES)
+    (some,) = examine(first, SUSPECTED, seed=0).findings
     size, of_some = (found.parameters["lost_motion"] for found in (all_poses, some))
     assert size.std == pytest.approx(of_some.std * np.sqrt(MAX_POSES / 700), rel=0.2)
     assert abs(size.value - 0.002) < 3.0 * size.std

@@ -33,7 +33,7 @@ def test_a_lens_that_breathes_by_the_square_of_the_distance_is_named() -> None:
 
 def stretched(along_x: float, along_y: float) -> Dataset:
     """What images show of a print with a scale of its own along each side."""
-    made = simulate(find_robot("ur5"), kind="camera", poses=20, points=20, noise=NOISE, options=UNPLACED, seed=6)
+    made = simulate(find_robot("ur5"), kind="camera", poses=16, points=12, noise=NOISE, options=UNPLACED, seed=6)
     stated = made.dataset.points["xyz"] / np.array([1.0 + along_x, 1.0 + along_y, 1.0])
     return replace(made.dataset, points=replace(made.dataset.points, xyz=stated))
 
@@ -52,7 +52,7 @@ def test_of_a_print_with_two_scales_what_they_have_in_common_may_be_the_arms() -
 
 def held_by_a_cantilever(size: float, axis: np.ndarray, seed: int = 5) -> Dataset:
     """Points of a reflector whose holder bends across its axis."""
-    made = simulate(find_robot("ur5"), kind="point", poses=40, noise=Noise(point_m=2e-5), seed=seed)
+    made = simulate(find_robot("ur5"), kind="point", poses=30, noise=Noise(point_m=2e-5), seed=seed)
     T, truth = made.dataset.flange(), made.truth
     down = np.einsum("nij,i->nj", T[:, :3, :3], np.array([0.0, 0.0, -1.0]))
     across = size * (down - (down @ axis)[:, None] * axis)
@@ -75,7 +75,7 @@ def test_without_it_in_the_library_a_holder_that_bends_is_no_certain_cause_of_an
 
 def grown(share: float, **known: object) -> Dataset:
     """A tracker's data of an arm whose lengths have all grown, the way to the flange as well."""
-    made = simulate(find_robot("ur5"), kind="point", poses=40, points=3, noise=Noise(point_m=1e-5), seed=7)
+    made = simulate(find_robot("ur5"), kind="point", poses=30, points=3, noise=Noise(point_m=1e-5), seed=7)
     R = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))
     flange = made.dataset.flange()[made.dataset.points.pose, :3, 3]
     points = replace(made.dataset.points, xyz=made.dataset.points["xyz"] + share * flange @ R.T)
@@ -100,7 +100,7 @@ def test_known_distances_between_reflectors_tell_it_from_the_trackers_scale() ->
 
 def seen_by(bent: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Dataset:
     """Points that a tracker sees elsewhere: by where they are in its frame, and which way is up there."""
-    made = simulate(find_robot("ur5"), kind="point", poses=60, noise=Noise(point_m=2e-5), seed=8)
+    made = simulate(find_robot("ur5"), kind="point", poses=40, noise=Noise(point_m=2e-5), seed=8)
     up = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))[:, 2]
     xyz = made.dataset.points["xyz"]
     return replace(made.dataset, points=replace(made.dataset.points, xyz=xyz + bent(xyz, up)))
@@ -125,7 +125,7 @@ def test_a_measuring_system_that_distorts_space_is_an_unknown_cause_there_and_no
 
 
 def test_a_bearing_that_wobbles_twice_a_turn_is_an_unknown_cause_at_its_joint_and_no_error_of_lengths() -> None:
-    made = simulate(find_robot("ur5"), kind="point", poses=60, noise=Noise(point_m=2e-5), seed=8)
+    made = simulate(find_robot("ur5"), kind="point", poses=40, noise=Noise(point_m=2e-5), seed=8)
     R = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))
     xyz, poses = made.dataset.points["xyz"], made.dataset.points.pose
     in_base = (xyz - np.array([made.truth[f"base.{axis}"] for axis in "xyz"])) @ R
@@ -137,7 +137,7 @@ def test_a_bearing_that_wobbles_twice_a_turn_is_an_unknown_cause_at_its_joint_an
     assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
 
 
-@pytest.mark.parametrize(("arm", "seed"), [("ur5e", 1), ("ur5e", 2), ("panda", 2)])
+@pytest.mark.parametrize(("arm", "seed"), [("ur5e", 1), ("panda", 2)])
 def test_angles_that_are_biased_by_where_a_body_is_seen_from_are_no_noise_and_nothing_of_the_arm(
     arm: str, seed: int
 ) -> None:
@@ -157,7 +157,7 @@ def test_angles_that_are_biased_by_where_a_body_is_seen_from_are_no_noise_and_no
 
 def through(change: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Dataset:
     """What a camera sees whose pixels (m, 2) are changed with the share of the run (m, 1) that had passed."""
-    made = simulate(find_robot("ur5"), kind="camera", poses=30, points=20, noise=NOISE, options=UNPLACED, seed=6)
+    made = simulate(find_robot("ur5"), kind="camera", poses=24, points=12, noise=NOISE, options=UNPLACED, seed=6)
     seen, time_s = made.dataset.points, made.dataset.poses.time_s
     assert time_s is not None
     share = (time_s / time_s.max())[seen.pose, None]

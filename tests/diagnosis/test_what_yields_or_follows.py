@@ -38,7 +38,7 @@ def test_what_the_library_makes_it_names(sizes: dict[str, float], kind: str) -> 
 @pytest.mark.parametrize(("effect", "where", "size"), THEIRS)
 def test_what_other_formulas_make_it_names_first(effect: str, where: str, size: float) -> None:
     rng = np.random.default_rng(5)
-    built = build(find_robot("panda"), Ranges(poses=(40, 44)), rng, moving=False)
+    built = build(find_robot("panda"), Ranges(poses=(30, 34)), rng, moving=False)
     fault = FAULT_MODELS[effect].sample(where, size, built.cell.run, rng)
     found = examine(built.read([fault], rng), seed=0).findings[0]
     assert (found.candidate_effect.effect.name, found.candidate_effect.where) == (effect, where)
@@ -66,7 +66,7 @@ def test_a_small_scale_beside_a_large_effect_is_found_where_it_predicts_new_pose
 def test_what_yields_beside_a_far_larger_wrong_zero_is_no_form_of_it() -> None:
     """A zero that is three milliradians off explains fifty times as much, and has no form that could differ."""
     effects = {"joint_compliance": 2e-5, "joint_offset:panda_joint4": 3e-3}
-    made = simulate(find_robot("panda"), kind="point", poses=100, noise=Noise(point_m=3e-5), effects=effects, seed=1)
+    made = simulate(find_robot("panda"), kind="point", poses=50, noise=Noise(point_m=3e-5), effects=effects, seed=1)
     found = examine(made.dataset, seed=0)
     assert found.verdict == "explained"
     assert {one.name for one in found.classes if one.probability > 0.9} >= {"elasticity", "arm_geometry"}
@@ -76,7 +76,7 @@ def test_what_yields_beside_a_far_larger_wrong_zero_is_no_form_of_it() -> None:
 def test_a_wrong_zero_beside_little_that_follows_another_joint_is_no_coupling() -> None:
     """A coupled joint is off by its zero no farther than the other joint turns, times the ratio."""
     effects = {"joint_offset:panda_joint4": 2e-3}
-    made = simulate(find_robot("panda"), kind="point", poses=60, noise=Noise(point_m=3e-5), effects=effects, seed=1)
+    made = simulate(find_robot("panda"), kind="point", poses=40, noise=Noise(point_m=3e-5), effects=effects, seed=1)
     poses = made.dataset.poses
     assert poses.q is not None
     q = poses.q.copy()

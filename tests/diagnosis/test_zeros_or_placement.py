@@ -21,7 +21,7 @@ def diagnosed(effects: dict[str, float], seed: int) -> DiagnosisResult:
         find_robot("so101"),
         kind="camera",
         poses=40,
-        points=20,
+        points=12,
         noise=Noise(pixel_px=0.3, joint_rad=5e-4),
         effects=effects,
         options=CellOptions(mount="base", placed=False),

@@ -2,10 +2,13 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
+import pytest
 
+from robolaser.motion import simulation
 from robolaser.motion.log import MotionLog
 from robolaser.motion.reading import motion_texts
 from robolaser.robot.kinematics import Robot
@@ -64,6 +67,9 @@ def urdf(payload: float = 0.0) -> str:
     return f'<robot name="four"><link name="base"/>{"".join(links)}{"".join(joints)}{tool}</robot>'
 
 
+ROBOT = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))
+
+
 def mjcf(world: World) -> str:
     """The same arm as MuJoCo has it, with what is the matter."""
     inner, ends, at = "", "", 0.0
@@ -114,8 +120,26 @@ def _gains(model: mujoco.MjModel, world: World) -> tuple[np.ndarray, np.ndarray]
     return kp, 2.0 * world.sluggish * kp / world.bandwidth
 
 
+RECORDED: dict[str, MotionLog] = {}
+
+
 def record(world: World, *, series: int = 6, seconds: float = 12.0, seed: int = 0) -> MotionLog:
-    """A log of the arm in its world."""
+    """A log of the arm in its world; MuJoCo moves it once."""
+    asked = repr((world, series, seconds, seed))
+    if asked not in RECORDED:
+        RECORDED[asked] = _recorded(world, series, seconds, seed)
+    return RECORDED[asked]
+
+
+def simulated(*, seconds: float, rate_hz: float = 100.0, robot: Robot | None = None, **asked: Any) -> MotionLog:
+    """A log of `simulate_motion` with runs of so many seconds: a search takes as long as the rows of the longest."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(simulation, "DURATION_S", seconds)
+        patch.setattr(simulation, "RATE_HZ", rate_hz)
+        return simulation.simulate_motion(robot or ROBOT, **asked)
+
+
+def _recorded(world: World, series: int, seconds: float, seed: int) -> MotionLog:
     rng = np.random.default_rng(seed)
     real = mujoco.MjModel.from_xml_string(mjcf(world))
     ideal = mujoco.MjModel.from_xml_string(mjcf(World()))
@@ -175,7 +199,7 @@ def record(world: World, *, series: int = 6, seconds: float = 12.0, seed: int = 
     none = np.full_like(parts["q"], np.nan)
     load = parts["load"] + NOISE_RAD * shaken["load"] if world.spring else none
     return MotionLog(
-        name="four", robot=Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81)),
+        name="four", robot=ROBOT,
         series=tuple(f"run_{i}" for i in range(series)), run=np.repeat(np.arange(series), count), time_s=parts["time"],
         command=parts["command"], q=parts["q"] + NOISE_RAD * shaken["q"], qd=none,
         tau=parts["tau"] + 0.02 * shaken["tau"], load=load,

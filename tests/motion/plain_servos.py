@@ -1,28 +1,28 @@
 """Joints that follow commands by Euler's method, each with a fault in numbers; they share no code with robolaser's."""
 
 import numpy as np
-from moved_arms import JOINTS, urdf
+from moved_arms import JOINTS, ROBOT
 
 from robolaser.motion.log import MotionLog
-from robolaser.robot.kinematics import Robot
 
-ROBOT = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))
 LIFT = JOINTS.index("lift")
 STEPS_HZ, RATE_HZ, NOISE_RAD = 2000, 100, 2e-5
 
 
-def late_arm(lag_s: float = 0.0, delay_s: float = 0.0, zero: float = 0.0, dead: float = 0.0) -> MotionLog:
-    """Four runs of 8 s of sines, in which the lift has a servo of these numbers; the other joints are ideal.
+def late_arm(
+    lag_s: float = 0.0, delay_s: float = 0.0, zero: float = 0.0, dead: float = 0.0, *, runs: int = 8
+) -> MotionLog:
+    """Runs of 32 s together of sines, in which the lift has a servo of these numbers; the other joints are ideal.
 
     Up to each row, the lift is sent where that row says.
     """
     rng = np.random.default_rng(0)
-    time = np.arange(8 * STEPS_HZ) / STEPS_HZ
+    time = np.arange(32 // runs * STEPS_HZ) / STEPS_HZ
     every = STEPS_HZ // RATE_HZ
     ahead = np.minimum(-(-np.arange(len(time)) // every) * every, len(time) - every)
     sent = np.maximum(ahead - round(delay_s * STEPS_HZ), 0)
     commands, readings = [], []
-    for _ in range(4):
+    for _ in range(runs):
         amplitude = rng.uniform(0.2, 0.5, (4, 4)) / np.arange(1, 5)[:, None]
         rate, phase = 2.0 * np.pi * rng.uniform(0.05, 0.6, (4, 4)), rng.uniform(0.0, 2.0 * np.pi, (4, 4))
         begin = 0.5 - 0.5 * np.cos(np.pi * np.clip(time, 0.0, 1.0))[:, None]
@@ -40,7 +40,7 @@ def late_arm(lag_s: float = 0.0, delay_s: float = 0.0, zero: float = 0.0, dead: 
     told, read = np.concatenate(commands), np.concatenate(readings)
     none, rows = np.full_like(read, np.nan), len(commands[0])
     return MotionLog(
-        name="plain", robot=ROBOT, series=tuple("abcd"), run=np.repeat(np.arange(4), rows),
-        time_s=np.tile(np.arange(rows) / RATE_HZ, 4), command=told, q=read + NOISE_RAD * rng.normal(size=read.shape),
+        name="plain", robot=ROBOT, series=tuple("abcdefgh"[:runs]), run=np.repeat(np.arange(runs), rows),
+        time_s=np.tile(np.arange(rows) / RATE_HZ, runs), command=told, q=read + NOISE_RAD * rng.normal(size=read.shape),
         qd=none, tau=none, load=none,
     )  # fmt: skip

@@ -4,15 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from moved_arms import urdf
+from moved_arms import simulated
 
 from robolaser.motion.diagnosis import diagnose_motion
 from robolaser.motion.effect import MotionEffect
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.log import MotionLog
 from robolaser.motion.result_json import motion_json
-from robolaser.motion.simulation import simulate_motion
-from robolaser.robot.kinematics import Robot
 
 CLASSES = {"timing", "servo", "friction", "dynamics", "transmission"}
 SIZES = {
@@ -24,13 +22,11 @@ SIZES = {
 """At one joint, where that differs from twice the usual size."""
 TELLING = {"lag": "inertia", "link_inertia": "mass_z"}
 """The number that shows, where that is not the first."""
-ROBOT = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))
 EFFECTS = {f"{one.name} {one.form or one.rows}": one for one in MOTION_EFFECTS}
 
 
 def of_one_kind(log: MotionLog, rows: str) -> MotionLog:
-    """The first ten seconds of each series, without what other kinds of rows are made of."""
-    log = log.of_rows(log.time_s < 10.0)
+    """Without what other kinds of rows are made of."""
     none = np.full_like(log.q, np.nan)
     made_of = {"tracking": "command", "torque": "tau", "load": "load"}
     left = {name: none for kind, name in made_of.items() if kind != rows}
@@ -62,10 +58,10 @@ def test_it_is_found_where_it_is_simulated(effect: MotionEffect) -> None:
     more = {f"{effect.name}:{place}.time": 0.06, name: 2e-3}  # a lag of second order is one of the first, too
     asked = more if effect.name == "lag" and effect.form else {name: size}
     if effect.rows == "load" and effect.site != "joint":
-        log = simulate_motion(ROBOT, series=3, seed=1)
+        log = simulated(seconds=5.0, rate_hz=50.0, series=6, seed=1)
         log = replace(log, load=np.roll(log.load, 2, axis=0))
     else:
-        log = simulate_motion(ROBOT, series=3, effects=asked, seed=1)
+        log = simulated(seconds=5.0, rate_hz=50.0, series=6, effects=asked, seed=1)
     found = motion_json(diagnose_motion(of_one_kind(log, effect.rows), seed=0))
     told = {(one["effect"], one["where"]): one["probability"] for one in found["effects"]}
     rivals = {tuple(rival) for one in found["effects"] for rival in one["indistinguishable_from"]}

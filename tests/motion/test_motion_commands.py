@@ -2,7 +2,9 @@
 
 import csv
 import json
+from contextlib import redirect_stdout
 from importlib.resources import files
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ from moved_arms import urdf
 import robolaser
 from robolaser.cli import main
 from robolaser.errors import UsageError
+from robolaser.motion import simulation
 
 
 @pytest.fixture(scope="module")
@@ -20,24 +23,20 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("motion")
     (made / "arm.urdf").write_text(urdf(), encoding="utf-8")
     asked = ["--sensor", "motion", "--robot", str(made / "arm.urdf"), "--flange", "tool", "--sessions", "4"]
-    assert (
-        main(
-            [
-                "simulate",
-                *asked,
-                "--effect",
-                "lag:lift=0.06",
-                "--effect",
-                "viscous_friction:pan=2",
-                "--output",
-                str(made / "log"),
-                "--seed",
-                "2",
-            ]
-        )
-        == 0
-    )
+    effects = ["--effect", "lag:lift=0.06", "--effect", "viscous_friction:pan=2"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(simulation, "DURATION_S", 8.0)
+        assert main(["simulate", *asked, *effects, "--output", str(made / "log"), "--seed", "2"]) == 0
     return made
+
+
+@pytest.fixture(scope="module")
+def printed(folder: Path) -> dict[str, Any]:
+    """What `diagnose` prints; it writes the folder `why`."""
+    with redirect_stdout(StringIO()) as out:
+        assert main(["diagnose", str(folder / "log"), "--output", str(folder / "why"), "--seed", "0", "--json"]) == 0
+    found: dict[str, Any] = json.loads(out.getvalue())
+    return found
 
 
 def run(capsys: pytest.CaptureFixture[str], *typed: str) -> tuple[int, Any]:
@@ -54,10 +53,8 @@ def test_check_says_which_effects_the_log_can_show(folder: Path, capsys: pytest.
 
 
 def test_diagnose_writes_what_the_schema_says_a_page_and_a_table_for_simulators(
-    folder: Path, capsys: pytest.CaptureFixture[str]
+    folder: Path, printed: dict[str, Any]
 ) -> None:
-    code, printed = run(capsys, "diagnose", str(folder / "log"), "--output", str(folder / "why"), "--seed", "0")
-    assert code == 0
     written = json.loads((folder / "why" / "diagnosis.json").read_text(encoding="utf-8"))
     assert printed == written
     jsonschema.validate(written, json.loads(files("robolaser.schemas").joinpath("diagnosis.schema.json").read_text()))
@@ -80,12 +77,11 @@ def test_diagnose_writes_what_the_schema_says_a_page_and_a_table_for_simulators(
     assert "stiffness" in words["lag"][0]
 
 
-def test_files_lists_what_the_folder_holds_for_others(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    _, found = run(capsys, "diagnose", str(folder / "log"), "--output", str(folder / "files"), "--seed", "0")
-    (table,) = found["files"]
-    pairs = [[one["effect"], one["where"]] for one in found["effects"]]
+def test_files_lists_what_the_folder_holds_for_others(folder: Path, printed: dict[str, Any]) -> None:
+    (table,) = printed["files"]
+    pairs = [[one["effect"], one["where"]] for one in printed["effects"]]
     assert table == {"file": "servos.csv", "held_out_mm": None, "contains": pairs, "lacks": []}
-    assert (folder / "files" / table["file"]).exists()
+    assert (folder / "why" / table["file"]).exists()
 
 
 def test_view_says_what_a_motion_is_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

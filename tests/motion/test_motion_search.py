@@ -1,17 +1,18 @@
 """The search for effects: it ends, whatever the models of its rows are worth."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import count
 
 import numpy as np
 import pytest
+from moved_arms import simulated
 
 import robolaser
 from robolaser.motion.effect import At
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.selection import search, side_by_side
-from robolaser.motion.simulation import simulate_motion
 from robolaser.robot.by_name import find_robot
 
 FRICTION, LINK = (
@@ -46,7 +47,8 @@ def test_an_effect_stays_without_which_no_model_is_possible() -> None:
 
 @pytest.mark.parametrize(("arm", "joint"), [("ur5", "elbow_joint"), ("so_arm101", "elbow_flex")])
 def test_a_mass_on_a_joint_s_axis_is_certain_as_a_kind_and_may_be_either_link_s(arm: str, joint: str) -> None:
-    log = simulate_motion(find_robot(arm), effects={f"link_inertia:{joint}.mass": 0.8}, seed=1)
+    log = simulated(seconds=20.0, robot=find_robot(arm), effects={f"link_inertia:{joint}.mass": 0.8}, seed=1)
+    log = replace(log, command=np.full_like(log.q, np.nan))
     found = robolaser.diagnose(log, seed=0).to_dict()
     (one,), (kind,) = found["effects"], found["kinds"]
     assert joint in {one["where"], *(where for _, where in one["indistinguishable_from"])}
@@ -56,7 +58,8 @@ def test_a_mass_on_a_joint_s_axis_is_certain_as_a_kind_and_may_be_either_link_s(
 
 
 def test_a_dead_time_of_less_than_half_a_row_is_no_longer_lag() -> None:
-    log = simulate_motion(find_robot("ur5e"), effects={"dead_time:elbow_joint": 0.003}, seed=4)
+    log = simulated(seconds=5.0, robot=find_robot("ur5e"), effects={"dead_time:elbow_joint": 0.003}, seed=4)
+    log = replace(log, tau=np.full_like(log.q, np.nan), load=np.full_like(log.q, np.nan))
     (one,) = robolaser.diagnose(log, seed=0).to_dict()["effects"]
     assert (one["effect"], one["where"]) == ("dead_time", "elbow_joint")
     assert one["parameters"]["delay"]["value"] == pytest.approx(0.003, rel=1e-3)

@@ -6,15 +6,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from moved_arms import JOINTS, urdf
+from moved_arms import JOINTS, simulated
 
 from robolaser.motion.diagnosis import MotionDiagnosis, diagnose_motion
 from robolaser.motion.log import MotionLog
 from robolaser.motion.patterns import Patterns
-from robolaser.motion.simulation import simulate_motion
-from robolaser.robot.kinematics import Robot
 
-ROBOT = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))
 ELBOW = JOINTS.index("elbow")
 NOISE_RAD = 1e-3
 MEMORY = 15  # rows over which noise is smooth
@@ -30,7 +27,7 @@ def slow_noise(shape: tuple[int, int], seed: int) -> np.ndarray:
 
 @cache
 def log_of(lag_s: float = 0.0) -> MotionLog:
-    log = simulate_motion(ROBOT, series=6, effects={"lag:lift": lag_s}, seed=2)
+    log = simulated(seconds=10.0, series=12, effects={"lag:lift": lag_s}, seed=2)
     none = np.full_like(log.q, np.nan)
     return replace(log, q=log.q + slow_noise(log.q.shape, 7), tau=none, load=none)
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from moved_arms import urdf
+from moved_arms import ROBOT
 from plain_servos import LIFT, late_arm
 
 from robolaser.motion.diagnosis import diagnose_motion
@@ -19,7 +19,6 @@ from robolaser.motion.quantities import quantities
 from robolaser.motion.selection import SelectedEffect
 from robolaser.motion.simulation import simulate_motion
 from robolaser.robot.by_name import find_robot
-from robolaser.robot.kinematics import Robot
 
 LIMIT = next(one for one in TRACKING if one.name == "range_limit")
 
@@ -77,7 +76,7 @@ def test_errors_of_joints_that_cancel_at_the_flange_are_none_there() -> None:
 
 
 def test_a_gear_that_rests_has_its_lost_motion_where_the_last_motion_left_it() -> None:
-    robot = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))
+    robot = ROBOT
     time = np.arange(600) / 100.0
     angle = np.interp(time, [1.0, 2.0, 3.5, 4.5], [0.0, 0.5, 0.5, 0.1])
     q = np.repeat(angle[:, None], len(robot.joints), axis=1) + np.random.default_rng(0).normal(0.0, 1e-5, (600, 4))

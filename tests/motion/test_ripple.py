@@ -4,19 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from moved_arms import JOINTS, urdf
+from moved_arms import JOINTS, simulated
 
 from robolaser.motion.diagnosis import diagnose_motion
-from robolaser.motion.simulation import simulate_motion
-from robolaser.robot.kinematics import Robot
 
-ROBOT = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))
 LIFT = JOINTS.index("lift")
 
 
 @pytest.mark.parametrize("cycles", [50, 101, 160, 202])
 def test_the_ripple_of_a_gear_is_named_at_its_joint(cycles: int) -> None:
-    log = simulate_motion(ROBOT, series=4, seed=4)
+    log = simulated(seconds=20.0, series=4, seed=4)
     none = np.full_like(log.q, np.nan)
     load = log.load.copy()
     wide = 1.6 * (log.q[:, LIFT] - log.q[:, LIFT].mean())  # over more than two radians

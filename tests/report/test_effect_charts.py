@@ -20,7 +20,7 @@ EFFECTS = {"backlash:elbow_joint": 0.002, "joint_compliance:shoulder_lift_joint"
 @pytest.fixture(scope="module")
 def why() -> DiagnosisResult:
     noise = Noise(point_m=3e-5)
-    made = simulate("ur5", kind="point", poses=40, noise=noise, effects=EFFECTS, seed=1)
+    made = simulate("ur5", kind="point", poses=28, noise=noise, effects=EFFECTS, seed=1)
     return robolaser.diagnose(made.dataset, effects=["backlash", "joint_compliance"])
 
 
@@ -66,7 +66,7 @@ def test_without_an_arm_there_is_no_such_chart() -> None:
 def test_what_moves_no_joint_is_seen_in_the_points(
     kind: str, effect: str, size: float, noise: Noise, coordinate: str
 ) -> None:
-    seen = simulate("ur5", kind=kind, poses=25, noise=noise, effects={effect: size}, seed=3).dataset
+    seen = simulate("ur5", kind=kind, poses=16, noise=noise, effects={effect: size}, seed=3).dataset
     found = robolaser.diagnose(seen, effects=[effect.partition(":")[0]], seed=0).diagnosis
     assert found is not None
     assert found.weighed is not None

@@ -15,7 +15,7 @@ import robolaser
 from robolaser.cli import main
 from robolaser.data.dataset import Dataset
 from robolaser.errors import OutputError, UsageError
-from robolaser.motion.simulation import simulate_motion
+from robolaser.motion import simulation
 from robolaser.report.plots import VEGA_LITE
 from robolaser.results import Result
 from robolaser.results.calibration import CalibrationResult
@@ -65,8 +65,9 @@ def test_a_calibration_of_every_sensor_is_pickled_and_copied_with_its_files(kind
     is_copied(found)
 
 
-def test_a_diagnosis_of_a_moving_arm_is_pickled_and_copied() -> None:
-    log = simulate_motion(find_robot("ur5e"), series=2, seed=1)
+def test_a_diagnosis_of_a_moving_arm_is_pickled_and_copied(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(simulation, "DURATION_S", 5.0)
+    log = simulation.simulate_motion(find_robot("ur5e"), series=2, seed=1)
     is_copied(robolaser.diagnose(log, ["offset", "torque_constant", "payload"]))
 
 
@@ -129,7 +130,10 @@ def test_a_diagnosis_reads_like_its_file_and_is_read_back_as_the_same(tmp_path: 
 
 
 @pytest.mark.parametrize("kind", ["point", "motion"])
-def test_without_a_seed_python_says_what_the_command_says(tmp_path: Path, kind: str) -> None:
+def test_without_a_seed_python_says_what_the_command_says(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(simulation, "DURATION_S", 5.0)
     data, found = tmp_path / "data", tmp_path / "found"
     size = ["--sessions", "2"] if kind == "motion" else ["--poses", "12"]
     assert main(["simulate", "--robot", "scorbot_er7", "--sensor", kind, *size, "--output", str(data)]) == 0

@@ -10,7 +10,7 @@ from differences import central_differences
 from robolaser import find_robot
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
-from robolaser.calibration.result import as_json
+from robolaser.calibration.result import Calibration, as_json
 from robolaser.data.dataset import Dataset
 from robolaser.data.several_sensors import with_points_of
 from robolaser.data.stated_noise import Noise
@@ -37,6 +37,17 @@ def with_nothing_given(dataset: Dataset) -> Dataset:
 @pytest.fixture(scope="module")
 def noisy() -> Simulated:
     return scanner(noise=Noise(pixel_px=0.1))
+
+
+@pytest.fixture(scope="module")
+def found(noisy: Simulated) -> Calibration:
+    return calibrate(noisy.dataset)
+
+
+@pytest.fixture(scope="module")
+def from_nothing(noisy: Simulated) -> Calibration:
+    """Without any parameter given."""
+    return calibrate(with_nothing_given(noisy.dataset))
 
 
 @pytest.mark.parametrize("axis", ["u", "v"])
@@ -95,22 +106,21 @@ def test_a_corner_that_is_off_moves_its_pixel_as_the_stated_noise_of_the_target_
     assert not noise.effect[~corners].any()
 
 
-def test_with_nothing_given_it_ends_where_it_ends_with_bounds(noisy: Simulated) -> None:
-    given, nothing = calibrate(noisy.dataset), calibrate(with_nothing_given(noisy.dataset))
-    assert nothing.rms_m == pytest.approx(given.rms_m, rel=1e-6)
+def test_with_nothing_given_it_ends_where_it_ends_with_bounds(found: Calibration, from_nothing: Calibration) -> None:
+    assert from_nothing.rms_m == pytest.approx(found.rms_m, rel=1e-6)
     for name in ("b", "theta", "u_0", "v_0", "t_x", "phi"):
-        assert nothing.value(name) == pytest.approx(given.value(name), rel=1e-4, abs=1e-6)
+        assert from_nothing.value(name) == pytest.approx(found.value(name), rel=1e-4, abs=1e-6)
 
 
-def test_the_result_says_where_each_parameter_started(noisy: Simulated) -> None:
-    started = as_json(calibrate(with_nothing_given(noisy.dataset)))["parameters"]
+def test_the_result_says_where_each_parameter_started(found: Calibration, from_nothing: Calibration) -> None:
+    started = as_json(from_nothing)["parameters"]
     assert started["s_u"]["started_from"] == "the board's corners"
     assert started["theta"]["started_from"] == "the stripe on the target"
-    assert "started_from" not in as_json(calibrate(noisy.dataset))["parameters"]["s_u"]
+    assert "started_from" not in as_json(found)["parameters"]["s_u"]
 
 
 @pytest.mark.parametrize("angles", ["xyz", "zyz"])
-def test_a_bracket_that_is_far_off_is_found(noisy: Simulated, angles: str) -> None:
+def test_a_bracket_that_is_far_off_is_found(noisy: Simulated, found: Calibration, angles: str) -> None:
     turned = from_quaternion(np.array(noisy.dataset.bracket_quat)) @ exp_so3(
         np.deg2rad(171.0) * np.array([0.6, 0.0, 0.8])
     )
@@ -119,8 +129,7 @@ def test_a_bracket_that_is_far_off_is_found(noisy: Simulated, angles: str) -> No
         replace(one, data=replace(one.data, bracket_quat=bracket, angles=angles)) for one in noisy.dataset.members
     )
     wrong = replace(with_nothing_given(noisy.dataset), members=members, bracket_quat=bracket, angles=angles)
-    right = calibrate(noisy.dataset)
-    assert calibrate(wrong).rms_m == pytest.approx(right.rms_m, rel=1e-6)
+    assert calibrate(wrong).rms_m == pytest.approx(found.rms_m, rel=1e-6)
 
 
 def test_a_search_needs_bounds(noisy: Simulated) -> None:
@@ -134,15 +143,14 @@ def test_a_stripe_without_corners_must_be_told_its_scanner(noisy: Simulated) -> 
         Model(alone).parameters  # noqa: B018 - asked for what it raises
 
 
-def test_corners_tell_the_camera_better(noisy: Simulated) -> None:
-    both = calibrate(noisy.dataset)
+def test_corners_tell_the_camera_better(noisy: Simulated, found: Calibration) -> None:
     alone = calibrate(replace(noisy.dataset.sensors[0].data, parameters=noisy.dataset.parameters))
-    std = [one.std[one.model.parameters.names.index("v_0")] for one in (both, alone)]
+    std = [one.std[one.model.parameters.names.index("v_0")] for one in (found, alone)]
     assert std[0] < 0.5 * std[1]
 
 
-def test_units_stay_those_of_each_sensor(noisy: Simulated) -> None:
-    rows = as_json(calibrate(noisy.dataset))["rows"]
+def test_units_stay_those_of_each_sensor(found: Calibration) -> None:
+    rows = as_json(found)["rows"]
     assert [(row["sensor"], row["unit"]) for row in rows] == [("stripe", "m"), ("camera", "px")]
     assert rows[1]["rms"] == pytest.approx(0.1 * np.sqrt(2.0), rel=0.1)
 

@@ -1,0 +1,23 @@
+"""Commands as the docs show them, run in the process of the tests, which has long imported what each would."""
+
+import shlex
+from contextlib import chdir, redirect_stderr, redirect_stdout
+from io import StringIO
+from pathlib import Path
+
+import pytest
+from run_code_blocks import HELP_WIDTH, WIDTH, run_shell
+
+from robolaser.cli import main
+
+
+def run_typed(command: str, folder: Path, *, expected: int) -> str:
+    """What a command says in a folder; a shell runs those of others."""
+    program, *words = shlex.split(command.replace("\\\n", ""))
+    if program != "robolaser":
+        return run_shell(command, folder, expected=expected)
+    said = StringIO()
+    with pytest.MonkeyPatch.context() as patch, chdir(folder), redirect_stdout(said), redirect_stderr(said):
+        patch.setenv("COLUMNS", HELP_WIDTH if "--help" in words else WIDTH)
+        assert main(words) == expected, said.getvalue()
+    return said.getvalue()
