@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.thresholds import LEAST_RANGE_SPREAD, MOST_OVER_STATED, ONE_MEASUREMENT
+from robolaser.diagnosis.thresholds import MOST_OVER_EXPECTED, ONE_MEASUREMENT
 from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA, Excess, row_excess
 from robolaser.model.noise.covariance import NoiseModel
@@ -68,7 +68,7 @@ def _contradicted(noise: NoiseModel, shots: Dataset, prefix: str, *, fits: bool)
         stated, used = getattr(shots.noise, key), noise.sigmas.get(name)
         origin = noise.origin.get(name, "stated")
         if stated is not None and used is not None and origin != "stated" and used > stated:
-            is_no_noise = not fits and origin == "estimated" and used >= MOST_OVER_STATED * stated
+            is_no_noise = not fits and origin == "estimated" and used >= MOST_OVER_EXPECTED * stated
             which = "the stated value counts as noise" if is_no_noise else "the larger one is used"
             yield f"[noise] states {key} = {stated:.2g}, but {SHOWN[origin]} scatter by {used:.2g}: {which}."
 
@@ -107,7 +107,7 @@ def _growing(final: Fit) -> Iterator[str]:
     """By a score test of squared whitened residuals against the logarithm of the range (Cook, Weisberg 1983)."""
     model = final.model
     ranges = model.blocks.ranges(*model.at(final.x))
-    if ranges is None or ranges.min() <= 0.0 or np.log(ranges).std() < LEAST_RANGE_SPREAD:
+    if ranges is None or ranges.min() <= 0.0 or np.ptp(ranges) == 0.0:
         return
     squares = final.row_squares / model.blocks.row_numbers
     over = squares / squares.mean() - 1.0

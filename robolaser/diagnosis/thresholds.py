@@ -13,7 +13,8 @@ from typing import Final
 
 CHI2_PER_EFFECT: Final = 16.0
 """Chi-squared that any effect must explain, and a function of unknown form at a joint as well; and twice the logarithm
-of the likelihood ratio from which on a gap is at a site. Quantiles: among a hundred candidates of one parameter,
+of the likelihood ratio from which on a gap is at a site; and by which an alternative may fit worse and still count as
+indistinguishable. Quantiles: among a hundred candidates of one parameter,
 chance reaches it once in 158 data sets, and among a hundred coordinates once in 316 (the half chi-squared
 distribution, Self and Liang 1987). With half of it one more of six blind worlds is not right, with twice as much
 none."""
@@ -75,8 +76,6 @@ explained by a noise that its rows contradict, and some are called gross errors.
 PLAUSIBLE_SIGMA: Final = 4.0
 """Standard deviations of what parameters may be, within which a direction of theirs may explain what is no scatter; and
 standard errors within which a held parameter is held rightly. A quantile: once in sixteen thousand directions."""
-LEAST_RANGE_SPREAD: Final = 0.05
-"""Standard deviation of the ranges' logarithms, below which they say nothing. A judgement, of words alone."""
 ONE_MEASUREMENT: Final = 0.1
 """Scatter of a pose's rows over stated noise, below which they were made from one measurement: reflectors computed from
 one 6-D pose agree to their last digit, 1e-3 to 2e-2 on two real campaigns. A judgement, of words alone."""
@@ -92,8 +91,9 @@ poses is first estimated: it would explain anything. A judgement."""
 CHI2_OF_UNMODELLED_CAUSE: Final = 12.0
 """Chi-squared that it costs to say that the cause is not in the library. A prior: odds of 1 to 400. With 6 or 24
 no answer changes on six blind worlds; 4 no longer finds some weak true causes, and -12 loses 5 of 18."""
-SMOOTH: Final = 0.35
-"""Length over which a smooth function keeps its value, as a share of its coordinate's range. A judgement."""
+SMOOTH: Final = 0.3
+"""Length over which a smooth function keeps its value, and one with corners, as a share of its coordinate's range. A
+judgement: with half and twice of it no answer changes on one to fourteen blind worlds."""
 SMOOTH_POSTURE: Final = 0.6
 """The same for functions of all joints at once, of the posture's spread. A judgement."""
 SMOOTH_LOAD: Final = 2.0
@@ -101,9 +101,6 @@ SMOOTH_LOAD: Final = 2.0
 pulls nearly alike everywhere; the direction of gravity in the flange and the overturning moment, of their ranges, since
 what yields does so nearly in proportion. A judgement: 1 and 4 change twice the log-likelihood of seven cables by 25 at
 most."""
-ROUGH: Final = 0.25
-"""The same for functions with corners, which may be anything at a joint. A judgement: with 0.5 twice the
-log-likelihood of twelve blind worlds changes by 20 at most, and by 4 where a joint has a dead zone."""
 FLAT: Final = 0.05
 """Range of one coordinate over the largest, below which it is not stretched: a flat target's height is its noise. A
 judgement."""
@@ -121,9 +118,6 @@ posture. A judgement: half of it is odds of 1 to 1e21, and a function's first us
 
 REFITTED_ALTERNATIVES: Final = 10
 """Candidates that are refitted in an effect's place."""
-CHI2_INDISTINGUISHABLE: Final = 20.0
-"""Chi-squared, by which an alternative may fit worse and still count as indistinguishable.
-A judgement from blind trials: at 14, chance exchanged two effects in 2.3 of a hundred cells."""
 SMALL_SHARE: Final = 0.05
 """Share of what an effect explains: left unexplained it halves the effect's credibility; a further effect that explains
 less may be an alias of the largest one's true form. A judgement, set by blind trials."""
@@ -153,13 +147,11 @@ LEAST_PROBABILITY: Final = 0.01
 
 # The verdict.
 
-MOST_SPREAD: Final = 2.0
-"""Root mean square of whitened rows over what their median lets expect, from which on they are no noise. A judgement:
-on 84 data sets it is 1.08 at most; a reflector that slips by ten times the noise makes it 2.5."""
-MOST_OVER_STATED: Final = 3.0
-"""Size of rows' noise that residuals give over the stated one, from which on it is no noise. A judgement: in
-blind worlds it is 2.6 at most; a rolling shutter makes it 3.4, a tracked body whose angles are biased by where it is
-seen from 5, a slipped reflector, half of it told as a moved base, 20."""
+MOST_OVER_EXPECTED: Final = 3.0
+"""Size of rows' noise that residuals give over the stated one, and root mean square of whitened rows over what their
+median lets expect, from which on they are no noise. A judgement: in blind worlds the first is 2.6 at most; a rolling
+shutter makes it 3.4, a tracked body whose angles are biased by where it is seen from 5, a slipped reflector, half of it
+told as a moved base, 20. The second is 1.08 at most on 84 data sets."""
 LEAST_TYPICAL: Final = 0.25
 """What that median is at least: rows without noise are left to rounding."""
 GAP_OVER_FLOOR: Final = 1.1

@@ -9,7 +9,6 @@ from robolaser.arrays import Array, Ints
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.diagnosis.thresholds import (
     ALIAS_LOCATIONS,
-    CHI2_INDISTINGUISHABLE,
     CHI2_OF_UNMODELLED_CAUSE,
     CHI2_PER_EFFECT,
     CHI2_PER_FURTHER_PARAMETER,
@@ -18,8 +17,7 @@ from robolaser.diagnosis.thresholds import (
     FULLY_PENALIZED,
     GAP_OVER_FLOOR,
     LEAST_TYPICAL,
-    MOST_OVER_STATED,
-    MOST_SPREAD,
+    MOST_OVER_EXPECTED,
     OPEN_OVER_FLOOR,
     OPEN_SHARE,
     SMALL_SHARE,
@@ -70,7 +68,7 @@ def credibility(unmodelled: float, unexplained: float, explained: float) -> floa
 
 def is_indistinguishable(chi2: float, chi2_of_alternative: float) -> bool:
     """Whether an alternative in an effect's place fits nearly as well."""
-    return chi2_of_alternative - chi2 < CHI2_INDISTINGUISHABLE
+    return chi2_of_alternative - chi2 < CHI2_PER_EFFECT
 
 
 def is_alias(explained: float, largest: float, other_locations: int) -> bool:
@@ -140,8 +138,8 @@ class Evidence:
     @property
     def is_noise(self) -> bool:
         """Whether what residuals gave as noise of rows can be it."""
-        is_small = self.estimated_m < SETUP_RMS_M and self.over_stated < MOST_OVER_STATED
-        return is_small and self.spread < MOST_SPREAD
+        is_small = self.estimated_m < SETUP_RMS_M and self.over_stated < MOST_OVER_EXPECTED
+        return is_small and self.spread < MOST_OVER_EXPECTED
 
     @property
     def is_near_floor(self) -> bool:

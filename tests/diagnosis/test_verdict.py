@@ -21,6 +21,7 @@ from robolaser.diagnosis.verdict import (
     probability_of_unmodelled,
     spread_of,
 )
+from robolaser.estimation.certainty import CERTAIN, EVEN
 from robolaser.estimation.outliers import OUTLIER_SIGMA
 
 CLEAN = Evidence(
@@ -54,8 +55,8 @@ def test_rows_of_normal_noise_are_as_large_as_their_median_lets_expect_and_a_few
 
     assert spread(white) == pytest.approx(1.0, abs=0.02)
     every_third = np.where(np.arange(len(white)) % 3 == 0, 20.0, 1.0)[:, None]
-    assert spread(white * every_third) > thresholds.MOST_SPREAD
-    assert spread(1e-7 * white**9) < thresholds.MOST_SPREAD  # rounding
+    assert spread(white * every_third) > thresholds.MOST_OVER_EXPECTED
+    assert spread(1e-7 * white**9) < thresholds.MOST_OVER_EXPECTED  # rounding
     assert judge(replace(CLEAN, over_stated=2.7)) == "no_gap"
     assert judge(replace(CLEAN, over_stated=3.1)) == "unexplained"
     assert judge(replace(CLEAN, spread=1.9)) == "no_gap"
@@ -94,7 +95,7 @@ def test_an_unmodelled_cause_starts_with_odds_of_one_to_four_hundred():
 
 
 def test_an_unmodelled_cause_is_even_with_an_effect_where_it_costs_that_much_less():
-    assert probability_of_unmodelled(488.0, 500.0) == 0.5 == thresholds.EVEN
+    assert probability_of_unmodelled(488.0, 500.0) == 0.5 == EVEN
     assert probability_of_unmodelled(487.0, 500.0) > 0.5
     assert probability_of_unmodelled(1e9, 0.0) < 1e-300
     assert probability_of_unmodelled(0.0, 1e9) == 1.0
@@ -104,18 +105,17 @@ def test_credibility_is_halved_where_a_twentieth_of_what_an_effect_explains_is_l
     assert credibility(0.0, 0.0, 1000.0) == 1.0
     assert credibility(0.0, thresholds.SMALL_SHARE * 1000.0, 1000.0) == 0.5
     assert credibility(0.25, 0.0, 1000.0) == 0.75
-    assert credibility(0.0, 100.0, 0.0) < 1.0 - thresholds.CERTAIN
+    assert credibility(0.0, 100.0, 0.0) < 1.0 - CERTAIN
 
 
 def test_a_credible_effect_leaves_less_unexplained_than_nearly_half_of_what_it_explains():
-    assert credibility(0.0, 0.44 * 1000.0, 1000.0) > 1.0 - thresholds.CERTAIN
-    assert credibility(0.0, 0.46 * 1000.0, 1000.0) < 1.0 - thresholds.CERTAIN
+    assert credibility(0.0, 0.44 * 1000.0, 1000.0) > 1.0 - CERTAIN
+    assert credibility(0.0, 0.46 * 1000.0, 1000.0) < 1.0 - CERTAIN
 
 
-def test_an_alternative_is_indistinguishable_up_to_twenty_in_chi_squared():
-    assert is_indistinguishable(1000.0, 1019.9)
-    assert not is_indistinguishable(1000.0, 1020.0)
-    assert thresholds.CHI2_INDISTINGUISHABLE == 20.0
+def test_an_alternative_is_indistinguishable_up_to_what_any_effect_must_explain():
+    assert is_indistinguishable(1000.0, 999.9 + thresholds.CHI2_PER_EFFECT)
+    assert not is_indistinguishable(1000.0, 1000.0 + thresholds.CHI2_PER_EFFECT)
 
 
 def test_an_alias_explains_less_than_a_twentieth_and_three_other_locations_would_do():

@@ -61,12 +61,10 @@ def test_two_chains_that_share_nothing_but_the_arm_agree_to_rounding(built):
     assert detectability(built).misfit < 1e-6
 
 
-def test_a_joint_bears_the_moment_of_all_beyond_it_about_its_axis(built):
-    run = built.cell.run
-    for joint in run.joints:
-        i = run.column(joint)
-        moment = run.arm.link_loads(run.q, run.payload_kg, joint)[1] @ run.robot.axes[i]
-        np.testing.assert_allclose(run.torques(run.payload_kg)[:, i], -moment, atol=1e-9)
+def test_the_arm_stands_where_the_package_says(built):
+    run, robot = built.cell.run, built.blank.robot
+    np.testing.assert_allclose(run.arm.forward(run.q), robot.forward(run.q[None])[0], atol=1e-12)
+    np.testing.assert_allclose(run.torques(0.0), robot.gravity_torques(run.q), atol=1e-9)
 
 
 def test_of_no_size_nothing_bends(fault, built):
