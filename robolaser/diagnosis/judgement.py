@@ -12,7 +12,7 @@ from robolaser.diagnosis.noise_remarks import as_stated, over_stated
 from robolaser.diagnosis.pose_scatter import PartScatter
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.result import Gap
-from robolaser.diagnosis.thresholds import MOST_OVER_EXPECTED
+from robolaser.diagnosis.thresholds import MOST_OVER_STATED
 from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.estimation.averaging import AveragedData
 from robolaser.model.noise.covariance import NoiseModel
@@ -78,7 +78,7 @@ def _by_rows(final: Fit, verdict: str, noise: NoiseModel, gap: Gap) -> Judgement
         of_poses = [source.name for source in noise.sources_of_poses]
         noise = noise.at({name: 0.0 for name in of_poses if noise.origin.get(name) == "estimated"})
         gap = replace(gap, noise_floor_m=final.size_of(noise))
-    if verdict == "unexplained" and over_stated(noise) >= MOST_OVER_EXPECTED:
+    if verdict == "unexplained" and over_stated(noise) >= MOST_OVER_STATED:
         gap = replace(gap, noise_floor_m=final.size_of(as_stated(noise)))
     return Judgement(verdict, noise, gap)
 

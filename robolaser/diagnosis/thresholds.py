@@ -14,10 +14,9 @@ from typing import Final
 CHI2_PER_EFFECT: Final = 16.0
 """Chi-squared that any effect must explain, and a function of unknown form at a joint as well; and twice the logarithm
 of the likelihood ratio from which on a gap is at a site; and by which an alternative may fit worse and still count as
-indistinguishable. Quantiles: among a hundred candidates of one parameter,
-chance reaches it once in 158 data sets, and among a hundred coordinates once in 316 (the half chi-squared
-distribution, Self and Liang 1987). With half of it one more of six blind worlds is not right, with twice as much
-none."""
+indistinguishable. Quantiles: among a hundred candidates of one parameter, chance reaches it once in 158 data sets, and
+among a hundred coordinates once in 316 (the half chi-squared distribution, Self and Liang 1987). With half of it one
+more of six blind worlds is not right, with twice as much none."""
 CHI2_PER_PARAMETER: Final = 4.5
 """The same for each of its parameters. Chance gains 1 for each on average, and the largest of many chances more. A
 judgement: with half of it two of six blind worlds have a wrong name for certain, with twice as much none."""
@@ -91,9 +90,8 @@ poses is first estimated: it would explain anything. A judgement."""
 CHI2_OF_UNMODELLED_CAUSE: Final = 12.0
 """Chi-squared that it costs to say that the cause is not in the library. A prior: odds of 1 to 400. With 6 or 24
 no answer changes on six blind worlds; 4 no longer finds some weak true causes, and -12 loses 5 of 18."""
-SMOOTH: Final = 0.3
-"""Length over which a smooth function keeps its value, and one with corners, as a share of its coordinate's range. A
-judgement: with half and twice of it no answer changes on one to fourteen blind worlds."""
+SMOOTH: Final = 0.35
+"""Length over which a smooth function keeps its value, as a share of its coordinate's range. A judgement."""
 SMOOTH_POSTURE: Final = 0.6
 """The same for functions of all joints at once, of the posture's spread. A judgement."""
 SMOOTH_LOAD: Final = 2.0
@@ -101,6 +99,9 @@ SMOOTH_LOAD: Final = 2.0
 pulls nearly alike everywhere; the direction of gravity in the flange and the overturning moment, of their ranges, since
 what yields does so nearly in proportion. A judgement: 1 and 4 change twice the log-likelihood of seven cables by 25 at
 most."""
+ROUGH: Final = 0.25
+"""The same for functions with corners, which may be anything at a joint. A judgement: with 0.5 twice the
+log-likelihood of twelve blind worlds changes by 20 at most, and by 4 where a joint has a dead zone."""
 FLAT: Final = 0.05
 """Range of one coordinate over the largest, below which it is not stretched: a flat target's height is its noise. A
 judgement."""
@@ -147,11 +148,13 @@ LEAST_PROBABILITY: Final = 0.01
 
 # The verdict.
 
-MOST_OVER_EXPECTED: Final = 3.0
-"""Size of rows' noise that residuals give over the stated one, and root mean square of whitened rows over what their
-median lets expect, from which on they are no noise. A judgement: in blind worlds the first is 2.6 at most; a rolling
-shutter makes it 3.4, a tracked body whose angles are biased by where it is seen from 5, a slipped reflector, half of it
-told as a moved base, 20. The second is 1.08 at most on 84 data sets."""
+MOST_SPREAD: Final = 2.0
+"""Root mean square of whitened rows over what their median lets expect, from which on they are no noise. A judgement:
+on 84 data sets it is 1.08 at most; a reflector that slips by ten times the noise makes it 2.5."""
+MOST_OVER_STATED: Final = 3.0
+"""Size of rows' noise that residuals give over the stated one, from which on it is no noise. A judgement: in
+blind worlds it is 2.6 at most; a rolling shutter makes it 3.4, a tracked body whose angles are biased by where it is
+seen from 5, a slipped reflector, half of it told as a moved base, 20."""
 LEAST_TYPICAL: Final = 0.25
 """What that median is at least: rows without noise are left to rounding."""
 GAP_OVER_FLOOR: Final = 1.1

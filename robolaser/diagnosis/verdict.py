@@ -17,7 +17,8 @@ from robolaser.diagnosis.thresholds import (
     FULLY_PENALIZED,
     GAP_OVER_FLOOR,
     LEAST_TYPICAL,
-    MOST_OVER_EXPECTED,
+    MOST_OVER_STATED,
+    MOST_SPREAD,
     OPEN_OVER_FLOOR,
     OPEN_SHARE,
     SMALL_SHARE,
@@ -138,8 +139,8 @@ class Evidence:
     @property
     def is_noise(self) -> bool:
         """Whether what residuals gave as noise of rows can be it."""
-        is_small = self.estimated_m < SETUP_RMS_M and self.over_stated < MOST_OVER_EXPECTED
-        return is_small and self.spread < MOST_OVER_EXPECTED
+        is_small = self.estimated_m < SETUP_RMS_M and self.over_stated < MOST_OVER_STATED
+        return is_small and self.spread < MOST_SPREAD
 
     @property
     def is_near_floor(self) -> bool:

@@ -50,7 +50,7 @@ def test_the_overturning_moment_is_that_of_the_whole_arms_weight_and_of_its_payl
 def test_a_yielding_base_lets_the_arm_sink_on_the_side_to_which_it_reaches(dataset: Dataset) -> None:
     run = Run(dataset)
     T = dataset.flange()
-    moved = BaseCompliance("base", 1e-5 * ONE, NONE).apply(T[None], run)[0]
+    moved = BaseCompliance("base", 1e-5 * ONE, NONE, NONE).apply(T[None], run)[0]
     np.testing.assert_allclose(
         moved[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2), exp_so3(1e-5 * run.loads.overturning_moment)
     )
@@ -62,7 +62,7 @@ def test_a_yielding_base_lets_the_arm_sink_on_the_side_to_which_it_reaches(datas
 
 def test_a_base_may_be_stiff_about_one_axis(dataset: Dataset) -> None:
     run, T = Run(dataset), dataset.flange()[None]
-    moved = BaseCompliance("base", 1e-5 * ONE, -ONE).apply(T, run)[0]
+    moved = BaseCompliance("base", 1e-5 * ONE, -ONE, NONE).apply(T, run)[0]
     about_y = 2e-5 * run.loads.overturning_moment * [0, 1, 0]
     np.testing.assert_allclose(moved[:, :3, :3], exp_so3(about_y) @ T[0, :, :3, :3], atol=1e-15)
 

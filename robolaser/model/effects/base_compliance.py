@@ -37,6 +37,7 @@ class BaseCompliance(Effect):
     cause = "elasticity"
     site = "base"
     needs = (masses,)
+    depends_on_trajectory = True
 
     compliance: Array = parameter(unit="rad/Nm", bound=1e-3, prior_scale=1e-5, lower=0.0)
     # alike about both axes, and stiffer about either

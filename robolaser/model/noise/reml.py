@@ -65,7 +65,7 @@ def restricted(
     B = S_inv @ Q
     columns, d = Q.reshape(e.size, -1), Q.shape[-1]
     H = columns.T @ B.reshape(e.size, d)
-    H += np.finfo(float).eps * np.trace(H) * np.eye(d)  # rounding's own: a pose may err by 1e20, all others by nothing
+    H += np.finfo(float).eps * np.diag(np.diag(H))  # rounding's own: a pose may err by 1e20, all others by nothing
     z = np.einsum("nij,nj->ni", S_inv, e)
     z = z - B @ np.linalg.solve(H, columns.T @ z.reshape(-1))
     value = 0.5 * ((times * np.linalg.slogdet(S)[1]).sum() + np.linalg.slogdet(H)[1] + (z * e).sum())
