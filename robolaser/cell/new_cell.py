@@ -94,8 +94,8 @@ def _dataset(new: NewCell) -> str:
         ("[robot]", {"urdf": entry.name, "flange": entry.flange, "joints": entry.joints}),
         ("[sensor]", {"kind": new.sensor}),
         ("[image]", size),
-        ("[board]", asdict(BOARD)),
-        ("[target]", {"placed": False}),  # the position of the board is found
+        ("[board]  # board.pdf: measure the print, and correct square_m and marker_m", asdict(BOARD)),
+        ("[target]  # the position of the board is found", {"placed": False}),
     ))  # fmt: skip
 
 
