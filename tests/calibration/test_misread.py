@@ -39,6 +39,10 @@ SLIPS: dict[str, tuple[Callable[[Array], Array], str]] = {
         "q_{3} seems to have the wrong sign",
     ),
     "in degrees": (lambda q: q * np.where(np.arange(q.shape[1]) == 4, DEGREES, 1.0), "q_{4} seems to be in degrees"),
+    "a row early": (
+        lambda q: np.where(np.arange(q.shape[1]) == 3, np.roll(q, -1, axis=0), q),
+        "The readings of q_{3} seem to belong to the pose after theirs",
+    ),
     "all in radians taken for degrees": (lambda q: q / DEGREES, "All angles of poses.csv seem to be divided by 57.3"),
 }
 
