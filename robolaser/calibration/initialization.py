@@ -12,6 +12,7 @@ from robolaser.arrays import Array, Progress
 from robolaser.calibration.misread import misread
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import History, search
+from robolaser.data.dataset_file import FULL_TURN
 from robolaser.data.joining import fingerprint
 from robolaser.errors import EstimationError
 from robolaser.estimation.multistart import AGREEING, SAME, Optimum, check_bounds, multistart, subsampled
@@ -24,7 +25,6 @@ from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.parameters import as_batch
 
-FULL_TURN = 2.0 * np.pi
 FAR = 0.1
 """Of the bounds' width: a closed form misses by less, so that what it puts farther beyond a bound is elsewhere."""
 AT_ONCE = 4  # members of a population that descend together

@@ -157,12 +157,13 @@ def _with_flange(dataset: Dataset, turned: Array, placed: Array) -> Dataset:
 def _of_joints(dataset: Dataset) -> Iterator[Hypothesis]:
     """Joints read otherwise, where all then stay near their limits."""
     (robot, q), poses = dataset.arm, dataset.poses
-    for columns, factors, fault in _joints_read_otherwise(robot, np.ptp(q, axis=0) > 0):
+    moves = np.ptp(q, axis=0) > 0
+    for columns, factors, fault in _joints_read_otherwise(robot, moves):
         meant = q[:, columns] * factors
         if ((meant > robot.lower - FAR_OUTSIDE) & (meant < robot.upper + FAR_OUTSIDE)).all():
             qd = None if poses.qd is None else poses.qd[:, columns] * factors
             yield Hypothesis(replace(dataset, poses=replace(poses, q=meant, qd=qd)), fault)
-    for i in np.flatnonzero(np.ptp(q, axis=0) > 0):
+    for i in np.flatnonzero(moves) if moves.sum() > 1 else ():  # the only one that moves is late with all rows
         for shift, which in SHIFTS.items():
             meant = q.copy()
             meant[:, i] = np.roll(q[:, i], shift)

@@ -24,6 +24,7 @@ from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import DOWN, Robot
 
 FILE = "dataset.toml"
+FULL_TURN = 2 * np.pi
 FORMAT = "robolaser-dataset/1"
 QUATERNION_SLACK = 0.01  # files round their digits
 
@@ -240,9 +241,6 @@ def read_robot(table: RobotTable, folder: Path) -> Robot:
         except UsageError as error:
             raise DataError(f"{FILE}, [robot] urdf: {error}", file=FILE, column="urdf") from None
     return Robot.from_urdf(text, flange=table.flange, joints=table.joints, gravity=table.gravity, source=table.urdf)
-
-
-FULL_TURN = 2 * np.pi
 
 
 @final

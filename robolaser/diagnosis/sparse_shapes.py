@@ -35,7 +35,7 @@ DENT_WIDTHS: Final = (0.06, 0.08, 0.1, 0.13, 0.18, 0.25)
 def sparse_shape_chi2(fit: Fit, site: str) -> float:
     """Chi-squared that one of the shapes explains, beyond the cost of choosing it: at a joint, or in the target.
 
-    In the place of another site joints, or what the flange carries, may have slipped at a moment of the run.
+    In the place of another site, joints or what the flange carries, may have slipped at a moment of the run.
 
     Twice the logarithm of the marginal likelihood over a family's shapes, all alike probable, the amplitude of each
     normal with the variance that has the largest likelihood; of the best family.
