@@ -3,6 +3,8 @@
 Every fit of the package is this one: the descents of a multistart, the fit of a calibration, the fits without some
 poses, the refits of a diagnosis. Levenberg 1944, Marquardt 1963; damping by Nielsen 1999; acceleration by Transtrum
 and Sethna 2012, Improvements to the Levenberg-Marquardt algorithm, without which few poses leave long curved valleys.
+After a step that failed, the damping shortens the next one as Moré's trust region does (1978): to where the parabola
+through both costs and the slope has its minimum.
 
 A candidate has converged when the best undamped step within the bounds would lower its cost by no more than a
 share `tol` of it, or by no more than rounding: the distance to go counts, not the length of the last step.
@@ -27,6 +29,7 @@ MOST_STEPS = 3000  # few points leave long curved valleys: 200 steps were needed
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-8, 1e-14, 1e12
 """In units of the squared length of each column; with the least, directions that move no row are not moved along."""
 MOST_RELIEF = 0.1  # factor by which the damping falls after a step that lowered the cost as predicted
+SHORTER = 0.1, 0.5  # least and most share of a step that failed, for the next one
 PROBE = 0.1  # share of a step at which the residuals' second derivative along it is measured
 ACCELERATED = 0.75  # length of the acceleration, relative to the step, up to which it is applied
 OF_LOSS = 1e-2
@@ -35,6 +38,7 @@ better."""
 AS_PREDICTED, FALL = 0.1, 0.1
 """Share of the predicted gain by which a step's gain may differ for the next one to be taken with the same derivatives;
 and the share of the gain promised before that such a step may still promise."""
+TINY = float(np.finfo(np.float64).tiny)
 KEPT = 4_000_000
 """Numbers that derivatives may have to be kept, 32 MB. With more rows steps are not accelerated: they need not be."""
 
@@ -81,7 +85,8 @@ def solve(
         slopes: Derivatives of the residuals by each parameter over its scale somewhere near the starts, (d, K), where
             they are known: the first steps are chord steps with them. With some rows only: at the starts.
         rival: Cost of another solution, which is the better one where these cost much more.
-        close: Whether candidates stay so close together that derivatives amid them serve all.
+        close: Whether candidates stay so close together that derivatives amid them serve all; their steps are not
+            accelerated.
     """
     starts = np.clip(np.asarray(starts, np.float64), problem.lower, problem.upper)
     if len(starts) == 0:
@@ -91,9 +96,9 @@ def solve(
     at_once = max(1, KEPT // numbers)
     parts = [slice(i, i + at_once) for i in range(0, len(starts), at_once)]
     ends = [
-        _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough, rival, close=close).run(
-            most_steps, hopeless, slopes
-        )
+        _Descents(
+            problem, starts[part], None if kept is None else kept[part], tol, enough, rival, most_steps, close=close
+        ).run(hopeless, slopes)
         for part in parts
     ]
     if len(ends) == 1:
@@ -117,6 +122,7 @@ class _Descents:
     tol: float
     enough: float
     rival: float
+    most_steps: int
     close: bool
 
     def __post_init__(self) -> None:
@@ -133,9 +139,7 @@ class _Descents:
         self._J = [np.zeros((c, d, r.shape[1])) for r in self._r] if keeps else []
         self._cost = self._costs(x, self._r)
 
-    def run(
-        self, most_steps: int, hopeless: Callable[[Array, Bools, Ints], Bools] | None, slopes: Array | None
-    ) -> Solution:
+    def run(self, hopeless: Callable[[Array, Bools, Ints], Bools] | None, slopes: Array | None) -> Solution:
         """Go on until all candidates have come to rest."""
         active = np.flatnonzero(np.isfinite(self._cost))
         near = slopes is not None and len(self._J) == 1
@@ -152,7 +156,7 @@ class _Descents:
             if not len(active):
                 break
             active = self._advance(active)
-            active = active[self._iterations[active] < most_steps]
+            active = active[self._iterations[active] < self.most_steps]
             if hopeless and len(active):
                 active = active[~hopeless(self._cost, self._converged, self._iterations)[active]]
         slopes = self._J[0] if len(self._J) == 1 and self.kept is None and not self._chord.any() else None
@@ -233,7 +237,7 @@ class _Descents:
             if not c:
                 return again
 
-        if self._J and len(new := np.flatnonzero(~chord)):
+        if self._J and not self.close and len(new := np.flatnonzero(~chord)):
             curvature = self._second_derivative(active[new], x[new], (step / unit)[new]) / unit[new]
             within = room[0][new], room[1][new], side[new]
             accelerated = _damped(A[new], damping[new], g[new] + 0.5 * curvature, *within)[0]
@@ -243,11 +247,15 @@ class _Descents:
         trial = np.clip(x + problem.scale * (step / unit), problem.lower, problem.upper)
         trial = np.where(step >= room[1], problem.upper, np.where(step <= room[0], problem.lower, trial))
         residuals = [self._of_batch(i, trial, active) for i in range(len(problem.batches))]
-        self._take(active, trial, residuals, predicted)
+        squares = np.maximum(np.square(step).sum(axis=1), TINY)
+        self._take(active, trial, residuals, predicted, np.einsum("ci,cij,cj->c", step, A, step) / squares)
         return np.union1d(active, again)
 
-    def _take(self, active: Ints, trial: Array, residuals: list[Array], predicted: Array) -> None:
-        """Go where the cost is lower, (c, d), and learn from how far that was predicted, (c,)."""
+    def _take(self, active: Ints, trial: Array, residuals: list[Array], predicted: Array, curvature: Array) -> None:
+        """Go where the cost is lower, (c, d), and learn from how far that was predicted, (c,).
+
+        The curvature of the quadratic model along the step, (c,), is the damping that halves it.
+        """
         c, cost, damping, chord = len(active), self._cost[active], self._damping[active], self._chord[active]
         there = self._costs(trial, residuals)
         self._evaluations += c
@@ -256,7 +264,10 @@ class _Descents:
         ratio = np.clip(gained, -1.0, 1.0)
         easier = np.maximum(damping * np.maximum(MOST_RELIEF, 1.0 - (2.0 * ratio - 1.0) ** 3), LEAST_DAMPING)
         harder = np.where(chord, 1.0, self._growth[active])
-        self._damping[active] = np.where(better, easier, damping * harder)
+        rise = np.where(better, 0.0, np.where(np.isfinite(there), there, np.inf) - cost)
+        share = np.clip(predicted / np.maximum(2.0 * predicted + rise, TINY), *SHORTER)
+        shorter = np.where(chord, 0.0, curvature * (1.0 / share - 1.0))
+        self._damping[active] = np.where(better, easier, np.maximum(damping * harder, shorter))
         self._growth[active] = np.where(better, 2.0, 2.0 * harder)
         straight = better & (np.abs(gained - 1.0) <= AS_PREDICTED) & bool(self._J and self.enough)
         bent = trial.shape[1] * np.square(gained - 1.0) * predicted
@@ -266,9 +277,11 @@ class _Descents:
         self._iterations[active] += 1
         for mine, r in zip(self._r, residuals, strict=True):
             mine[moved] = r[better]
-        for which, on_chord in ((active[straight], True), (active[(better | chord) & ~straight], False)):
-            if len(which):
-                self._linearize(which, chord=on_chord)
+        going = self._iterations[active] < self.most_steps
+        self._chord[active[better & ~going]] = True  # its derivatives are those of the step before
+        for which, on_chord in ((straight & going, True), ((better | chord) & ~straight & going, False)):
+            if which.any():
+                self._linearize(active[which], chord=on_chord)
 
     def _second_derivative(self, active: Ints, x: Array, step: Array) -> Array:
         """Jᵀ r'' of the residuals' second derivative along each step, (c, d); zero where one is not finite."""
