@@ -14,7 +14,7 @@ from robolaser.diagnosis.held_out_gap import HeldOut, is_lower
 from robolaser.diagnosis.result import Diagnosis, Validation
 from robolaser.diagnosis.summary_text import transfer_sentences
 from robolaser.estimation.averaging import AveragedData
-from robolaser.estimation.noise_estimate import NoiseEstimate
+from robolaser.estimation.noise_estimate import NoiseEstimate, weights_of_sizes
 from robolaser.estimation.outliers import outliers_of, robust_fit
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
@@ -135,8 +135,12 @@ class Transfer:
         found_in: RunSummary,
         effects: tuple[CandidateEffect, ...],
         held: Mapping[str, float],
+        sizes: Mapping[str, float] | None = None,
     ) -> "Transfer":
-        """The model of averaged data, a later part of a run, with some parameters held at the values by name."""
+        """The model of averaged data, a later part of a run, with some parameters held at the values by name.
+
+        Noise has the sizes that are given by the names of its sources; without them, those that the rows tell.
+        """
         whole = Model(data.raw, effects, continued(found_in, data.raw).course)
         nominal = {item.name: item.nominal for item in whole.parameters.items}
         start = nominal | dict(held)
@@ -146,7 +150,9 @@ class Transfer:
         model = Model(data.dataset, effects, continued(found_in, data.dataset).course).sharing(whole.sensor_parameters)
         parameters = Parameters(tuple(_item(item, start[item.name], held) for item in model.parameters.items))
         x = parameters.nominal
-        noise = NoiseEstimate.of(data, model, x).for_weights()
+        noise = (
+            NoiseEstimate.of(data, model, x).for_weights() if sizes is None else weights_of_sizes(data, model, x, sizes)
+        )
         return cls(Problem.of(model, noise, parameters=parameters), noise, x)
 
     def fit(self) -> Fit:

@@ -144,12 +144,7 @@ class NoiseEstimate:
         return replace(self, limits={}).of_rows()
 
     def of_rows(self) -> NoiseModel:
-        """The likeliest noise of rows within the limits, without errors of whole poses that nobody stated.
-
-        Those hold what the model lacks. Where rows of a pose fit each other exactly, they were made from one
-        measurement: then they say nothing about its errors, and those of whole poses are all that is known. Where each
-        pose has one row, its errors are the row's.
-        """
+        """The likeliest noise of rows within the limits, without errors of whole poses that nobody stated."""
         sources = self.likelihood.sources
         rows = [source.name for source in sources if source.level != "pose"]
         if all(source.level == "pose" or source.name in self.known for source in sources):
@@ -158,11 +153,7 @@ class NoiseEstimate:
             )
         limits = {name: limit for name, limit in self.limits.items() if name in rows}
         found, _ = self.likelihood.likeliest(self.known)
-        noise = replace(self, limits=limits)._within_reach(found, self.known)
-        if all(len(np.unique(source.group)) == len(source.group) for source in sources):
-            return noise
-        exact = all(name in noise.estimated and noise.sigmas[name] < FLOOR for name in rows)
-        return noise if exact else noise.for_weights()
+        return _without_scatter(replace(self, limits=limits)._within_reach(found, self.known))
 
     def _within_reach(self, noise: NoiseModel, known: Known, least: Mapping[str, float] | None = None) -> NoiseModel:
         """Estimated noise in which no size is beyond its limit: more is a gap.
@@ -179,6 +170,26 @@ class NoiseEstimate:
                 return noise
             known = {**known, **{name: (self.limits[name], "estimated") for name in beyond}}
             noise = self.likelihood.likeliest(known, least)[0]
+
+
+def weights_of_sizes(data: AveragedData, model: Model, x: Array, sizes: Mapping[str, float]) -> NoiseModel:
+    """The noise that weights of averaged rows at x (d,) rest on, of sources whose sizes are known by name."""
+    sources = sources_of(data, model, x)
+    origin: dict[str, Origin] = {one.name: "estimated" if one.stated is None else "stated" for one in sources}
+    return _without_scatter(NoiseModel(sources, {one.name: sizes.get(one.name, 0.0) for one in sources}, origin))
+
+
+def _without_scatter(noise: NoiseModel) -> NoiseModel:
+    """Without errors of whole poses that nobody stated: those hold what the model lacks.
+
+    Where rows of a pose fit each other exactly, they were made from one measurement: then they say nothing about its
+    errors, and those of whole poses are all that is known. Where each pose has one row, its errors are the row's.
+    """
+    if all(len(np.unique(source.group)) == len(source.group) for source in noise.sources):
+        return noise
+    rows = [source.name for source in noise.sources if source.level != "pose"]
+    exact = all(name in noise.estimated and noise.sigmas[name] < FLOOR for name in rows)
+    return noise if exact else noise.for_weights()
 
 
 def row_excess(noise: NoiseModel, white: Array, freedoms: int) -> Excess:

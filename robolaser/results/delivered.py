@@ -216,7 +216,7 @@ def _placed_anew(calibration: Calibration, part: Dataset, flange: Array, unseen:
     }  # no closed form need find it
     given = {**part.parameters, **known}
     seen = AveragedData.single(replace(part, robot=None, poses=poses, parameters=given))
-    placing = Transfer.of(seen, RunSummary.of(model.dataset), sensor, held)
+    placing = Transfer.of(seen, RunSummary.of(model.dataset), sensor, held, calibration.noise)
     problem = placing.problem
     x = solve(problem, placing.x[None], kept=~unseen[None], tol=SHARE, enough=ENOUGH).x
     errors = problem.plain(x)[0]
