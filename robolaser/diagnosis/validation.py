@@ -20,6 +20,7 @@ from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.run import Course
 from robolaser.model.effects.run_summary import RunSummary, continued
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
@@ -135,15 +136,17 @@ class Transfer:
         found_in: RunSummary,
         effects: tuple[CandidateEffect, ...],
         held: Mapping[str, float],
+        course: Course | None = None,
     ) -> "Transfer":
-        """The model of averaged data, a later part of a run, with some parameters held at the values by name."""
-        whole = Model(data.raw, effects, continued(found_in, data.raw).course)
+        """The model of averaged data, a later part of a run by default, with some parameters held at values by name."""
+        whole = Model(data.raw, effects, course or continued(found_in, data.raw).course)
         nominal = {item.name: item.nominal for item in whole.parameters.items}
         start = nominal | dict(held)
         if effects or start != nominal:  # else what follows in closed form is known already
             completed = whole.completed({name: np.array([value]) for name, value in start.items()}, known=held)
             start |= {name: float(value[0]) for name, value in completed.items() if name not in held}
-        model = Model(data.dataset, effects, continued(found_in, data.dataset).course).sharing(whole.sensor_parameters)
+        course = course or continued(found_in, data.dataset).course
+        model = Model(data.dataset, effects, course).sharing(whole.sensor_parameters)
         parameters = Parameters(tuple(_item(item, start[item.name], held) for item in model.parameters.items))
         x = parameters.nominal
         noise = NoiseEstimate.of(data, model, x).for_weights()
