@@ -44,7 +44,7 @@ def document(diagnosis: Diagnosis, *, brief: bool = False, files: Sequence[Mappi
             *([Section("Noise", [*_remarks(diagnosis), *_untested(diagnosis)])] if brief else _evidence(diagnosis)),
         ],
         verdict=diagnosis.verdict,
-        footer=f"The diagnosis took {diagnosis.seconds:.1f} s. {origin(dataset)}",
+        footer=f"The diagnosis took {diagnosis.seconds:.1f} s. {origin(dataset.source, dataset.licence)}",
         prints_lead=True,
     )
 
