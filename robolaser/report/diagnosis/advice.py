@@ -117,6 +117,8 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
             "Nothing needs repair. Most of the error is scatter of whole poses: more poses average it out, repeated"
             f" shots at one pose do not.{finer}"
         )
+    elif is_sound and diagnosis.gap.after_ci95_m[1] < diagnosis.gap.noise_floor_m:
+        said.append("State less noise under `[noise]` in `dataset.toml`, then diagnose again: these data scatter less.")
     elif is_sound:
         line = ", or improve the line extraction" if diagnosis.dataset.kind == "stripe" else ""
         said.append(f"Nothing needs repair. For higher accuracy, reduce the noise: repeat measurements{line}.")
