@@ -26,8 +26,7 @@ class Coordinate:
     Attributes:
         name: For a person.
         values: At each pose, (n, k).
-        unit: "rad" or "m" of a joint, "rad/s" or "m/s" of its velocity, "Nm", "sign" of a direction, "°C",
-            "kg", "share of the run", or "".
+        unit: "rad", "m", "rad/s", "m/s", "Nm", "°C", "kg", "sign" of a direction, "share of the run", or "".
     """
 
     name: str

@@ -17,7 +17,7 @@ from robolaser.motion.selection import SelectedEffect
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records
 from robolaser.report.digits import SIGNIFICANT, measured, millimetre_interval, millimetres, percent, plain, with_unit
 from robolaser.report.document import Column, Document, Figure, Figures, Notes, Section, Table, TableCell, Text, charts
-from robolaser.report.setting import origin, untestable
+from robolaser.report.setting import origin, site_lines, untestable
 
 SHOWN_ROWS = 400  # of a run, in a chart
 MOST_PLACES = 5  # that the terminal shows
@@ -36,11 +36,8 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
     """The report on a fit of the effects that a user asked for, or that a diagnosis found."""
     log, sure = fit.log, found is not None
     count, sense = len(fit.findings), ""
-    lead = (
-        "No effect was fitted."
-        if not count
-        else f"{f'{count} effects were' if count > 1 else 'One effect was'} fitted."
-    )
+    lead = f"{count or 'No'} {'effects were' if count > 1 else 'effect was'} fitted."
+    sites = [(one.site, one.coordinate, one.share) for one in (found.places if found else ())]
     if found is not None:
         lead, _, sense = sentence(found).partition(". ")
     return Document(
@@ -53,7 +50,7 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
         [
             Section("What was found", [*([_kinds(found)] if found else []), _effects(fit, sure=sure)]),
             Section("What to do", [Notes(_steps(found) if found else [], "steps", 3)]),
-            Section("Where", _where(found) if found else []),
+            Section("Where", site_lines(sites, found.verdict, 1) if found else []),
             Section("Errors of each joint", [_joints(gap, log.joints) for gap in fit.gaps]),
             Section("Errors along time", charts([_along_time(fit)])),
             Section("What was not tested", [untestable(found.not_testable)] if found else []),
@@ -154,33 +151,16 @@ def _steps(found: MotionDiagnosis) -> list[str]:
     return [*remedies, *next_motions(found)]
 
 
-def _where(found: MotionDiagnosis) -> list[Text]:
-    what = "of the remaining error" if found.verdict == "unexplained" else "of the gap"
-    return [
-        Text(f"{100.0 * one.share:.0f} % {what} at {one.site}" + (f" ({one.coordinate})" if one.coordinate else ""),
-             "quiet", printed=one is found.places[0])
-        for one in found.places
-    ]  # fmt: skip
-
-
 def _joints(gap: KindGap, joints: tuple[str, ...]) -> Table:
     columns = [Column("Joint", "name"), *(Column(title, "number") for title in ("Nominal", "Before", "After", "Noise"))]
+    errors = zip(gap.nominal, gap.calibrated, gap.after, gap.noise_floor, strict=True)
     rows: list[tuple[TableCell | str, ...]] = [
-        (
-            joint,
-            *(
-                TableCell(plain(value, gap.unit, SIGNIFICANT), order=value)
-                for value in (getattr(gap, name)[j] for name in NAMES)
-            ),
-        )
-        for j, joint in enumerate(joints)
-        if np.isfinite(gap.calibrated[j])
+        (joint, *(TableCell(plain(value, gap.unit, SIGNIFICANT), order=value) for value in of_joint))
+        for joint, of_joint in zip(joints, errors, strict=True)
+        if np.isfinite(of_joint[1])
     ]
     note = "RMS. Nominal: nothing fitted; before: constant offsets fitted; after: effects fitted, on held-out motions."
     return Table(columns, rows, title=WHAT[gap.kind].capitalize(), note=note)
-
-
-NAMES = ("nominal", "calibrated", "after", "noise_floor")
 
 
 def _along_time(fit: MotionFit) -> Chart | None:

@@ -3,12 +3,13 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from robolaser.diagnosis.cause_words import pairs_in_words, sentence_case, spoken
+from robolaser.diagnosis.cause_words import pairs_in_words, sentence_case, site_phrase, spoken
 from robolaser.diagnosis.pose_scatter import ONE_JOINT
 from robolaser.export.files import missing_reader
 from robolaser.report.digits import millimetres, plain
-from robolaser.report.document import Column, Section, Table, TableCell
+from robolaser.report.document import Column, Section, Table, TableCell, Text
 
+PRINTED_SHARE = 0.05  # of the gap, from which on the terminal names a site
 SOURCES: Mapping[str, str] = {
     "pixel": "position in the image",
     "target": "target points",
@@ -53,6 +54,16 @@ def untestable(reasons: Mapping[str, str], title: str = "") -> Table:
     return Table([Column("Effect", "name", 30), Column("Why not", "wide")], rows, title)
 
 
+def site_lines(sites: Iterable[tuple[str, str, float]], verdict: str, most: int) -> list[Text]:
+    """Site, coordinate and share of the gap, or of what is left; on the terminal at most so many that are worth it."""
+    what = "of the remaining error" if verdict == "unexplained" else "of the gap"
+    return [
+        Text(f"{100 * share:.0f} % {what} at {site_phrase(site)}" + f" ({coordinate})" * bool(coordinate),
+             "quiet", printed=i < most and share >= PRINTED_SHARE)
+        for i, (site, coordinate, share) in enumerate(sites)
+    ]  # fmt: skip
+
+
 def origin(source: str, licence: str) -> str:
     """Where the data are from, for the end of a page."""
     return " ".join([f"Data: {source}."] * bool(source) + [f"Licence of the data: {licence}."] * bool(licence))
@@ -78,8 +89,5 @@ def files_section(files: Sequence[Mapping[str, Any]]) -> Section:
         Column("Contains"),
         Column("Lacks", brief="lacks"),
     ]
-    note = (
-        "Each file was written from a fit without some of the poses, read back, and compared with the held-out poses;"
-        " base and tool were re-fitted to other poses."
-    )
+    note = "Each file is of a fit without some poses and tested on these; base and tool are re-fitted to other poses."
     return Section("Files of the corrected arm", [Table(columns, rows, note=note, printed=3)])

@@ -235,10 +235,6 @@ def _limit(one: DetectionLimit) -> str:
     if one.at_tool_m is not None:
         said.append(f"{plain(one.at_tool_m, 'm', 2)} at the tool")
     if one.rival is not None:
-        size = "" if one.identifiable is None else plain(one.identifiable, one.unit, 2)
-        said.append(
-            f"above {size} distinguishable from {named(one.rival)}"
-            if size
-            else f"indistinguishable from {named(one.rival)}"
-        )
+        above = "in" if one.identifiable is None else f"above {plain(one.identifiable, one.unit, 2)} "
+        said.append(f"{above}distinguishable from {named(one.rival)}")
     return "; ".join(said)
