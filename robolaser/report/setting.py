@@ -89,5 +89,5 @@ def files_section(files: Sequence[Mapping[str, Any]]) -> Section:
         Column("Contains"),
         Column("Lacks", brief="lacks"),
     ]
-    note = "Each file is of a fit without some poses and tested on these; base and tool are re-fitted to other poses."
+    note = "Each file was fitted without some poses and tested on these; base and tool are re-fitted to other poses."
     return Section("Files of the corrected arm", [Table(columns, rows, note=note, printed=3)])
