@@ -35,7 +35,7 @@ def calibrate(
     Args:
         dataset: Folder with dataset.toml, poses.csv and points.csv; or motion.csv, of a moving arm.
         output: Folder for the result.
-        algorithm: Search with one of `robolaser list algorithms`. Default: screening.
+        algorithm: Search with one of `robolaser list algorithms`. Default: screening for a stripe scanner, else none.
         polish: Refine the result of the search by least squares.
         weights: Minimise J, the sum of squares (plain), or weight each row by its noise.
         effects: Add an effect to the model; may be given again.

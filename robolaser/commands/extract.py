@@ -86,7 +86,8 @@ def _points(recording: "Dataset", terminal: Terminal) -> tuple["Dataset", dict[s
     with terminal.progress() as progress:
         found, dataset = points_of_images(recording, progress=progress)
     frames = found.frames if isinstance(found, Extraction) else found
-    titles = {"board [px]": "corner_rms_px"} | ({"stripe [px]": "line_rms_px"} if isinstance(found, Extraction) else {})
+    titles = {"off board [px]": "corner_rms_px"}
+    titles |= {"off line [px]": "line_rms_px"} if isinstance(found, Extraction) else {}
     terminal.print(f"{'image':<16} {'points':>6}  {'  '.join(titles)}")
     for frame in frames:
         figures = "  ".join(f"{getattr(frame, name):>{len(title)}.2f}" for title, name in titles.items())

@@ -35,6 +35,11 @@ def spoken(name: str) -> str:
     return name.replace("hand_eye", "hand-eye").replace("_", " ")
 
 
+def sentence_case(text: str) -> str:
+    """Text as a sentence begins."""
+    return text[:1].upper() + text[1:]
+
+
 def noun(name: str) -> str:
     """A class of causes as the subject of a sentence."""
     return NOUNS.get(name, spoken(name))
@@ -61,6 +66,15 @@ def members(effects: Iterable[CandidateEffect]) -> str:
     """Effects, those of one kind together: "link geometry of joint_2, 3 and 5, and latency"."""
     ordered = sorted(effects, key=lambda one: one.effect.name)
     return listed([_of(list(some)) for _, some in groupby(ordered, key=lambda one: one.effect.name)])
+
+
+def pairs_in_words(pairs: Iterable[Sequence[str]]) -> str:
+    """The same of names of effects and their sites, as a result's JSON has them; "nothing" where there are none."""
+    sites: dict[str, list[str]] = {}
+    for effect, site in pairs:
+        sites.setdefault(spoken(effect), []).extend([] if site in PARTS else [site])
+    said = [f"{one} of {joint_names(sorted(own, key=_number))}" if own else one for one, own in sites.items()]
+    return listed(said) or "nothing"
 
 
 def listed(items: Sequence[str]) -> str:

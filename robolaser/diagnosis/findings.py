@@ -9,7 +9,7 @@ from scipy.special import chdtrc
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.cause_words import place
+from robolaser.diagnosis.cause_words import site_phrase
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut, distance_errors, interval
@@ -185,6 +185,6 @@ def not_testable(
         if one.size is None and not one.is_imitated:
             unseen.setdefault(one.candidate_effect.effect.name, []).append(one.candidate_effect.where)
     for name, locations in unseen.items():
-        where = ", ".join(map(place, locations))
-        reasons.setdefault(name, f"at {where} it is undetectable in these poses at any plausible size")
+        where = ", ".join(map(site_phrase, locations))
+        reasons.setdefault(name, f"undetectable at {where} in these poses, at any plausible size")
     return reasons

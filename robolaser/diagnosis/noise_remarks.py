@@ -77,7 +77,7 @@ def _smaller(final: Fit, shots: Dataset, repeats: PixelRepeats | None) -> Iterat
     stated = shots.noise.pixel_px
     if stated and repeats and Excess.of(repeats.freedoms * (repeats.sigma_px / stated) ** 2, repeats.freedoms).is_below:
         yield (
-            f"[noise] states pixel_px = {stated:.2g}, but repeated shots scatter by {repeats.sigma_px:.2g} only: the"
+            f"[noise] states pixel_px = {stated:.2g}, but repeated shots scatter by only {repeats.sigma_px:.2g}: the"
             " stated value is used, and may hide effects."
         )
         return

@@ -26,7 +26,7 @@ class Coordinate:
     Attributes:
         name: For a person.
         values: At each pose, (n, k).
-        unit: "rad" or "m" of a joint, "rad/s" or "m/s" of its velocity, "Nm", "sign" of a direction, "°C", "kg", or "".
+        unit: "rad", "m", "rad/s", "m/s", "Nm", "°C", "kg", "sign" of a direction, "share of the run", or "".
     """
 
     name: str
@@ -38,7 +38,7 @@ def of_run(run: Run) -> Iterator[Coordinate]:
     """Those in which anything may change from pose to pose."""
     poses = run.poses
     if poses.time_s is not None and np.ptp(run.progress) > 0:
-        yield Coordinate(TIME, run.progress[:, None])
+        yield Coordinate(TIME, run.progress[:, None], "share of the run")
     for name, values in poses.coordinates.items():
         if np.ptp(values) > 0:
             yield Coordinate(WORDS.get(name, name), values[:, None], UNITS.get(name, ""))

@@ -265,7 +265,7 @@ def _doubts(doubtful: Sequence[Finding], sure: Sequence[CauseClass], *, is_all: 
     which = "which of these single effects are the cause" if is_all and not text else "which others are the cause"
     reported = [found for found in doubtful if found.probability >= LEAST_PROBABILITY]
     if is_all and not text and len(reported) == 1:
-        which = f"whether {named(reported[0].candidate_effect)} or another one is the cause"
+        which = f"whether {named(reported[0].candidate_effect)} or another effect is the cause"
     return f"{text} These poses do not show {which}.".lstrip()
 
 

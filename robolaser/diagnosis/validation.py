@@ -1,6 +1,6 @@
 """Does it carry over? Other data of the same arm, predicted with what a diagnosis found."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar, final
 
@@ -20,6 +20,7 @@ from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.run import Course
 from robolaser.model.effects.run_summary import RunSummary, continued
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
@@ -53,8 +54,11 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     found_in = RunSummary.of(diagnosis.dataset)
     effects, numbers, remarks = _carried(diagnosis, found_in, other, found)
 
+    def later(data: Dataset) -> Course | None:
+        return continued(found_in, data).course
+
     data = AveragedData.of(other).subsampled(seed)
-    near = Transfer.of(data, found_in, effects, held | numbers)
+    near = Transfer.of(data, later, effects, held | numbers)
     gross = outliers_of(near.problem, robust_fit(near.problem, near.fit().x))
     if gross.any():
         remarks.append(
@@ -62,7 +66,7 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
         )
         marked = np.append(gross, False)[data.group] | (data.group < 0)
         data = AveragedData.of(other, marked)
-    after = Transfer.of(data, found_in, effects, held | numbers)
+    after = Transfer.of(data, later, effects, held | numbers)
     scatter = {name: source.value for name, source in diagnosis.noise.items() if source.of_poses}
     floor = after.fit().size_of(
         after.noise.at({name: scatter.get(name, size) for name, size in after.noise.sigmas.items()})
@@ -70,8 +74,8 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     errors = after.held_out(seed)
     before = errors if not effects and calibrated == held else None
     if before is None:
-        before = Transfer.of(data, found_in, (), calibrated).held_out(seed)
-    sim = before if nominal == calibrated else Transfer.of(data, found_in, (), nominal).held_out(seed)
+        before = Transfer.of(data, later, (), calibrated).held_out(seed)
+    sim = before if nominal == calibrated else Transfer.of(data, later, (), nominal).held_out(seed)
     return Validation(
         dataset=other.name,
         nominal_m=None if diagnosis.gap.nominal_m is None else rms(sim),
@@ -132,22 +136,27 @@ class Transfer:
     def of(
         cls,
         data: AveragedData,
-        found_in: RunSummary,
+        course: Callable[[Dataset], Course | None],
         effects: tuple[CandidateEffect, ...],
         held: Mapping[str, float],
         sizes: Mapping[str, float] | None = None,
     ) -> "Transfer":
-        """The model of averaged data, a later part of a run, with some parameters held at the values by name.
+        """The model of averaged data with some parameters held at the values by name.
 
-        Noise has the sizes that are given by the names of its sources; without them, those that the rows tell.
+        Args:
+            data: The averaged rows.
+            course: How far the run had come at the poses of a data set.
+            effects: In the model.
+            held: Values of parameters by name.
+            sizes: Of the noise's sources by name; without them, those that the rows tell.
         """
-        whole = Model(data.raw, effects, continued(found_in, data.raw).course)
+        whole = Model(data.raw, effects, course(data.raw))
         nominal = {item.name: item.nominal for item in whole.parameters.items}
         start = nominal | dict(held)
         if effects or start != nominal:  # else what follows in closed form is known already
             completed = whole.completed({name: np.array([value]) for name, value in start.items()}, known=held)
             start |= {name: float(value[0]) for name, value in completed.items() if name not in held}
-        model = Model(data.dataset, effects, continued(found_in, data.dataset).course).sharing(whole.sensor_parameters)
+        model = Model(data.dataset, effects, course(data.dataset)).sharing(whole.sensor_parameters)
         parameters = Parameters(tuple(_item(item, start[item.name], held) for item in model.parameters.items))
         x = parameters.nominal
         noise = (

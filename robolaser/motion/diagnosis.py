@@ -98,7 +98,7 @@ def _places(parts: Sequence[KindDiagnosis], joints: Sequence[str], verdict: str)
         places = [
             Place(
                 name,
-                f"{part.places[name]} of {name}" if part.places.get(name) else "",
+                f"{said} of {name}" if (said := part.places.get(name, "")) not in ("", "time") else said,
                 round(float(share), 4),
                 _chance(errors[:, j], part.run, gap.noise_floor[j]),
             )
@@ -133,6 +133,6 @@ def _remarks(log: MotionLog) -> list[str]:
         remarks.append("The arm was told to stand still in all series: only constant errors can show.")
     if len(log.series) < 4:
         remarks.append(
-            f"{len(log.series)} series only: blocks of rows are held out, and what differs from run to run is not seen."
+            f"Only {len(log.series)} series: blocks of rows are held out, so differences between series are not tested."
         )
     return remarks

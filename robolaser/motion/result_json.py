@@ -229,9 +229,7 @@ def sentence(found: MotionDiagnosis) -> str:
     rest = ""
     if found.verdict == "unexplained" and found.places:
         place = found.places[0]
-        rest = f" The remaining error is at {place.site}" + (
-            f", by the {place.coordinate}." if place.coordinate else "."
-        )
+        rest = f" The remaining error is at {place.site}{f' ({place.coordinate})' if place.coordinate else ''}."
     return f"{whole}: {causes}. On unseen motions: {gaps}.{rest}{parts}"
 
 
@@ -264,6 +262,6 @@ def _shrinks(gap: KindGap) -> str:
     what = {"tracking": "the tracking error", "torque": "the torque error", "load": "the encoders' difference"}[
         gap.kind
     ]
-    was, left = (f"{error:.3g}{unit}" for error in (before, after))
+    was, left, floor = (f"{float(f'{error:.3g}'):g}{unit}" for error in (before, after, noise))
     change = f"falls from {was} to {left}" if after < before and left != was else f"is {was}"
-    return f"{what} {change} (noise {noise:.2g}{unit})"
+    return f"{what} {change} (noise {floor})"

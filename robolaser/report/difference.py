@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from robolaser.diagnosis.cause_words import listed
 from robolaser.report.chart import FITTED, HELD_OUT, MUTED, Chart, chart, hover, layer, named_rows, quantity, records
-from robolaser.report.digits import SIGNIFICANT, human, millimetres, plain
+from robolaser.report.digits import SIGNIFICANT, human, millimetres, percent, plain
 from robolaser.report.document import Column, Document, Section, Table, TableCell, charts
 
 CLEAR: Final = 3.0  # standard errors from which on a change is no chance among a dozen numbers
@@ -97,7 +97,7 @@ def _value_text(value: float | str | None, unit: str, digits: int, *, is_sure: b
     if value is None or isinstance(value, str):
         return value or "-"
     if is_sure:
-        return f"{100 * value:.3g} %"
+        return percent(value)
     return plain(value * 1e-3, "m", digits) if unit == "mm" else plain(value, unit, digits)
 
 

@@ -49,7 +49,7 @@ def group_blocks(dataset: Dataset, errors_m: Mapping[str, Array]) -> list[Conten
     if not found:
         return []
     named = [Column(f"RMS error, {name}") for name in errors_m]
-    columns = [Column("Of", width=30), Column("Kind"), Column("Points"), *named, Column("Times the median")]
+    columns = [Column("Name", width=30), Column("Kind"), Column("Points"), *named, Column("Times the median")]
     rows: list[Sequence[TableCell | str]] = [
         (
             TableCell(one.name, note="odd" if one.is_odd else ""),

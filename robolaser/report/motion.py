@@ -1,13 +1,15 @@
 """Reports on a moving arm: a diagnosis, a calibration, and what planned motions could tell."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from robolaser.diagnosis.cause_words import sentence_case
 from robolaser.motion.calibration import MotionFit
 from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.effect import At
-from robolaser.motion.gap import KindGap
+from robolaser.motion.gap import FEWEST_RUNS, KindGap
 from robolaser.motion.log import MotionLog
 from robolaser.motion.plan import MotionLimit, MotionPlan
 from robolaser.motion.result_json import kinds_json, next_motions, sentence
@@ -15,9 +17,10 @@ from robolaser.motion.selection import SelectedEffect
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records
 from robolaser.report.digits import SIGNIFICANT, measured, millimetre_interval, millimetres, percent, plain, with_unit
 from robolaser.report.document import Column, Document, Figure, Figures, Notes, Section, Table, TableCell, Text, charts
-from robolaser.report.setting import untestable
+from robolaser.report.setting import origin, site_lines, untestable
 
 SHOWN_ROWS = 400  # of a run, in a chart
+MOST_PLACES = 5  # that the terminal shows
 NOT_APART = "these motions do not distinguish it from "
 WHAT = {
     "tracking": "readings against commands",
@@ -33,11 +36,8 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
     """The report on a fit of the effects that a user asked for, or that a diagnosis found."""
     log, sure = fit.log, found is not None
     count, sense = len(fit.findings), ""
-    lead = (
-        "No effect was fitted."
-        if not count
-        else f"{f'{count} effects were' if count > 1 else 'One effect was'} fitted."
-    )
+    lead = f"{count or 'No'} {'effects were' if count > 1 else 'effect was'} fitted."
+    sites = [(one.site, one.coordinate, one.share) for one in (found.places if found else ())]
     if found is not None:
         lead, _, sense = sentence(found).partition(". ")
     return Document(
@@ -50,15 +50,15 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
         [
             Section("What was found", [*([_kinds(found)] if found else []), _effects(fit, sure=sure)]),
             Section("What to do", [Notes(_steps(found) if found else [], "steps", 3)]),
-            Section("Where", _where(found) if found else []),
+            Section("Where", site_lines(sites, found.verdict, 1) if found else []),
             Section("Errors of each joint", [_joints(gap, log.joints) for gap in fit.gaps]),
             Section("Errors along time", charts([_along_time(fit)])),
-            Section("What was not tested", [untestable(dict(sorted(found.not_testable.items())))] if found else []),
-            Section("Noise", [Text(remark, "quiet", printed=True) for remark in (found.remarks if found else ())]),
+            Section("What was not tested", [untestable(found.not_testable)] if found else []),
+            Section("Remarks", [Text(remark, "quiet", printed=True) for remark in (found.remarks if found else ())]),
         ],
         verdict=found.verdict if found else "",
-        footer=f"The {'diagnosis' if found else 'calibration'} took {fit.seconds:.1f} s."
-        f" {log.source} {log.licence}".strip(),
+        footer=f"The {'diagnosis' if sure else 'calibration'} took {fit.seconds:.1f} s. "
+        + origin(log.source, log.licence),
         prints_lead=True,
     )
 
@@ -112,12 +112,14 @@ def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
         )
         for one in fit.findings
     ]
-    columns = [Column("Effect", "name", 40, "effect"), Column("How large", brief="how large"), Column("How sure")]
-    return Table(columns if sure else columns[:2], rows, title="At each place", printed=0 if sure else 20)
+    columns = [Column("Effect", "name", 40, "effect"), Column("How large", brief="how large"),
+               Column("How sure", brief="how sure")]  # fmt: skip
+    return Table(columns if sure else columns[:2], rows, title="At each place", printed=MOST_PLACES if sure else 20)
 
 
 def _at(at: At) -> str:
-    return f"{at.effect.name.replace('_', ' ')} at {at.where}"
+    name = at.effect.name.replace("_", " ")
+    return f"{name} at {at.where}" if at.effect.site == "joint" else name
 
 
 def _numbers(one: SelectedEffect) -> str:
@@ -140,41 +142,25 @@ def _with_error(value: float, deviation: float, unit: str) -> str:
 
 def _steps(found: MotionDiagnosis) -> list[str]:
     """Remedies, each once, then motions to record."""
-    remedies = [
-        f"{one['effect'].replace('_', ' ').capitalize()} at {', '.join(one['where'])}: {effect.remedy}"
-        for one in kinds_json(found.fit)
-        for effect in [next(f.at.effect for f in found.fit.findings if f.at.effect.name == one["effect"])]
-    ]
+    known = {one.at.effect.name: one.at for one in found.fit.findings}
+    effects: dict[str, list[str]] = {}
+    for one in kinds_json(found.fit):
+        at = known[one["effect"]]
+        effects.setdefault(at.effect.remedy, []).append(_at(replace(at, where=", ".join(one["where"]))))
+    remedies = [f"{sentence_case('; '.join(names))}: {remedy}" for remedy, names in effects.items()]
     return [*remedies, *next_motions(found)]
-
-
-def _where(found: MotionDiagnosis) -> list[Text]:
-    what = "of the remaining error" if found.verdict == "unexplained" else "of the gap"
-    return [
-        Text(f"{100.0 * one.share:.0f} % {what} at {one.site}" + (f" ({one.coordinate})" if one.coordinate else ""),
-             "quiet", printed=one is found.places[0])
-        for one in found.places
-    ]  # fmt: skip
 
 
 def _joints(gap: KindGap, joints: tuple[str, ...]) -> Table:
     columns = [Column("Joint", "name"), *(Column(title, "number") for title in ("Nominal", "Before", "After", "Noise"))]
+    errors = zip(gap.nominal, gap.calibrated, gap.after, gap.noise_floor, strict=True)
     rows: list[tuple[TableCell | str, ...]] = [
-        (
-            joint,
-            *(
-                TableCell(plain(value, gap.unit, SIGNIFICANT), order=value)
-                for value in (getattr(gap, name)[j] for name in NAMES)
-            ),
-        )
-        for j, joint in enumerate(joints)
-        if np.isfinite(gap.calibrated[j])
+        (joint, *(TableCell(plain(value, gap.unit, SIGNIFICANT), order=value) for value in of_joint))
+        for joint, of_joint in zip(joints, errors, strict=True)
+        if np.isfinite(of_joint[1])
     ]
-    note = "Root mean squares; after: with the effects, on held-out motions."
+    note = "RMS. Nominal: nothing fitted; before: constant offsets fitted; after: effects fitted, on held-out motions."
     return Table(columns, rows, title=WHAT[gap.kind].capitalize(), note=note)
-
-
-NAMES = ("nominal", "calibrated", "after", "noise_floor")
 
 
 def _along_time(fit: MotionFit) -> Chart | None:
@@ -183,7 +169,7 @@ def _along_time(fit: MotionFit) -> Chart | None:
     if part is None:
         return None
     joint = int(np.nanargmax(part.gap.calibrated))
-    error = log.q[:, joint] - log.command[:, joint]
+    error = part.before[:, joint]
     rows = max(log.rows_of_runs, key=lambda part: float(np.nanmean(error[part] ** 2)))
     kept = slice(rows.start, rows.stop, max(1, (rows.stop - rows.start) // SHOWN_ROWS))
     time, n = log.time_s[kept], len(log.time_s[kept])
@@ -192,10 +178,10 @@ def _along_time(fit: MotionFit) -> Chart | None:
         error=TURN * np.concatenate([error[kept], part.after[kept, joint]]),
         series=["before"] * n + ["after, unseen"] * n,
     )
-    name = log.series[log.run[rows.start]]
+    name, held = log.series[log.run[rows.start]], "which was" if len(log.series) >= FEWEST_RUNS else "each part of it"
     return chart(
         f"Errors of {log.joints[joint]}",
-        f"Reading minus command (before) and minus the model's response to it (after), in the run '{name}', which was"
+        f"Reading minus command (before) and minus the model's response to it (after), in the series '{name}', {held}"
         " held out of the fit.",
         f"Errors of {log.joints[joint]} along time, before and after.",
         [layer(line(), data, x=quantity("time", "time [s]"), y=quantity("error", "error [°]"),

@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.cause_words import spoken
+from robolaser.diagnosis.cause_words import pairs_in_words, sentence_case, site_phrase, spoken
 from robolaser.diagnosis.pose_scatter import ONE_JOINT
 from robolaser.export.files import missing_reader
 from robolaser.report.digits import millimetres, plain
-from robolaser.report.document import Column, Section, Table, TableCell
+from robolaser.report.document import Column, Section, Table, TableCell, Text
 
+PRINTED_SHARE = 0.05  # of the gap, from which on the terminal names a site
 SOURCES: Mapping[str, str] = {
     "pixel": "position in the image",
     "target": "target points",
@@ -46,15 +46,27 @@ def noise_table(known: Iterable[tuple[str, float, str, str]]) -> Table:
 
 
 def untestable(reasons: Mapping[str, str], title: str = "") -> Table:
-    """Why effects could not be tested, by their names."""
-    rows = [(spoken(name), reason) for name, reason in reasons.items()]
+    """Why effects could not be tested, each reason once, by their names."""
+    effects: dict[str, list[str]] = {}
+    for name, reason in reasons.items():
+        effects.setdefault(reason, []).append(spoken(name))
+    rows = [(sentence_case(", ".join(names)), reason) for reason, names in effects.items()]
     return Table([Column("Effect", "name", 30), Column("Why not", "wide")], rows, title)
 
 
-def origin(dataset: Dataset) -> str:
+def site_lines(sites: Iterable[tuple[str, str, float]], verdict: str, most: int) -> list[Text]:
+    """Site, coordinate and share of the gap, or of what is left; on the terminal at most so many that are worth it."""
+    what = "of the remaining error" if verdict == "unexplained" else "of the gap"
+    return [
+        Text(f"{100 * share:.0f} % {what} at {site_phrase(site)}" + f" ({coordinate})" * bool(coordinate),
+             "quiet", printed=i < most and share >= PRINTED_SHARE)
+        for i, (site, coordinate, share) in enumerate(sites)
+    ]  # fmt: skip
+
+
+def origin(source: str, licence: str) -> str:
     """Where the data are from, for the end of a page."""
-    source = f"Data: {dataset.source}." if dataset.source else ""
-    return f"{source} Licence of the data: {dataset.licence}." if dataset.licence else source
+    return " ".join([f"Data: {source}."] * bool(source) + [f"Licence of the data: {licence}."] * bool(licence))
 
 
 def _error(file: Mapping[str, Any]) -> TableCell | str:
@@ -67,12 +79,8 @@ def _error(file: Mapping[str, Any]) -> TableCell | str:
 
 def files_section(files: Sequence[Mapping[str, Any]]) -> Section:
     """The error of each of `files` of a result's JSON on new poses, read by the program that it is for."""
-
-    def named(pairs: Sequence[Sequence[str]]) -> str:
-        return ", ".join(f"{spoken(effect)} at {where}" for effect, where in pairs) or "nothing"
-
     rows: list[tuple[TableCell | str, ...]] = [
-        (TableCell(one["file"], link=one["file"]), _error(one), named(one["contains"]), named(one["lacks"]))
+        (TableCell(one["file"], link=one["file"]), _error(one), *map(pairs_in_words, (one["contains"], one["lacks"])))
         for one in files
     ]
     columns = [
@@ -81,8 +89,5 @@ def files_section(files: Sequence[Mapping[str, Any]]) -> Section:
         Column("Contains"),
         Column("Lacks", brief="lacks"),
     ]
-    note = (
-        "Each was written from a fit without some poses, read back and compared with these; base and tool are fitted"
-        " to others."
-    )
+    note = "Each file was fitted without some poses and tested on these; base and tool are re-fitted to other poses."
     return Section("Files of the corrected arm", [Table(columns, rows, note=note, printed=3)])

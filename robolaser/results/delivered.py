@@ -26,8 +26,7 @@ from robolaser.export.sdf import flange_by_sdf
 from robolaser.export.ur_calibration import flange_by_ur_calibration
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.mechanism import Play
-from robolaser.model.effects.run import Run
-from robolaser.model.effects.run_summary import RunSummary
+from robolaser.model.effects.run import Course, Run
 from robolaser.model.forward_model import Model
 from robolaser.robot.kinematics import Robot
 
@@ -157,7 +156,8 @@ class _Fold:
         for there, errors in self.known:
             if np.abs(there - flange).max() < ALIKE:
                 return errors
-        self.known.append((flange, _placed_anew(self.without, self.part, flange, self.unseen)[self.rows]))
+        course = self.without.fitted_model.run.course_at(self.looked_at)
+        self.known.append((flange, _placed_anew(self.without, self.part, flange, self.unseen, course)[self.rows]))
         return self.known[-1][1]
 
 
@@ -200,7 +200,7 @@ def _folds(calibration: Calibration) -> Iterator[_Fold]:
         yield _Fold(replace(calibration, x=x), looked_at, part, held[of_row], (held & is_known)[of_row], [])
 
 
-def _placed_anew(calibration: Calibration, part: Dataset, flange: Array, unseen: Bools) -> Array:
+def _placed_anew(calibration: Calibration, part: Dataset, flange: Array, unseen: Bools, course: Course | None) -> Array:
     """Errors of rows seen from given flange poses, (m, j) [m]; base, tool and target are fitted to those not unseen."""
     model = calibration.model
     poses = Poses(part.poses.names, time_s=part.poses.time_s, session=part.poses.session, T_base_flange=flange)
@@ -216,7 +216,7 @@ def _placed_anew(calibration: Calibration, part: Dataset, flange: Array, unseen:
     }  # no closed form need find it
     given = {**part.parameters, **known}
     seen = AveragedData.single(replace(part, robot=None, poses=poses, parameters=given))
-    placing = Transfer.of(seen, RunSummary.of(model.dataset), sensor, held, calibration.noise)
+    placing = Transfer.of(seen, lambda data: course, sensor, held, calibration.noise)
     problem = placing.problem
     x = solve(problem, placing.x[None], kept=~unseen[None], tol=SHARE, enough=ENOUGH).x
     errors = problem.plain(x)[0]

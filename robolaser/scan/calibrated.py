@@ -226,7 +226,10 @@ def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
         contents = msgspec.json.decode(read_text(file))
     except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
         raise _unusable(file, f"it is not JSON ({error})") from None
-    saved = typed(contents if isinstance(contents, dict) else {}, SavedCalibration, file=str(file), others=True)
+    contents = contents if isinstance(contents, dict) else {}
+    if isinstance(of := contents.get("model"), dict) and of.get("sensor") not in (None, Stripe.format.kind):
+        raise _unusable(file, f'[model] sensor: {of["sensor"]!r}, expected "stripe"')
+    saved = typed(contents, SavedCalibration, file=str(file), others=True)
     model, robot = saved.model, _robot(file, saved.model, arm)
     check_rotation(model.bracket_quat, f"{file}, [model] bracket_quat", FILE)
     parameters = {name: _parameter(file, name, saved.parameters.get(name)) for name in SCANNER}

@@ -98,7 +98,7 @@ def kinds_of(names: Iterable[str]) -> tuple[str, ...]:
     """
     for name in (names := tuple(names)):
         if name not in KINDS and name not in FAULT_MODELS:
-            raise UsageError(f"No kind of world '{name}'.{near(name, (*KINDS, *FAULT_MODELS))}")
+            raise UsageError(f"No kind of world '{name}'.{near(name, dict.fromkeys((*KINDS, *FAULT_MODELS)))}")
     if {"physics", *PHYSICAL} & {*names}:
         mujoco()
     return names

@@ -13,6 +13,12 @@ def test_an_error_that_is_printed_alike_before_and_after_does_not_fall(after: fl
     assert said in _shrinks(KindGap("torque", "Nm", error, error, np.array([after]), np.array([1e-4]), 100))
 
 
+def test_torques_of_large_arms_have_no_powers_of_ten_and_as_many_digits_as_their_noise() -> None:
+    before, after, noise = (np.array([size]) for size in (7062.0, 191.4, 190.8))
+    said = _shrinks(KindGap("torque", "Nm", before, before, after, noise, 100))
+    assert said == "the torque error falls from 7060 Nm to 191 Nm (noise 191 Nm)"
+
+
 @pytest.mark.parametrize(("probability", "said"), [(0.95, ""), (0.6, "likely, "), (0.468, "perhaps, ")])
 def test_what_is_no_likelier_than_not_is_not_called_likely(probability: float, said: str) -> None:
     assert _surely(probability) == said

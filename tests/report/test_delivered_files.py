@@ -180,6 +180,15 @@ def test_poses_in_an_order_without_times_warm_the_delivered_arm_as_they_warmed_t
     assert file.held_out_mm == pytest.approx(1e3 * found.held_out_rms_m, rel=0.15)
 
 
+def test_a_bracket_that_creeps_has_crept_only_so_far_where_a_file_is_tested() -> None:
+    effects = {"joint_offset:elbow_joint": 2e-3, "hand_eye_drift": 3e-3}
+    noise = Noise(pixel_px=0.1)
+    data = simulate("ur5", kind="camera", poses=24, noise=noise, effects=effects, seed=1).dataset
+    found = robolaser.calibrate(data, effects=list(effects))
+    (file,) = (one for one in found["files"] if one.file == "robot_corrected.urdf")
+    assert file.held_out_mm == pytest.approx(1e3 * found.held_out_rms_m, rel=0.15)
+
+
 def test_the_arm_of_a_result_is_the_one_that_its_folder_holds(bent: CalibrationResult, tmp_path: Path) -> None:
     bent.save(tmp_path / "found")
     q = np.random.default_rng(0).uniform(-2.0, 2.0, (20, 6))

@@ -152,6 +152,14 @@ def test_finer_readings_are_advised_where_readings_scatter_most(probe_turn, help
     assert ("finer resolution" in advice) is helps
 
 
+def test_where_noise_is_stated_too_large_nobody_is_told_that_nothing_needs_repair():
+    one = MADE["no_gap"]()
+    one = replace(one, gap=replace(one.gap, noise_floor_m=2.0 * one.gap.after_ci95_m[1]))
+    advice = " ".join(to_do(one))
+    assert "Nothing needs repair" not in advice
+    assert "State less noise" in advice
+
+
 def test_of_a_flange_that_scatters_only_what_exceeds_its_limit_is_said():
     sizes = {"shift": Spread(7e-4, 1e-4, "m", limit=3e-4), "turn": Spread(1e-6, 1e-6, "rad", limit=5e-4)}
     found = PartScatter("flange", 1.0, sizes, False, 50.0, 0.0, 7e-4, geometric().model.dataset.noise)

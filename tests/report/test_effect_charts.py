@@ -37,6 +37,18 @@ def test_each_pose_shows_the_error_of_the_joint_that_was_simulated(why: Diagnosi
     np.testing.assert_allclose(np.abs(play.moves[play.x != 0.0]), 1e-3, rtol=0.1)
 
 
+def test_an_encoder_is_drawn_against_its_angle_although_its_error_grows_along_the_run() -> None:
+    run = simulate("ur5", kind="point", poses=40, noise=Noise(point_m=3e-5), seed=1).dataset
+    q = run.poses.q.copy()
+    run = replace(run, poses=replace(run.poses, time_s=1.0 + np.sin(q[:, 2])))
+    q[:, 2] += 2e-3 * np.sin(q[:, 2])
+    found = robolaser.diagnose(replace(run, poses=replace(run.poses, q=q)), effects=["encoder_eccentricity"])
+    assert found.diagnosis is not None
+    assert found.diagnosis.weighed is not None
+    (one,) = found.diagnosis.weighed.evidence
+    assert explained_error(found.diagnosis.weighed.final, one).coordinate.name == "angle of elbow_joint"
+
+
 def test_the_chart_of_an_effect_is_found_by_its_name_and_place(why: DiagnosisResult, tmp_path: Path) -> None:
     assert str(why.plot("backlash", "elbow_joint")) == "Backlash of elbow_joint"
     assert str(why.plot("joint_compliance")) == "Joint compliance of shoulder_lift_joint"

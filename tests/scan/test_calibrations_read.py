@@ -113,6 +113,12 @@ def test_a_file_that_goes_too_deep_is_named(text, folder):
         read_calibration(folder)
 
 
+def test_a_calibration_of_another_sensor_is_named_as_such(folder):
+    change(folder, ("model",), {"sensor": "point", "robot": "robot.urdf"})
+    with pytest.raises(DataError, match=r"sensor: 'point', expected \"stripe\"\. Expected .* of a stripe scanner"):
+        read_calibration(folder)
+
+
 def test_an_effect_from_elsewhere_is_named(folder):
     change(folder, ("effects", 0, "effect"), "backlashh")
     with pytest.raises(EffectError, match="Did you mean 'backlash'"):

@@ -24,7 +24,7 @@ class LinkGeometry(Effect):
     name = "link_geometry"
     title = "error of the joint's placement on the link before it"
     clause = "the placement of {where} on its link is wrong"
-    caveat = "a turn about or a shift along the joint's own axis is an offset of a joint"
+    caveat = "a turn about the joint's own axis (of a linear joint, a shift along it) equals a joint offset"
     remedy = "Use `robot_corrected.urdf`, which has the estimated placement of {where}."
     reference = "Hayati 1983; Stone 1987; nominal against true kinematics 1-10 mm on collaborative arms"
     stage = Stage.LINKS

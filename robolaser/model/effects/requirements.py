@@ -99,7 +99,7 @@ def laser_plane(dataset: Dataset) -> str:
 def camera_alone_on_flange(dataset: Dataset) -> str:
     """The camera's rival is its bracket: a laser plane beside it, or a stand in the cell, would drift likewise."""
     is_alone = bool(laser_plane(dataset)) and not is_of_scanner(dataset) and not stands(dataset)
-    return "" if is_alone else SensorLacks("what else is fixed to the camera drifts likewise")
+    return "" if is_alone else SensorLacks("indistinguishable from a drift of what else is fixed to the camera")
 
 
 def centred_lens(dataset: Dataset) -> str:

@@ -130,6 +130,13 @@ class Run:
         """Temperature above the lowest over the largest such rise, (n,); None where it is unknown or constant."""
         return self.course.rise if self.course is not None else temperature_rise(self.poses)
 
+    def course_at(self, chosen: Bools) -> Course | None:
+        """How far the run had come at some of its poses, (n,); None where their order is not known."""
+        if self.poses.time_s is None:
+            return None
+        rise = None if self.rise is None else self.rise[chosen]
+        return Course(self.progress[chosen], rise, by_thermometer=self.poses.temperature_c is not None)
+
     @property
     def reference(self) -> "Run":
         """The run whose loads, poses and points effects are relative to: the whole one, where this is a part of it."""

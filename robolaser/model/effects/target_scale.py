@@ -24,7 +24,7 @@ class TargetScale(Effect):
     name = "target_scale"
     title = "wrong scale of the printed grid"
     clause = "the target is printed to a wrong scale"
-    caveat = "an arm whose flange is always too far out, or too near, by one factor looks the same"
+    caveat = "an arm whose reach is too long or too short by one factor looks the same"
     remedy = "Measure the target with a caliper: its squares do not have the stated size."
     reference = "Strobl, Hirzinger 2011, More accurate pinhole camera calibration; printers: up to 1.5 %"
     stage = Stage.TARGET

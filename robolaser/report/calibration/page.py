@@ -93,7 +93,7 @@ def document(
             files_section(files),
             *([Section("Remarks", _remarks(calibration, folder))] if brief else _evidence(analysis)),
         ],
-        footer=origin(dataset),
+        footer=origin(dataset.source, dataset.licence),
     )
 
 
@@ -125,7 +125,7 @@ def _undetermined(calibration: Calibration) -> list[Content]:
 
 def _parameters(calibration: Calibration) -> list[Content]:
     given, placed = parameter_rows(calibration)
-    within = Column("Within its bounds", "wide", brief="")
+    within = Column("Bounds", "wide", brief="")
     closed_form = "Initialized from the data" if given else ""
     nominal = Column("Nominal", "text", 13, "nominal")
     why = "These need no nominal values" if given else "There is no nominal model: no nominal values are given"
@@ -195,7 +195,7 @@ def image_errors(analysis: ErrorAnalysis) -> Chart | None:
     of_colour = "its colour is the error along the view (red: estimated too far away), " if in_space else ""
     return chart(
         "Errors over the image",
-        f"Each dot is a pixel of {seen}: {of_colour}its line leads to where the model predicts it, {factor:.3g} times"
+        f"Each dot is a measured point: {of_colour}its line leads to where the model predicts it, {factor:.3g} times"
         " as long."
         f" {'Colours or lines' if in_space else 'Lines'} that change slowly over the image indicate the lens"
         f"{' or the laser plane' if in_space else ''}; a random mixture is noise.",

@@ -6,7 +6,7 @@ import numpy as np
 
 from robolaser.diagnosis.candidate_sites import FORCE
 from robolaser.diagnosis.cause_classes import class_of, unknown_instead
-from robolaser.diagnosis.cause_words import joint_names, listed, named, noun
+from robolaser.diagnosis.cause_words import joint_names, listed, named, noun, sentence_case
 from robolaser.diagnosis.corrected_model import given_on_bound
 from robolaser.diagnosis.gross_errors import contradicted_distance, outlying_poses, shortened
 from robolaser.diagnosis.localization import Localization
@@ -114,9 +114,11 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
         is_joint = turns.get("joint", 0.0) >= max(turns.values(), default=np.inf)
         finer = " Joint readings of finer resolution reduce it." if is_joint else ""
         said.append(
-            "Nothing needs repair. Most of the error is scatter of whole poses: more poses average it, repeated shots"
-            f" at one pose do not.{finer}"
+            "Nothing needs repair. Most of the error is scatter of whole poses: more poses average it out, repeated"
+            f" shots at one pose do not.{finer}"
         )
+    elif is_sound and diagnosis.gap.after_ci95_m[1] < diagnosis.gap.noise_floor_m:
+        said.append("State less noise under `[noise]` in `dataset.toml`, then diagnose again: these data scatter less.")
     elif is_sound:
         line = ", or improve the line extraction" if diagnosis.dataset.kind == "stripe" else ""
         said.append(f"Nothing needs repair. For higher accuracy, reduce the noise: repeat measurements{line}.")
@@ -169,8 +171,8 @@ def _unseen(diagnosis: Diagnosis, name: str) -> str:
     if not unseen:
         return ""
     return (
-        f" They do not determine {unseen} of {len(numbers)} parameters by themselves: in these directions the"
-        " nominal model is kept."
+        f" They do not determine {unseen} of {len(numbers)} parameters by themselves; the nominal values of these are"
+        " kept."
     )
 
 
@@ -189,7 +191,7 @@ def _look(diagnosis: Diagnosis) -> str:
     pulled = [site for site in sites if alike[site] == FORCE]
     joints = [site for site in sites if kind_of_site(site) not in SITES and site not in pulled]
     checked = [f"gear, encoder and bearings of {joint_names(joints)}"] if joints else []
-    checked += [f"cables and hoses that pull at the joints about {listed(pulled)}"] if pulled else []
+    checked += [f"cables and hoses that pull at the joints near {listed(pulled)}"] if pulled else []
     checked += list(dict.fromkeys(SITES[kind] for site in sites if (kind := kind_of_site(site)) in SITES))
     said = f"Check {listed(checked)}. The remaining error there {_form(dict.fromkeys(alike[site] for site in sites))}"
     if any(lies.unknown for lies in where if lies.site in sites):
@@ -217,8 +219,3 @@ def _measure(diagnosis: Diagnosis) -> str:
         return f"Measure {poses}: they are the most informative."
     other = ambiguous.alternatives[0].candidate_effect
     return f"Measure {poses}: they distinguish {named(ambiguous.candidate_effect)} from {named(other)}."
-
-
-def sentence_case(text: str) -> str:
-    """Text as a sentence begins."""
-    return text[:1].upper() + text[1:]

@@ -8,10 +8,11 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.subsampling import evenly
-from robolaser.diagnosis.cause_words import named
+from robolaser.diagnosis.cause_words import named, sentence_case
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.pose_coordinates import (
+    TIME,
     Coordinate,
     angle_of,
     hanging,
@@ -43,7 +44,6 @@ from robolaser.report.chart import (
     records,
     rule,
 )
-from robolaser.report.diagnosis.advice import sentence_case
 from robolaser.report.digits import human, millimetres
 
 MOST_STEPS = 7  # effects with a step of their own
@@ -106,7 +106,7 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
     )
     return chart(
         "How far the gap shrinks",
-        f"{first} each effect added, to the remaining error on held-out poses; the number is the gap after the step."
+        f"{first} each effect added, to the error that remains; each number is the error on held-out poses."
         f" Black line: its 95 % interval. Dashed: noise alone. The axis is logarithmic.",
         f"The gap falls from {millimetres(begin)} to {millimetres(diagnosis.gap.after_m)}; noise"
         f" alone gives {millimetres(diagnosis.gap.noise_floor_m)}.",
@@ -175,7 +175,7 @@ def _of_joint(fit: Fit, one: EffectEvidence) -> ExplainedError:
         return np.asarray(-np.bincount(fit.pose_of_number, by_joint * white, minlength=poses)[seen] / own[seen])
 
     known = (angle_of(run, joint), *torque_of(run, joint), *motion_of(run, joint), *of_run(run))
-    coordinate, x = _telling([(each, each.values[seen, 0]) for each in known], moves[seen])
+    coordinate, x = _telling(one, [(each, each.values[seen, 0]) for each in known], moves[seen])
     unit, other = "m" if robot.prismatic[column] else "rad", _rival(one)
     rival = other and (other[0], left(other[1]))
     return ExplainedError(one.candidate_effect, coordinate, x, joint, unit, moves[seen], left(fit), seen, rival)
@@ -201,7 +201,7 @@ def _of_rows(fit: Fit, one: EffectEvidence) -> ExplainedError:
     known = [(each, each.values[pose[rows], i]) for each, i in at_pose]
     if one.candidate_effect.effect.stage_in(model.dataset) in OF_ROWS:
         known = [(each, each.values[rows, 0]) for each in _of_points(model.run)] + known
-    coordinate, x = _telling(known, moves)
+    coordinate, x = _telling(one, known, moves)
     other = _rival(one)
     rival = other and (other[0], left_by(other[1])[rows, axis])
     of = f"the points{AXES[left.shape[1]][axis]}"
@@ -236,8 +236,10 @@ def _of_points(run: Run) -> Iterator[Coordinate]:
         yield from (Coordinate(f"position on the target, {name}", xyz[:, [i]], "m") for i, name in enumerate("xy"))
 
 
-def _telling(known: Sequence[tuple[Coordinate, Array]], moves: Array) -> tuple[Coordinate, Array]:
-    """The coordinate that shows most of an effect, and its values."""
+def _telling(one: EffectEvidence, known: Sequence[tuple[Coordinate, Array]], moves: Array) -> tuple[Coordinate, Array]:
+    """The coordinate that shows most of an effect, and its values; time only of what may depend on it."""
+    if not one.candidate_effect.effect.depends_on_trajectory:
+        known = [pair for pair in known if not pair[0].name.startswith(TIME)] or known
     if np.ptp(moves) == 0.0:
         return known[0]
     shown, (coordinate, x) = max(((_shown(x, moves), (one, x)) for one, x in known), key=lambda each: each[0])

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robolaser.diagnosis.cause_words import site_phrase, spoken
+from robolaser.diagnosis.cause_words import spoken
 from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
@@ -12,10 +12,9 @@ from robolaser.report.digits import millimetre_interval, millimetres
 from robolaser.report.document import Content, Document, Figure, Figures, Notes, Section, Text, charts
 from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
-from robolaser.report.setting import files_section, noise_table, origin
+from robolaser.report.setting import files_section, noise_table, origin, site_lines
 
 LEAST_SHARE = 0.1  # share of the gap from which on a place is suspected
-PRINTED_SHARE = 0.05  # the same, from which on the terminal names it
 MOST_SITES, MOST_ADVICE = 2, 3  # lines of each on the terminal
 
 
@@ -26,6 +25,7 @@ def document(diagnosis: Diagnosis, *, brief: bool = False, files: Sequence[Mappi
     effects, classes = rows.effect_table(diagnosis), rows.class_table(diagnosis)
     found = [classes, effects] if classes.printed else [effects, classes]
     doubts = [rows.alternative_table(diagnosis), rows.gross_table(diagnosis)]
+    sites = [(one.site, one.coordinate, one.share) for one in diagnosis.where[:MOST_SITES]]
     if not diagnosis.findings:
         found, doubts = [], [classes, *doubts]
     return Document(
@@ -37,14 +37,14 @@ def document(diagnosis: Diagnosis, *, brief: bool = False, files: Sequence[Mappi
         [Figures(figures(diagnosis))],
         [
             Section("What was found", found),
-            Section("Where", _printed_sites(diagnosis) if brief else []),
+            Section("Where", site_lines(sites, diagnosis.verdict, MOST_SITES) if brief else []),
             Section("What to do", [Notes(to_do(diagnosis), "steps", MOST_ADVICE)]),
             files_section(files),
             Section("What is not certain", doubts),
             *([Section("Noise", [*_remarks(diagnosis), *_untested(diagnosis)])] if brief else _evidence(diagnosis)),
         ],
         verdict=diagnosis.verdict,
-        footer=f"The diagnosis took {diagnosis.seconds:.1f} s. {origin(dataset)}",
+        footer=f"The diagnosis took {diagnosis.seconds:.1f} s. {origin(dataset.source, dataset.licence)}",
         prints_lead=True,
     )
 
@@ -114,16 +114,6 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
         Section("Poses to measure next", [rows.pose_table(diagnosis)]),
         Section("What was not found", [rows.limit_table(diagnosis), rows.untestable_table(diagnosis)]),
         Section("Noise", [noise, *_remarks(diagnosis)]),
-    ]
-
-
-def _printed_sites(diagnosis: Diagnosis) -> list[Content]:
-    """The sites with the largest shares, for the terminal."""
-    what = "of the remaining error" if diagnosis.verdict == "unexplained" else "of the gap"
-    return [
-        Text(f"{100 * lies.share:.0f} % {what} at {site_phrase(lies.site)} ({lies.coordinate})", "quiet", printed=True)
-        for lies in diagnosis.where[:MOST_SITES]
-        if lies.share >= PRINTED_SHARE
     ]
 
 

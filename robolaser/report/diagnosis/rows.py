@@ -6,10 +6,10 @@ from typing import Final
 
 import numpy as np
 
-from robolaser.diagnosis.cause_words import named, noun, place, site_phrase, spoken
+from robolaser.diagnosis.cause_words import named, noun, place, sentence_case, site_phrase, spoken
 from robolaser.diagnosis.result import Alternative, CauseClass, DetectionLimit, Diagnosis, Estimate, Finding
 from robolaser.estimation.certainty import CERTAIN
-from robolaser.report.diagnosis.advice import UNDETERMINED, caveats, doubt, sentence_case
+from robolaser.report.diagnosis.advice import UNDETERMINED, caveats, doubt
 from robolaser.report.digits import measured, millimetres, percent, plain
 from robolaser.report.document import Column, Table, TableCell
 from robolaser.report.setting import untestable
@@ -151,19 +151,15 @@ def limit_table(diagnosis: Diagnosis) -> Table:
         for kind, limits in groupby(by_effect, key=lambda limit: limit.candidate_effect.effect)
     ]
     note = (
-        "Detection limit: larger effects would have been found in nine cases out of ten. At the tool: the error by an"
-        " effect of that size. Then the size from which it is distinguishable from the most similar cause."
+        "Detection limit: the size that would have been found in nine cases out of ten, the error at the tool that it"
+        " causes, and the size above which it is distinguishable from the most similar effect."
     )
     return Table([Column("Not found", "name", 30), Column("Detection limit", "wide")], rows, note=note, fold=0)
 
 
 def untestable_table(diagnosis: Diagnosis) -> Table:
     """What could not be tested, each reason once: effects, and why."""
-    effects: dict[str, list[str]] = {}
-    for name, reason in diagnosis.not_testable.items():
-        effects.setdefault(reason, []).append(name)
-    listed = {sentence_case(", ".join(names)): reason for reason, names in effects.items()}
-    return untestable(listed, "What these data cannot test")
+    return untestable(diagnosis.not_testable, "What these data cannot test")
 
 
 def pose_table(diagnosis: Diagnosis) -> Table:
@@ -239,10 +235,6 @@ def _limit(one: DetectionLimit) -> str:
     if one.at_tool_m is not None:
         said.append(f"{plain(one.at_tool_m, 'm', 2)} at the tool")
     if one.rival is not None:
-        size = "" if one.identifiable is None else plain(one.identifiable, one.unit, 2)
-        said.append(
-            f"above {size} distinguishable from {named(one.rival)}"
-            if size
-            else f"indistinguishable from {named(one.rival)}"
-        )
+        above = "in" if one.identifiable is None else f"above {plain(one.identifiable, one.unit, 2)} "
+        said.append(f"{above}distinguishable from {named(one.rival)}")
     return "; ".join(said)
