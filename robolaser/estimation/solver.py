@@ -85,8 +85,7 @@ def solve(
         slopes: Derivatives of the residuals by each parameter over its scale somewhere near the starts, (d, K), where
             they are known: the first steps are chord steps with them. With some rows only: at the starts.
         rival: Cost of another solution, which is the better one where these cost much more.
-        close: Whether candidates stay so close together that derivatives amid them serve all; their steps are not
-            accelerated.
+        close: Whether candidates stay so close together that derivatives amid them serve all.
     """
     starts = np.clip(np.asarray(starts, np.float64), problem.lower, problem.upper)
     if len(starts) == 0:
@@ -237,7 +236,7 @@ class _Descents:
             if not c:
                 return again
 
-        if self._J and not self.close and len(new := np.flatnonzero(~chord)):
+        if self._J and len(new := np.flatnonzero(~chord)):
             curvature = self._second_derivative(active[new], x[new], (step / unit)[new]) / unit[new]
             within = room[0][new], room[1][new], side[new]
             accelerated = _damped(A[new], damping[new], g[new] + 0.5 * curvature, *within)[0]
