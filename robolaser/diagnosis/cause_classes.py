@@ -14,7 +14,7 @@ from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import has_form
-from robolaser.diagnosis.localization import Localization, localize
+from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import CLASS as SCATTER
 from robolaser.diagnosis.pose_scatter import PartScatter
 from robolaser.diagnosis.posture_rivals import PostureRivals
@@ -79,11 +79,9 @@ def cause_classes(
     if strange and verdict == "unexplained":
         odds = posterior_weights(np.array([0.0, strange.likelihood_ratio - CHI2_OF_UNMODELLED_CAUSE]))
         some = float(odds[0]) * departs(strange.site, evidence)
-        found.append(CauseClass(UNKNOWN, some, None, gap, site=strange.site))
-    elif verdict == "explained":
-        found += imitated_cause(found, evidence, lambda: localize(refits.start), gap)
-    elif refits.effects and not scatter and _likeliest(found) < EVEN:
-        found.append(_unknown(found, left[0].site if left else "", gap))
+        found.append(CauseClass(UNKNOWN, some, None, gap))
+    elif _likeliest(found) < EVEN and (evidence if verdict == "explained" else refits.effects and not scatter):
+        found.append(CauseClass(UNKNOWN, 1.0 - _likeliest(found), None, gap))  # effects that close it only imitate it
     return tuple(sorted(found, key=_importance))
 
 
@@ -175,25 +173,10 @@ def departs(site: str, evidence: Sequence[EffectEvidence]) -> float:
     return 1.0 - max((one.credibility for one in evidence if one.candidate_effect.where == site), default=0.0)
 
 
-def imitated_cause(
-    classes: Sequence[CauseClass],
-    evidence: Sequence[EffectEvidence],
-    locate: Callable[[], Sequence[Localization]],
-    gap_m: float,
-) -> list[CauseClass]:
-    """The unknown, where effects close the gap and yet no class of theirs is likely: they only imitate it.
-
-    It is where the gap lies without them; where they explain most, if that is not known.
-    """
-    if not evidence or _likeliest(classes) >= EVEN:
-        return []
-    largest = max(evidence, key=lambda one: one.explained).candidate_effect.where
-    return [_unknown(classes, next((place.site for place in locate()), largest), gap_m)]
-
-
-def _unknown(classes: Sequence[CauseClass], site: str, gap_m: float) -> CauseClass:
-    """The unknown, in the place of classes none of which is likely."""
-    return CauseClass(UNKNOWN, 1.0 - _likeliest(classes), None, gap_m, site=site)
+def unknown_at(classes: Sequence[CauseClass], where: Sequence[Localization]) -> tuple[CauseClass, ...]:
+    """The classes with the unknown where most of the gap, or of what is left of it, is; nowhere if nobody knows."""
+    site = where[0].site if where else ""
+    return tuple(replace(one, site=site) if one.name == UNKNOWN else one for one in classes)
 
 
 def _likeliest(classes: Sequence[CauseClass]) -> float:

@@ -130,12 +130,14 @@ def aliases(refits: Refits, final: Fit, held_out: HeldOut) -> list[CandidateEffe
     return [
         one
         for one in sorted(explained, key=lambda one: explained[one])
-        if is_form(explained[one], _explained_beside(refits, final, one, explained))
-        or (
-            explained[one] < SMALL_SHARE * largest
-            and is_alias(explained[one], largest, len(_other_locations(refits, final, one)))
-            and not held_out.lowers(refits.refit(final, removed=one), final)
+        if (
+            is_form(explained[one], _explained_beside(refits, final, one, explained))
+            or (
+                explained[one] < SMALL_SHARE * largest
+                and is_alias(explained[one], largest, len(_other_locations(refits, final, one)))
+            )
         )
+        and not held_out.lowers(refits.refit(final, removed=one), final)
     ]
 
 

@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 from robolaser.arrays import Bools, Ints, Progress
 from robolaser.data.dataset import Dataset
 from robolaser.data.joining import check_same_arm
-from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds, class_of, unknown_instead
+from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds, class_of, unknown_at, unknown_instead
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, too_few_poses
 from robolaser.diagnosis.evidence import EffectEvidence
@@ -144,6 +144,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     if verdict == "explained" and unknown_instead(classes):
         verdict, where = "unexplained", localize(start) or where
     where = [at_other_poses(misread.share)] if misread and misread.shift else merged(where)
+    classes = unknown_at(classes, where)
     if scatter:
         where = beside(where, scatter.located(gap.after_m, gap.noise_floor_m))
     progress("predicting held-out poses", 0.85)

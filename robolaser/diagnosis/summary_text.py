@@ -232,8 +232,14 @@ def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass
     if not sure:
         likeliest = _likeliest(in_model)
         most = f"; most probable is {likeliest}" if likeliest else ""
-        return f"{lead}, but no cause is certain{most}. {_shrinks(gap)}."
-    said = [f"{lead} by {listed([_class(one, findings) for one in sure[:NAMED]])}.", f"{_shrinks(gap)}."]
+        return f"{lead}, but no cause is certain{most}. {_shrinks(gap, 'all effects found')}."
+    others = [
+        one
+        for one in (found.candidate_effect for found in findings)
+        if class_of(one) not in {each.name for each in sure}
+    ]
+    which = f"that and {members(others)}" if others else "that"
+    said = [f"{lead} by {listed([_class(one, findings) for one in sure[:NAMED]])}.", f"{_shrinks(gap, which)}."]
     if len(in_model) > 1:
         losses = [f"{millimetres(one.gap_without_m or 0.0)} without {noun(one.name)}" for one in sure[:NAMED]]
         said.append(f"It would be {listed(losses)}.")

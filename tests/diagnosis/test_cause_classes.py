@@ -14,8 +14,8 @@ from robolaser.diagnosis.cause_classes import (
     class_of,
     credible_set,
     departs,
-    imitated_cause,
     member_probabilities,
+    unknown_at,
 )
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.localization import Localization
@@ -89,21 +89,16 @@ def test_what_an_effect_leaves_in_its_own_place_is_its_form_as_far_as_the_effect
     assert departs("joint_4", evidence) == 1.0
 
 
-def test_an_unknown_that_effects_imitate_is_where_the_gap_lies_without_them() -> None:
-    doubted = CauseClass("transmission", 0.3, 2e-4, 1e-4)
+def test_the_unknown_is_where_most_of_the_gap_is_listed() -> None:
+    classes = CauseClass("transmission", 0.3, 2e-4, 1e-4), CauseClass("unknown", 0.7, None, 1e-4)
     lies = Localization("joint_3", "angle of joint_3", 0.9, 50.0, 1e-9)
-    found = [weighed({WRIST: 1.0}), replace(weighed({ELBOW: 1.0}), explained=9.0)]
-    (unknown,) = imitated_cause([doubted], found, lambda: [lies], 1e-4)
-    assert (unknown.name, unknown.probability, unknown.site) == ("unknown", pytest.approx(0.7), "joint_3")
-    assert imitated_cause([doubted], found, list, 1e-4)[0].site == WRIST.where
-    assert not imitated_cause([replace(doubted, probability=0.6)], found, lambda: [lies], 1e-4)
+    assert [one.site for one in unknown_at(classes, [lies])] == ["", "joint_3"]
+    assert [one.site for one in unknown_at(classes, [])] == ["", ""]
 
 
 def test_a_gap_of_probably_unknown_cause_is_not_explained(monkeypatch: pytest.MonkeyPatch) -> None:
     made = simulate(find_robot("ur5e"), kind="point", poses=60, noise=Noise(point_m=1e-4), seed=2,
                     effects={"encoder_eccentricity:elbow_joint": 5e-4}).dataset  # fmt: skip
-    doubtful = lambda classes, evidence, locate, gap_m: [CauseClass("unknown", 0.8, None, gap_m, site="elbow_joint")]  # noqa: E731
-    monkeypatch.setattr(cause_classes_module, "imitated_cause", doubtful)
     monkeypatch.setattr(cause_classes_module, "_probability", lambda *_: 0.0)
     monkeypatch.setattr(cause_classes_module, "at_least_one", lambda _: 0.2)
     found = examine(made, [BY_NAME["encoder_eccentricity"]], seed=0)

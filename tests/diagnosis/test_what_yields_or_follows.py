@@ -63,13 +63,25 @@ def test_a_small_scale_beside_a_large_effect_is_found_where_it_predicts_new_pose
     assert found.gap.after_m < 1.1 * found.gap.noise_floor_m
 
 
-def test_what_yields_beside_a_far_larger_wrong_zero_is_no_form_of_it() -> None:
-    """A zero that is three milliradians off explains fifty times as much, and has no form that could differ."""
-    effects = {"joint_compliance": 2e-5, "joint_offset:panda_joint4": 3e-3}
+@pytest.mark.parametrize(
+    ("effects", "classes"),
+    [
+        ({"joint_compliance": 2e-5, "joint_offset:panda_joint4": 3e-3}, {"elasticity", "arm_geometry"}),
+        (
+            {"joint_compliance:panda_joint2": 6e-6, "encoder_eccentricity:panda_joint2": 4e-3},
+            {"elasticity", "transmission"},
+        ),
+    ],
+    ids=["a zero", "a reading with one period per turn"],
+)
+def test_what_yields_beside_a_far_larger_cause_at_its_joint_is_no_form_of_it(
+    effects: dict[str, float], classes: set[str]
+) -> None:
+    """It explains fifty times less, and yet new poses are predicted much worse without it."""
     made = simulate(find_robot("panda"), kind="point", poses=50, noise=Noise(point_m=3e-5), effects=effects, seed=1)
     found = examine(made.dataset, seed=0)
     assert found.verdict == "explained"
-    assert {one.name for one in found.classes if one.probability > 0.9} >= {"elasticity", "arm_geometry"}
+    assert {one.name for one in found.classes if one.probability > 0.9} >= classes
     assert found.gap.after_m < 1.1 * found.gap.noise_floor_m
 
 

@@ -23,7 +23,9 @@ class EncoderEccentricity(Effect):
     name = "encoder_eccentricity"
     title = "error of the reading with one period per joint turn"
     clause = "the reading of {where} has an error with one period per turn"
-    caveat = "known only over the angles that these poses span"
+    caveat = (
+        "known only over the angles that these poses span; a counterweight or spring that the URDF lacks looks the same"
+    )
     remedy = "Correct {where} by the model, or have its encoder centred."
     reference = "Mooring, Roth, Driels 1991, Fundamentals of Manipulator Calibration, ch. 2"
     stage = Stage.JOINTS
