@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from robolaser.arrays import Bools, Ints, Progress
+from robolaser.arrays import Ints, Progress
 from robolaser.data.dataset import Dataset
 from robolaser.data.joining import check_same_arm
 from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds, class_of, unknown_at, unknown_instead
@@ -26,7 +26,7 @@ from robolaser.diagnosis.gravity_direction import with_gravity_turned
 from robolaser.diagnosis.gross_errors import rows_sentence
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.held_parameters import with_parameters_free
-from robolaser.diagnosis.judgement import Judgement, judged
+from robolaser.diagnosis.judgement import judged
 from robolaser.diagnosis.localization import Localization, localize, merged
 from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pose_scatter import beside
@@ -119,21 +119,13 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     final = nested[-1]
 
     progress("judging the gap", 0.8)
-
-    def weighed() -> tuple[Judgement, tuple[CauseClass, ...]]:
-        found = judged(preparation, data, start, final, left, held_out, seed, scatters=not hindrance)
-        return found, cause_classes(found.verdict, refits, final, evidence, left, held_out, found.scatter)
-
     left = [] if hindrance else left
-    judgement, classes = weighed()
-    imitated = final.effects and _only_imitate(judgement.verdict, start, final, evidence, classes, held_out)
-    beside_others = not np.array_equal(outliers, np.flatnonzero(preparation.weighted.outliers))
-    if imitated or (beside_others and not final.effects):
-        if beside_others:  # gross errors beside effects that are gone are none: the model is the calibration's
-            data, refits, outliers = _calibrated(preparation, effects)
-            start, held_out = refits.start, HeldOut(refits.start, seed, calibration)
+    judgement = judged(preparation, data, start, final, left, held_out, seed, scatters=not hindrance)
+    classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
+    if final.effects and _only_imitate(judgement.verdict, start, final, evidence, classes, held_out):
         final, nested, evidence, left = start, [start], [], [] if hindrance else localize(start)
-        judgement, classes = weighed()
+        judgement = judged(preparation, data, start, final, left, held_out, seed)
+        classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
     verdict, noise, gap, scatter = judgement.verdict, judgement.noise, judgement.gap, judgement.scatter
     if scatter and left:
         share = scatter.located(gap.after_m, gap.noise_floor_m).share
@@ -196,9 +188,8 @@ def _selected(
 
     Noise and gross errors are judged by what a model leaves: once effects explain much, both are judged again.
     """
-    outliers = preparation.weighted.outliers
-    data, refits, _ = _calibrated(preparation, effects)
-    start = refits.start
+    data, outliers, start = preparation.weighted.data, preparation.weighted.outliers, preparation.fit(effects)
+    refits = Refits(start, effects)
     final = select(refits, progress=lambda what: progress(what, 0.3))
 
     def again(start: Fit, share: float) -> tuple[Refits, Fit]:
@@ -217,17 +208,7 @@ def _selected(
         outliers = found
         data, start = preparation.without(outliers, start)
         refits, final = again(start, 0.5)
-    return data, refits, unless_one_does_it(refits, final), _numbers(outliers)
-
-
-def _calibrated(preparation: Preparation, effects: Sequence[CandidateEffect]) -> tuple[AveragedData, Refits, Ints]:
-    """The rows, the fits and the rows left out where no effect is in the model."""
-    weighted = preparation.weighted
-    return weighted.data, Refits(preparation.fit(effects), effects), _numbers(weighted.outliers)
-
-
-def _numbers(marked: Bools) -> Ints:
-    return np.flatnonzero(marked).astype(np.int64)
+    return data, refits, unless_one_does_it(refits, final), np.flatnonzero(outliers).astype(np.int64)
 
 
 def _only_imitate(

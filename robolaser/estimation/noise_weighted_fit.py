@@ -7,7 +7,7 @@ from robolaser.arrays import Array, Bools
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.folds import FoldFits, Folds, held_out
 from robolaser.estimation.noise_estimate import NoiseEstimate
-from robolaser.estimation.outliers import in_few_rows, outliers_of, outliers_within_poses, robust_fit
+from robolaser.estimation.outliers import outliers_within_poses, robust_fit
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.model.batches import of_data
@@ -41,32 +41,20 @@ class NoiseWeightedFit:
 def fit_by_noise(model: Model, start: Array, *, seed: int) -> NoiseWeightedFit:
     """Fit rows weighed by their noise, from a start (d,).
 
-    Rows far from where the others of their pose have them are gross errors, judged beside a robust fit; in poses of few
-    rows only those that are far for whole poses that scatter, too. The seed chooses the poses that are used, where
-    there are more than needed.
+    Rows far from where the others of their pose have them are gross errors, judged beside a robust fit. The seed
+    chooses the poses that are used, where there are more than needed.
     """
     near, shots = _robust(model, start, seed)
     outliers = outliers_within_poses(Problem.of(model, shots), near)
-    data, estimate = _without(outliers, model, near, seed)
-    if (doubted := outliers & in_few_rows(model.dataset)).any():
-        scattered = shots.at({name: size for name, size in estimate.limited().sigmas.items() if name in shots.sigmas})
-        by_scatter = doubted & ~outliers_of(Problem.of(model, scattered), near)
-        if by_scatter.any():
-            outliers = outliers & ~by_scatter
-            data, estimate = _without(outliers, model, near, seed)
-    problem = Problem.of(of_data(model, data.dataset), estimate.for_weights())
+    data = AveragedData.of(model.dataset, outliers).subsampled(seed)
+    some = of_data(model, data.dataset)
+    problem = Problem.of(some, NoiseEstimate.of(data, some, near).for_weights())
     end = solve(problem.with_rows_of_size(near), near[None], tol=SHARE, enough=ENOUGH)
     problem, x, evaluations = problem.with_rows_of_size(end.x[0]), end.x[0], end.evaluations
     if model.known_distances is not None:
         end = solve(problem, x[None], tol=SHARE, enough=ENOUGH)
         x, evaluations = end.x[0], evaluations + end.evaluations
     return NoiseWeightedFit(data, outliers, shots, problem, x, evaluations)
-
-
-def _without(outliers: Bools, model: Model, x: Array, seed: int) -> tuple[AveragedData, NoiseEstimate]:
-    """The averaged rows that are no gross errors, and what a model at x (d,) leaves of them."""
-    data = AveragedData.of(model.dataset, outliers).subsampled(seed)
-    return data, NoiseEstimate.of(data, of_data(model, data.dataset), x)
 
 
 def _robust(model: Model, start: Array, seed: int) -> tuple[Array, NoiseModel]:

@@ -60,7 +60,7 @@ def outliers_within_poses(problem: Problem, x: Array) -> Bools:
     of_pose = model.dataset.points.pose
     root = _roots(problem)
     r = (root @ problem.plain(x[None])[0][..., None])[..., 0]
-    enough = _have_enough_rows(model.dataset)
+    enough = np.bincount(of_pose, minlength=len(model.dataset.poses)) >= FREE_POSE_ROWS
     if not enough.any():
         return outliers_of(problem, x)
     shifts, turns = moved_with_pose(model.blocks, *model.at(x))
@@ -77,16 +77,6 @@ def outliers_within_poses(problem: Problem, x: Array) -> Bools:
     far = _far(left, model.dataset)
     is_elsewhere = _mostly(far, of_pose)[of_pose] & enough[of_pose]
     return far | is_elsewhere  # the motion fits the pose's other rows, wherever they are
-
-
-def in_few_rows(dataset: Dataset) -> Bools:
-    """Rows of poses with so few that the scatter of their pose may seem to be their gross error, (m,)."""
-    return np.asarray(~_have_enough_rows(dataset)[dataset.points.pose])
-
-
-def _have_enough_rows(dataset: Dataset) -> Bools:
-    """Poses (n,) whose rows show a gross error among them, however the pose is off."""
-    return np.asarray(np.bincount(dataset.points.pose, minlength=len(dataset.poses)) >= FREE_POSE_ROWS)
 
 
 def outliers_of(problem: Problem, x: Array) -> Bools:

@@ -41,19 +41,6 @@ def test_an_arm_that_scatters_more_than_its_tracker_has_no_gross_errors_where_it
     options = CellOptions(stated=stated)
     made = simulate("scorbot_er7", kind="point", poses=60, points=3, noise=scatter, options=options, seed=7)
     assert not len(examine(made.dataset, [], seed=0).outliers)
-    model = Model(made.dataset)
-    assert not fit_by_noise(model, model.parameters.nominal, seed=0).outliers.any()
-
-
-def test_a_model_without_effects_has_one_error() -> None:
-    """Of a base that creeps: what seemed a gross error beside effects that are gone again is none."""
-    cell = simulate("ur5", kind="point", poses=40, noise=Noise(point_m=3e-5), seed=2).dataset
-    crept = 4e-4 * (1.0 - np.exp(-cell.points.pose / 12.0))
-    assert cell.points.xyz is not None
-    moved = replace(cell.points, xyz=cell.points.xyz + crept[:, None] * [1.0, 0.5, 0.7])
-    found = examine(replace(cell, points=moved), [], seed=1)
-    assert not found.findings
-    assert found.gap.after_m == found.gap.calibrated_m
 
 
 def test_single_points_are_gross_errors_for_certain(sound: Dataset) -> None:
