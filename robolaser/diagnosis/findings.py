@@ -17,7 +17,7 @@ from robolaser.diagnosis.local_unknown import GEOMETRY
 from robolaser.diagnosis.localization import Localization, corrected, localize
 from robolaser.diagnosis.pose_coordinates import TIME
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
+from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap, RotationGap
 from robolaser.diagnosis.score_tests import lack_of_poses
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.thresholds import LEAST_PROBABILITY
@@ -81,17 +81,16 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
     pose = start.model.dataset.points.pose
     after = held_out.errors(final)
     floor = final.size_of(noise)
-    has_turns = start.model.dataset.format.angles > 0
-    rotated = held_out.rotation_errors(final)
-    turns = (rms(held_out.rotation_errors(start)), rms(rotated)) if has_turns else None
-    least_turn = interval(rotated, pose, seed)[0] if has_turns else 0.0
+    rotations = None
+    if start.model.dataset.format.angles:
+        rotated = held_out.rotation_errors(final)
+        least = interval(rotated, pose, seed)[0]
+        rotations = RotationGap(rms(held_out.rotation_errors(start)), rms(rotated), least, final.rotation_of(noise))
     nominal, calibrated = _nominal_gap(start, held_out), held_out.calibrated(start)
     is_held_out = held_out.unseen(final) is not None
     known = start.model.known_distances is not None
     distances = (rms(distance_errors(start)[:, None]), rms(distance_errors(final)[:, None])) if known else None
-    return Gap(
-        nominal, calibrated, rms(after), floor, interval(after, pose, seed), turns, least_turn, is_held_out, distances
-    )
+    return Gap(nominal, calibrated, rms(after), floor, interval(after, pose, seed), rotations, is_held_out, distances)
 
 
 def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:

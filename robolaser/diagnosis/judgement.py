@@ -77,14 +77,21 @@ def _by_rows(final: Fit, verdict: str, noise: NoiseModel, gap: Gap) -> Judgement
     if verdict == "unexplained" and gap.noise_floor_m > gap.after_m:
         of_poses = [source.name for source in noise.sources_of_poses]
         noise = noise.at({name: 0.0 for name in of_poses if noise.origin.get(name) == "estimated"})
-        gap = replace(gap, noise_floor_m=final.size_of(noise))
+        gap = _above(gap, final, noise)
     if verdict == "unexplained" and over_stated(noise) >= MOST_OVER_STATED:
-        gap = replace(gap, noise_floor_m=final.size_of(as_stated(noise)))
+        gap = _above(gap, final, as_stated(noise))
     return Judgement(verdict, noise, gap)
+
+
+def _above(gap: Gap, final: Fit, noise: NoiseModel) -> Gap:
+    """The gap above other noise."""
+    turns = gap.rotations and replace(gap.rotations, noise_floor_rad=final.rotation_of(noise))
+    return replace(gap, noise_floor_m=final.size_of(noise), rotations=turns)
 
 
 def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, noise: NoiseModel) -> Evidence:
     known = [name for name in noise.sigmas if noise.origin.get(name, "stated") != "estimated"]
+    turns = gap.rotations
     return Evidence(
         chi2_before=start.chi2,
         chi2_after=final.with_likeliest_scatter.chi2,
@@ -98,6 +105,6 @@ def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, no
         estimated_m=final.size_of(noise.at(dict.fromkeys(known, 0.0))),
         spread=final.spread,
         over_stated=over_stated(noise),
-        rotations=gap.turns_rad[1] / final.rotation_of(noise) if gap.turns_rad else 0.0,
-        least_rotations=gap.least_turn_rad / final.rotation_of(noise) if gap.turns_rad else 0.0,
+        rotations=turns.after_rad / turns.noise_floor_rad if turns else 0.0,
+        least_rotations=turns.least_rad / turns.noise_floor_rad if turns else 0.0,
     )

@@ -148,16 +148,32 @@ class WrongInput:
 
 @final
 @dataclass(frozen=True)
+class RotationGap:
+    """Root-mean-square error of rotations on held-out poses [rad].
+
+    Attributes:
+        calibrated_rad: After the ordinary parameters were fitted.
+        after_rad: With all that was found.
+        least_rad: The lower end of its 95 % interval.
+        noise_floor_rad: By noise alone.
+    """
+
+    calibrated_rad: float
+    after_rad: float
+    least_rad: float
+    noise_floor_rad: float
+
+
+@final
+@dataclass(frozen=True)
 class Gap:
     """Root-mean-square 3-D error on held-out poses, repeats averaged, gross errors left out [m].
 
     Attributes:
         nominal_m: Of the sim as given; None where none was given.
-        turns_rad: The same of rotations, after the ordinary parameters were fitted and with all that was found; None
-            where none are measured.
-        least_turn_rad: The lower end of the 95 % interval of the latter.
+        rotations: The same of rotations; None where none are measured.
         is_held_out: Whether any pose was held out; else all errors are of the poses that were fitted.
-        distances_m: Error of known distances that were not known, before and after as of rotations; None without any.
+        distances_m: Error of known distances that were not known, calibrated and after; None without any.
     """
 
     nominal_m: float | None
@@ -165,8 +181,7 @@ class Gap:
     after_m: float
     noise_floor_m: float
     after_ci95_m: tuple[float, float]
-    turns_rad: tuple[float, float] | None = None
-    least_turn_rad: float = 0.0
+    rotations: RotationGap | None = None
     is_held_out: bool = True
     distances_m: tuple[float, float] | None = None
 

@@ -51,9 +51,12 @@ def sentence(
         text = _causes("The gap is explained", findings, classes, gap)
     else:
         text = _unexplained(findings, classes, where, gap)
-    if gap.turns_rad is not None:
-        before, after = (f"{np.degrees(turn):.3g}°" for turn in gap.turns_rad)
-        text += f" The error of rotations on new poses is {after}" + (f", {before} without it." if findings else ".")
+    if (turns := gap.rotations) is not None:
+        before, after, least = (
+            f"{np.degrees(turn):.3g}°" for turn in (turns.calibrated_rad, turns.after_rad, turns.noise_floor_rad)
+        )
+        text += f" The error of rotations on new poses is {after}{f' ({before} without that)' if findings else ''}"
+        text += f", where noise alone gives {least}."
     if findings and gap.distances_m is not None and gap.distances_m[1] <= EVEN * gap.distances_m[0]:
         before, after = map(millimetres, gap.distances_m)
         text += f" Known distances differ from the model by {after}; without that, by {before}."
@@ -182,7 +185,7 @@ def _unexplained(
         is_closed = gap.after_m <= GAP_OVER_FLOOR * gap.noise_floor_m
         imitated = _imitated(findings, classes, gap, lies.replace("remaining ", "") if is_closed else lies)
         return imitated or _causes("A part of the gap is explained", findings, classes, gap) + lies
-    if gap.turns_rad is None and gap.after_m <= GAP_OVER_FLOOR * gap.noise_floor_m:
+    if gap.rotations is None and gap.after_m <= GAP_OVER_FLOOR * gap.noise_floor_m:
         return (
             "The error on new poses is about that of noise alone, yet it is not random, and no effect of the"
             f" library explains it: {_with_noise(gap)}{lies}"

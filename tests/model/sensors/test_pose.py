@@ -179,8 +179,10 @@ def test_a_bracket_that_slips_is_the_same_for_all_bodies_that_it_carries() -> No
 def test_what_is_wrong_with_the_cell_is_named(effect: str) -> None:
     found = examine(cell(poses=50, effects={effect: 2e-3}).dataset, seed=0)
     assert found.verdict == "explained"
-    before, after = found.gap.turns_rad
-    assert after == pytest.approx(np.sqrt(3.0) * CAPTURED.angle_rad, rel=0.2)
-    assert f"rotations on new poses is {np.degrees(after):.3g}°, {np.degrees(before):.3g}° without" in found.sentence
+    turns = found.gap.rotations
+    assert turns.after_rad == pytest.approx(np.sqrt(3.0) * CAPTURED.angle_rad, rel=0.2)
+    assert turns.noise_floor_rad == pytest.approx(np.sqrt(3.0) * CAPTURED.angle_rad, rel=0.1)
+    after, before, least = np.degrees([turns.after_rad, turns.calibrated_rad, turns.noise_floor_rad])
+    assert f"is {after:.3g}° ({before:.3g}° without that), where noise alone gives {least:.3g}°." in found.sentence
     most_important = found.findings[0].candidate_effect
     assert f"{most_important.effect.name}:{most_important.where}" == effect
