@@ -152,6 +152,16 @@ def test_finer_readings_are_advised_where_readings_scatter_most(probe_turn, help
     assert ("finer resolution" in advice) is helps
 
 
+@pytest.mark.parametrize("is_stated", [False, True])
+def test_who_has_not_stated_how_well_the_arm_repeats_is_asked_to(is_stated):
+    one = MADE["no_gap"]()
+    source = NoiseSource(1e-4, "rad", "estimated", of_poses=True)
+    scatter = Repeatability({"joint": source}, one.gap.noise_floor_m, is_stated)
+    advice = " ".join(to_do(replace(one, repeatability=scatter)))
+    assert "Nothing needs repair" in advice
+    assert ("`repeatability_m`" in advice) is not is_stated
+
+
 def test_where_noise_is_stated_too_large_nobody_is_told_that_nothing_needs_repair():
     one = MADE["no_gap"]()
     one = replace(one, gap=replace(one.gap, noise_floor_m=2.0 * one.gap.after_ci95_m[1]))

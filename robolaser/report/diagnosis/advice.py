@@ -15,7 +15,7 @@ from robolaser.diagnosis.result import Diagnosis, Estimate, Finding
 from robolaser.estimation.certainty import CERTAIN
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.sensor_sites import kind_of_site
-from robolaser.report.digits import plain
+from robolaser.report.digits import millimetres, plain
 
 CLEAR = 2.0  # standard deviations from zero below which a value may be zero
 UNDETERMINED = "not determined by these data"
@@ -114,7 +114,7 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
         is_joint = turns.get("joint", 0.0) >= max(turns.values(), default=np.inf)
         finer = " Joint readings of finer resolution reduce it." if is_joint else ""
         said.append(
-            "Nothing needs repair. Most of the error is scatter of whole poses: more poses average it out, repeated"
+            f"{_sound(diagnosis)} Most of the error is scatter of whole poses: more poses average it out, repeated"
             f" shots at one pose do not.{finer}"
         )
     elif is_sound and diagnosis.gap.after_ci95_m[1] < diagnosis.gap.noise_floor_m:
@@ -123,6 +123,17 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
         line = ", or improve the line extraction" if diagnosis.dataset.kind == "stripe" else ""
         said.append(f"Nothing needs repair. For higher accuracy, reduce the noise: repeat measurements{line}.")
     return said
+
+
+def _sound(diagnosis: Diagnosis) -> str:
+    """Whether the arm needs repair where its poses scatter no more than arms usually do."""
+    if diagnosis.repeatability.is_stated:
+        return "Nothing needs repair."
+    least = millimetres(diagnosis.repeatability.at_sensor_m)
+    return (
+        f"Nothing needs repair unless the arm should repeat to less than {least}: state the repeatability of its data"
+        " sheet as `repeatability_m` under `[noise]` in `dataset.toml`, then diagnose again."
+    )
 
 
 def _bounds(diagnosis: Diagnosis) -> list[str]:
