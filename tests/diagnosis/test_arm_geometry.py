@@ -33,8 +33,10 @@ def test_one_or_two_placements_are_no_arm() -> None:
     assert placements_of_arm(placements(3)) == placements(3)
 
 
-@pytest.mark.parametrize(("count", "expected"), [(1, True), (3, False)])
-def test_only_what_has_a_form_is_imitated_by_a_small_effect_beside_it(count: int, expected: bool) -> None:
+@pytest.mark.parametrize(("count", "lowers", "expected"), [(1, False, True), (1, True, False), (3, False, False)])
+def test_only_what_has_a_form_is_imitated_by_a_small_effect_beside_it_without_which_new_poses_are_predicted_as_well(
+    count: int, lowers: bool, expected: bool
+) -> None:
     eccentric = CandidateEffect({effect.name: effect for effect in EFFECTS}["encoder_eccentricity"], JOINTS[0])
     effects = (*placements(count), eccentric)
 
@@ -54,7 +56,8 @@ def test_only_what_has_a_form_is_imitated_by_a_small_effect_beside_it(count: int
             return SimpleNamespace(effects=left, chi2=fit.chi2 + explained)
 
     final = SimpleNamespace(effects=effects, chi2=0.0)
-    found = aliases(Refitted(), final, held_out=None)  # type: ignore[arg-type]
+    held_out = SimpleNamespace(lowers=lambda less, more: lowers)
+    found = aliases(Refitted(), final, held_out)  # type: ignore[arg-type]
     assert (eccentric in found) == expected
 
 
