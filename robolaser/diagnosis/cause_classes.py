@@ -81,7 +81,8 @@ def cause_classes(
         some = float(odds[0]) * departs(strange.site, evidence)
         found.append(CauseClass(UNKNOWN, some, None, gap))
     elif _likeliest(found) < EVEN and (evidence if verdict == "explained" else refits.effects and not scatter):
-        found.append(CauseClass(UNKNOWN, 1.0 - _likeliest(found), None, gap))  # effects that close it only imitate it
+        # where effects close the gap and yet no class of theirs is likely, they only imitate its cause
+        found.append(CauseClass(UNKNOWN, 1.0 - _likeliest(found), None, gap))
     return tuple(sorted(found, key=_importance))
 
 

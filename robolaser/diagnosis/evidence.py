@@ -127,17 +127,16 @@ def aliases(refits: Refits, final: Fit, held_out: HeldOut) -> list[CandidateEffe
     explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects if one not in arm}
     largest = max(explained.values(), default=0.0)
 
+    def imitates(one: CandidateEffect) -> bool:
+        if is_form(explained[one], _explained_beside(refits, final, one, explained)):
+            return True
+        is_small = explained[one] < SMALL_SHARE * largest
+        return is_small and is_alias(explained[one], largest, len(_other_locations(refits, final, one)))
+
     return [
         one
         for one in sorted(explained, key=lambda one: explained[one])
-        if (
-            is_form(explained[one], _explained_beside(refits, final, one, explained))
-            or (
-                explained[one] < SMALL_SHARE * largest
-                and is_alias(explained[one], largest, len(_other_locations(refits, final, one)))
-            )
-        )
-        and not held_out.lowers(refits.refit(final, removed=one), final)
+        if imitates(one) and not held_out.lowers(refits.refit(final, removed=one), final)
     ]
 
 
