@@ -144,8 +144,7 @@ def _ports() -> Sequence[str]:
 class LineArm(Arm):
     """angle = reference_rad + direction (what the controller counts, as an angle)."""
 
-    most: ClassVar[int]
-    """How many joints can share the line."""
+    most: ClassVar[int]  # how many joints can share the line
 
     def __init__(self, line: SerialLine, arm: ArmLine, robot: Robot) -> None:
         self._line, self._joints = line, robot.joints
@@ -180,8 +179,7 @@ class BusArm(LineArm):
 
     outputs: ClassVar[int | None] = 0
     absolute_encoders: ClassVar[bool] = True
-    counted_rad: ClassVar[float]
-    """What one count of a servo, from its middle, is [rad]."""
+    counted_rad: ClassVar[float]  # what one count of a servo, from its middle, is [rad]
 
     def __init__(self, line: SerialLine, arm: ArmLine, robot: Robot) -> None:
         super().__init__(line, arm, robot)

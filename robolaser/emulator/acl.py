@@ -14,8 +14,7 @@ from robolaser.data.cell_config import Cell
 from robolaser.emulator.acl_encoders import AclEncoders
 from robolaser.emulator.controller import FASTEST_RAD_S, ArmFault, Axis, Controller, least_seconds
 
-SEARCH_S, SEARCH_RAD_S = 20.0, 0.3
-"""What homing takes at least of one axis, and how fast it turns at most."""
+SEARCH_S, SEARCH_RAD_S = 20.0, 0.3  # what homing takes at least of one axis, and how fast it turns at most
 OUTPUTS = range(1, 17)
 LONGEST_LINE = 128
 ABORT, ENTER, NEWLINE = 0x01, 0x0D, 0x0A
@@ -52,8 +51,7 @@ class AclController(Controller):
         self._positions: dict[str, Ints | None] = {}
         self._disabled: set[int] = set()
         self._outputs: set[int] = set()
-        self._homing: tuple[float, int] | None = None
-        """When it ends, and the axis that does not find its home, or 0."""
+        self._homing: tuple[float, int] | None = None  # when it ends, and the axis that does not find its home, or 0
         self._homeless: set[int] = set()
         self._line = bytearray()
         self._echo = True

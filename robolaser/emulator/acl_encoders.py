@@ -7,20 +7,15 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.cell_config import Cell
 
-QUARTER = 33
-"""PAR 33, 34, ...: counts of axis 1, 2, ... for 90 degrees (or a metre's quarter turn: a rail's pi/2 m)."""
-REFERENCE = 52
-"""PAR 52, 53, ...: counts of axis 1, 2, ... at the reference posture."""
+QUARTER = 33  # PAR 33, 34, ...: counts of axis 1, 2, ... for 90 degrees (or a metre's quarter turn: a rail's pi/2 m)
+REFERENCE = 52  # PAR 52, 53, ...: counts of axis 1, 2, ... at the reference posture
 COUNTS = (23040, -23040, 23040, -19200, 23040)
 """For 90 degrees, and over again for more axes: 256 a degree, some encoders mounted the other way round."""
-HOME = (0.5, 0.35, 0.65, 0.5, 0.5)
-"""Where between its limits each axis has its home switch."""
-UNLIMITED = np.pi
-"""Range of an axis without limits to either side of zero [rad]."""
+HOME = (0.5, 0.35, 0.65, 0.5, 0.5)  # where between its limits each axis has its home switch
+UNLIMITED = np.pi  # range of an axis without limits to either side of zero [rad]
 TENTHS = {"X": 1e4, "Y": 1e4, "Z": 1e4, "P": 1800 / np.pi, "R": 1800 / np.pi}
 """Units of the flange's place and of its pitch and roll in a metre or a radian."""
-WIDTH = 9
-"""Of a number in a listing, with its sign, or a blank for plus."""
+WIDTH = 9  # of a number in a listing, with its sign, or a blank for plus
 
 
 @final

@@ -15,10 +15,8 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.cell_config import Cell
 
-RAMP = 0.25
-"""Share of a travel's time in which it gains speed, and in which it loses it again."""
-FASTEST_RAD_S = 1.0
-"""Of every axis, at full speed (or m/s)."""
+RAMP = 0.25  # share of a travel's time in which it gains speed, and in which it loses it again
+FASTEST_RAD_S = 1.0  # of every axis, at full speed (or m/s)
 
 
 @final
@@ -27,8 +25,7 @@ class Travel:
     """One axis from one angle to another."""
 
     start: float
-    goal: float
-    """[rad]"""
+    goal: float  # [rad]
     begins_s: float
     seconds: float
 
@@ -109,23 +106,17 @@ class Axis:
 class ArmFault(Enum):
     """Faults of an arm."""
 
-    IMPACT = "impact"
-    """A link hits something: the controller notices and lets go."""
-    STALL = "stall"
-    """A gear jams: the motor stops, whatever it is told."""
-    THERMIC = "thermic"
-    """A motor is too hot: the controller switches it off."""
-    HOMELESS = "homing"
-    """A home switch is broken: this axis never finds its home."""
-    REBOOT = "reboot"
-    """The power was off for a moment."""
+    IMPACT = "impact"  # a link hits something: the controller notices and lets go
+    STALL = "stall"  # a gear jams: the motor stops, whatever it is told
+    THERMIC = "thermic"  # a motor is too hot: the controller switches it off
+    HOMELESS = "homing"  # a home switch is broken: this axis never finds its home
+    REBOOT = "reboot"  # the power was off for a moment
 
 
 class Controller(ABC):
     """An arm's controller as a state machine; time is an argument and never runs backwards [s]."""
 
-    command_mark: ClassVar[bytes] = b"\r"
-    """What each command has once."""
+    command_mark: ClassVar[bytes] = b"\r"  # what each command has once
     _axes: Sequence[Axis]
 
     @abstractmethod

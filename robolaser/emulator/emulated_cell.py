@@ -34,8 +34,7 @@ from robolaser.emulator.world.world import EmulatedWorld, load_world
 from robolaser.errors import DataError, UsageError
 
 FRAMES_A_S = 15.0
-BUFFER_BYTES = 65536
-"""What waits at most in the system for a slow client: a fraction of a frame."""
+BUFFER_BYTES = 65536  # what waits at most in the system for a slow client: a fraction of a frame
 
 
 @final
@@ -101,15 +100,13 @@ TICK_S, BUSY_TICK_S = 0.01, 0.002
 """How long it listens before it looks after everything else, and while it has something to say."""
 LOOKS_A_S, MOST_LOOKS = 50.0, 400
 """How often, on its own clock, the arm is looked at; how often at most after a long moment."""
-BITS_A_BYTE = 10
-"""Start, eight, stop."""
+BITS_A_BYTE = 10  # start, eight, stop
 LARGEST_READ = 4096
 MOST_PENDING = 65536
 """Bytes kept for a client that does not read; what comes after is lost, as on a line without flow control."""
 
 
-CONTROLLERS = ("acl", "dynamixel", "feetech", "lss")
-"""Kinds of arms that are emulated."""
+CONTROLLERS = ("acl", "dynamixel", "feetech", "lss")  # kinds of arms that are emulated
 
 
 def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
@@ -141,8 +138,7 @@ class ServedLine:
         self._near: int | None = near
         tty.setraw(self._far)
         os.set_blocking(near, False)
-        self.address = os.ttyname(self._far)
-        """What pyserial opens."""
+        self.address = os.ttyname(self._far)  # what pyserial opens
 
     def waits_on(self) -> list[int]:
         """Descriptors that become readable when there is something to take."""

@@ -21,14 +21,12 @@ LINE = {
     "cut": 0.0,  # the plug is pulled
 }
 ARM = {fault.value: 1.0 for fault in ArmFault}
-KINDS = LINE | ARM
-"""Every kind with its usual amount."""
+KINDS = LINE | ARM  # every kind with its usual amount
 _FORM = re.compile(
     r"(?P<kind>\w+)(?::(?P<amount>\d+(?:\.\d+)?))?"
     r"(?:@(?:(?P<first>\d+)(?:-(?P<last>\d+))?|>(?P<begin>\d+(?:\.\d+)?)s(?:-(?P<end>\d+(?:\.\d+)?)s)?))?"
 )
-LARGEST_FLOOD = 8192
-"""Bytes that one look at a flood brings at most."""
+LARGEST_FLOOD = 8192  # bytes that one look at a flood brings at most
 
 
 @final
@@ -89,8 +87,7 @@ class FaultyController:
         self._rng = rng
         self._on_the_way: deque[tuple[float, bytes]] = deque()
         self._flooded_s: float | None = None
-        self.heard = 0
-        """Commands so far."""
+        self.heard = 0  # commands so far
 
     def cut(self, now_s: float) -> bool:
         """Whether the plug is pulled."""

@@ -9,10 +9,8 @@ import numpy as np
 from robolaser.data.cell_config import Cell
 from robolaser.emulator.controller import FASTEST_RAD_S, ArmFault, Axis, ServoChain, least_seconds
 
-TENTHS = 1800 / np.pi
-"""Of a degree, in a radian."""
-USUAL_SPEED = 1800
-"""Cap on the speed of a servo that was just switched on; it cannot reach it [tenths of a degree/s]."""
+TENTHS = 1800 / np.pi  # of a degree, in a radian
+USUAL_SPEED = 1800  # cap on the speed of a servo that was just switched on; it cannot reach it [tenths of a degree/s]
 ALL = 254
 BOOT_S = 1.25
 LONGEST_LINE = 64
@@ -38,8 +36,7 @@ class LssServo:
     def __init__(self, axis: Axis) -> None:
         self.axis = axis
         self.state = Status.HOLDING
-        self.fastest = USUAL_SPEED
-        """Cap on its speed [tenths of a degree/s]."""
+        self.fastest = USUAL_SPEED  # cap on its speed [tenths of a degree/s]
 
     def status(self, now_s: float) -> Status:
         """What it does now."""

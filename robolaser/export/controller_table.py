@@ -21,8 +21,7 @@ from robolaser.robot.kinematics import Robot
 
 PARALLEL: Final = np.radians(2.0)
 """Angle between neighbouring lines, below which the arm is built with parallel ones. A judgement."""
-COINCIDE: Final = 1e-6
-"""[m] Length of a link, below which it has none. A judgement."""
+COINCIDE: Final = 1e-6  # length of a link, below which it has none [m]. A judgement.
 NUMBERS: Final = ("theta", "d", "a", "alpha", "beta")
 HEADER: Final = ("joint", "number", "nominal", "corrected", "correction", "unit", "meaning")
 MEANING: Final = {

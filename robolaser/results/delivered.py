@@ -33,22 +33,16 @@ from robolaser.robot.kinematics import Robot
 Writer = Callable[[Calibration], str | None]
 Reader = Callable[[str, Dataset, Bools], Array]
 """Gives the flange poses of the held poses of a data set, by a file's text."""
-UNSEEN_POSES: Final = 150
-"""On which errors are measured: no further fold is, once there are so many; more say no more."""
-PLACING_POSES: Final = 60
-"""To which base and tool are fitted: few files have them, and each fold has them elsewhere."""
+UNSEEN_POSES: Final = 150  # on which errors are measured: no further fold is, once there are so many; more say no more
+PLACING_POSES: Final = 60  # to which base and tool are fitted: few files have them, and each fold has them elsewhere
 PLACING_SESSION: Final = 12
 """Of these at least so many in each session that has unseen poses, whose base is its own. A judgement."""
 ALIKE: Final = 1e-7
 """[m, 1] Up to which two files have the flange at the same place: tables have six digits of a millimetre."""
-BEFORE: Final = 3
-"""Poses before each: after a move shorter than its play, a joint is where an earlier move left it."""
-BEYOND_PLAY: Final = 0.03
-"""[rad, m] Move of a joint that no play outlasts: where it was before no longer counts."""
-WAY_S: Final = 0.6
-"""In which MuJoCo drives an arm with play from one pose to the next. A judgement."""
-REST_S: Final = 0.3
-"""In which MuJoCo's springs come to rest. A judgement."""
+BEFORE: Final = 3  # poses before each: after a move shorter than its play, a joint is where an earlier move left it
+BEYOND_PLAY: Final = 0.03  # move of a joint that no play outlasts: where it was before no longer counts [rad, m]
+WAY_S: Final = 0.6  # in which MuJoCo drives an arm with play from one pose to the next. A judgement.
+REST_S: Final = 0.3  # in which MuJoCo's springs come to rest. A judgement.
 
 
 @final

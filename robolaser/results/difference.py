@@ -18,12 +18,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FORMAT: Final = "robolaser-diff/1"
-POSTURES: Final = 200
-"""At which two arms are compared."""
-OF_THE_DATA: Final = ("dataset", "poses", "run")
-"""What a diagnosis, or a calibration, says of the data that it is of."""
-Fact = tuple[Any, str, float | None]
-"""What a result says under a name: a value, its unit, and its standard error."""
+POSTURES: Final = 200  # at which two arms are compared
+OF_THE_DATA: Final = ("dataset", "poses", "run")  # what a diagnosis, or a calibration, says of the data that it is of
+Fact = tuple[Any, str, float | None]  # what a result says under a name: a value, its unit, and its standard error
 ERRORS: Final = ("objective_m2", "rms_m", "max_m", "held_out_rms_m")
 
 

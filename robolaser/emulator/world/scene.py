@@ -14,10 +14,8 @@ from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 
 LAMP = np.array([0.30, 0.20, 0.93]) / np.linalg.norm([0.30, 0.20, 0.93])
 """Where most of the room's light comes from, in the base frame."""
-FROM_ALL_SIDES = 0.55
-"""Share of the room's light that comes from everywhere."""
-REACH = 4.5
-"""Standard deviations of the sheet's thickness beyond which it is dark."""
+FROM_ALL_SIDES = 0.55  # share of the room's light that comes from everywhere
+REACH = 4.5  # standard deviations of the sheet's thickness beyond which it is dark
 AWAY_M = 1e-7  # from the surface that a ray leaves
 TIE_M = 1e-9  # nearer together than this, the solid listed later is in front
 MIDDLE_GREY = 128.0
