@@ -8,12 +8,13 @@ from dataclasses import asdict, dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal, final
 
+from robolaser.algorithms.user_code import by_name
 from robolaser.benchmark.evaluator import RunLimits
 from robolaser.benchmark.executors import PACKAGES
 from robolaser.benchmark.named_problems import specs_of
 from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec, ProblemSummary
 from robolaser.benchmark.run import Task, fingerprint
-from robolaser.benchmark.solvers import solvers_of
+from robolaser.benchmark.solvers import find
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import UsageError
 from robolaser.plugins import extra
@@ -83,7 +84,7 @@ class BenchmarkPlan:
         """
         if not problems or not algorithms:
             raise UsageError("compare: expected at least one problem and one algorithm.")
-        solvers = solvers_of(algorithms)
+        solvers = by_name(algorithms, find, 'compare(…, {"small": GA(pop_size=20), "large": GA(pop_size=50)})')
         pickles = {name: _pickled(solver, name) for name, solver in solvers.items()}
         summaries, refused, first = [], {}, []
         for spec in specs_of(problems):

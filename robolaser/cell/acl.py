@@ -184,7 +184,7 @@ class AclArm(LineArm):
         """
         if len(counts) < AXES or np.isnan(said):
             return self._axes == "er5plus"
-        pitch = pitch_in_world(self._per_quarter, counts - self._at_reference)
+        pitch = float((_differential() @ (counts - self._at_reference))[3] * np.pi / 2 / self._per_quarter[3])
         others = np.array([said, -said, np.pi - said, np.pi + said])
         off = float(np.abs(np.angle(np.exp(1j * (pitch - others)))).min())
         if self._axes == "er5plus":
@@ -224,11 +224,6 @@ def radians_per_count(axes: Axes, per_quarter: Array) -> Array:
         return scaled
     in_joints = np.eye(AXES) - np.diag([0.0, 1.0, 1.0, 0.0], -1)
     return in_joints @ scaled @ _differential()
-
-
-def pitch_in_world(per_quarter: Array, counts: Array) -> float:
-    """Pitch of an ER V plus's hand, by counts since the horizontal reference posture, (5,) [rad]."""
-    return float((_differential() @ counts)[3] * np.pi / 2 / per_quarter[3])
 
 
 def _differential() -> Array:

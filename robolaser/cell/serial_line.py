@@ -1,7 +1,6 @@
 """Arms on a serial line: what goes out, what comes in, and how long silence may last; bytes are Latin-1's letters."""
 
 import re
-from collections.abc import Sequence
 from typing import Any, ClassVar, Self, final
 
 import numpy as np
@@ -60,7 +59,7 @@ class SerialLine:
                 exclusive=True if "://" not in arm.port else None,
             )
         except (OSError, ValueError) as error:
-            raise _cannot_open(arm.port, _reason(error), _ports()) from None
+            raise _cannot_open(arm.port, _reason(error)) from None
         return cls(wire, arm.port, clock)
 
     def send(self, data: str) -> None:
@@ -127,18 +126,15 @@ def _reason(error: Exception) -> str:
     return (getattr(error, "strerror", None) or str(error) or type(error).__name__).rstrip(".")
 
 
-def _cannot_open(port: str, reason: str, present: Sequence[str]) -> ArmError:
+def _cannot_open(port: str, reason: str) -> ArmError:
+    from serial.tools.list_ports import comports  # noqa: PLC0415
+
+    present = sorted(one.device for one in comports() if one.hwid != "n/a")
     found = f"This machine has: {', '.join(present)}." if present else "No serial port is to be seen on this machine."
     return ArmError(
         f"Cannot open port {port}: {reason}. {found} Check the cable, that no other program holds the port and that"
         " you may use it (on Linux: group dialout), and name it in cell.toml, [arm] port, or with --port."
     )
-
-
-def _ports() -> Sequence[str]:
-    from serial.tools.list_ports import comports  # noqa: PLC0415
-
-    return sorted(port.device for port in comports() if port.hwid != "n/a")
 
 
 class LineArm(Arm):

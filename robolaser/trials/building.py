@@ -56,14 +56,10 @@ class World:
             pixel = pixel + of_image[shots.pose, repeat]
         for fault in faults:
             pixel = fault.shots(pixel, shot, rng)
-        return replace(self.blank, points=self._shown(replace(shots, pixel=pixel, repeat=repeat)))
-
-    def _shown(self, points: Points) -> Points:
-        """The rows whose pixel is in the image."""
         assert self.blank.image_px is not None  # the data set is a scanner's
         with np.errstate(invalid="ignore"):
-            shown = (points["pixel"] >= -0.5) & (points["pixel"] <= np.array(self.blank.image_px) - 0.5)
-        return points.take(np.asarray(shown.all(axis=1)))
+            in_image = ((pixel >= -0.5) & (pixel <= np.array(self.blank.image_px) - 0.5)).all(axis=1)
+        return replace(self.blank, points=replace(shots, pixel=pixel, repeat=repeat).take(in_image))
 
     def sigmas(self, *, of_row: bool) -> dict[str, float]:
         """Standard deviations of the sources of noise, repeats averaged.

@@ -1,14 +1,14 @@
 """The solvers of a benchmark, by name or as a user's own."""
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from robolaser.algorithms import registry
 from robolaser.algorithms.spec import AlgorithmSpec
-from robolaser.algorithms.user_code import by_name, check_settings, imported, title_of
+from robolaser.algorithms.user_code import check_settings, imported, title_of
 from robolaser.benchmark.solvers.pymoo_algorithm import pymoo_solver, restarted
 from robolaser.benchmark.solvers.searches import SEARCHES
 from robolaser.benchmark.solvers.solver import Solver
@@ -29,15 +29,6 @@ def solver_titles() -> Mapping[str, str]:
     return {**SOLVERS} | {
         name: algorithm.title for name, algorithm in registry.algorithms().items() if name not in SOLVERS
     }
-
-
-def solvers_of(given: Sequence[object] | Mapping[str, object]) -> dict[str, Solver]:
-    """The solvers that are meant, by name; who comes twice takes part once.
-
-    Raises:
-        UsageError: There is no such solver, it cannot search, or two have one name.
-    """
-    return by_name(given, find, 'compare(…, {"small": GA(pop_size=20), "large": GA(pop_size=50)})')
 
 
 def find(given: Any, name: str = "") -> Solver:

@@ -101,7 +101,7 @@ def _images(bag: Bag, options: ImportOptions) -> Imported:
     topic = bag.topic(IMAGE_TOPIC, options.further.get(IMAGE_TOPIC), *IMAGES)
     mount, board = mount_of(options, bag.file), board_of(options.further, bag.file)
     tolerance = tolerance_of(options.further, bag.file)
-    times = bag.image_times(topic)
+    times = np.array([bag.time_of(one.header, received, topic) for _, received, one in bag.messages([topic])])
     order = np.argsort(times, kind="stable")
     picked = order[_thinned(times[order], options)]
     arm, poses, kept, left_out = _readings(bag, options, times[picked], tolerance, "image")

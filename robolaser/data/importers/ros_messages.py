@@ -242,10 +242,6 @@ class Bag:
         times = sorted(found)
         return np.array(times), np.array([found[time] for time in times]).reshape(-1, 4, 4)
 
-    def image_times(self, topic: str) -> Array:
-        """Times of a topic of images, in the order in which they were recorded, (n,) [s]."""
-        return np.array([self.time_of(one.header, received, topic) for _, received, one in self.messages([topic])])
-
     def _motion(self, stated: Any, topic: str) -> Array:
         """A message's transform, or its pose."""
         fields = ("translation", "rotation") if hasattr(stated, "translation") else ("position", "orientation")
