@@ -17,12 +17,10 @@ from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.run import BenchmarkRun
 
 LOWER = 1e-9  # a solver has improved the best known cost only if it is lower by more than this share
-TOLERANCE = 1e-2
-"""The usual target: J within one per cent of the lowest known (RMS within half of one), a cost so much above it."""
+TOLERANCE = 1e-2  # the usual target: J within one per cent of the lowest known (RMS: half of one), a cost so much above
 RELATIVE = 10.0 ** np.arange(4.0, -6.5, -0.5)
 """Targets where the cost has a natural zero: from a hundred times the best RMS to half a millionth more than it."""
-ABSOLUTE = 10.0 ** (np.arange(10, -41, -1) / 5)
-"""BBOB's 51 targets above the lowest cost, from 1e2 to 1e-8. Hansen et al. 2021 (COCO)."""
+ABSOLUTE = 10.0 ** (np.arange(10, -41, -1) / 5)  # BBOB's 51, above the lowest: 1e2 to 1e-8. Hansen et al. 2021 (COCO)
 FRONTS = 10.0 ** (np.arange(0, -26, -1) / 5)  # of IGD+, from the extent of the best front to a hundred-thousandth of it
 TOGETHER = "all runs together"  # who found a front that theory does not know
 CHUNK = 256

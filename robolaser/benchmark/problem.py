@@ -11,8 +11,7 @@ from robolaser.arrays import Array
 if TYPE_CHECKING:
     from robolaser.model.forward_model import Model
 
-INFEASIBLE = 1e30
-"""To an algorithm that knows no constraints, a candidate that violates them costs so many times (1 + its violation)."""
+INFEASIBLE = 1e30  # what violates constraints costs so much (1 + violation), to algorithms that know of none
 EQUAL = 1e-4  # an equality constraint is kept within this, as in pymoo
 Family = Literal["calibration", "test function", "own problem", "several objectives"]  # are ranked together
 

@@ -17,8 +17,7 @@ from robolaser.errors import BenchmarkError, RobolaserError
 
 DONE, FAILED = "done", "failed"
 PROBE_SEED = 1
-REPEATS = 25
-"""Evaluations whose median a noisy problem without `exact` gives for what a run returned; they are not counted."""
+REPEATS = 25  # evaluations, not counted, whose median a noisy problem without `exact` gives for what a run returned
 PROBE_DIGITS = 9  # digits of the costs that identify a problem: another machine may round differently
 
 RunKey = tuple[str, str, int]  # problem, algorithm and seed of a run: what identifies it

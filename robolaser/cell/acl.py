@@ -28,8 +28,7 @@ NUMBER = r"(-?\d{1,9})"  # what a disturbed line makes longer is none
 PAIRS = re.compile(rf"([1-8])\s*:\s*{NUMBER}(?=\s)")
 WHOLE = re.compile(r"1\s*:[^>]*>")
 PITCH = re.compile(rf"P\s*:\s*{NUMBER}(?=\s)")
-PITCH_OFF = float(np.deg2rad(2.0))
-"""Largest difference of two pitches that are the same: signs and what counts as upside down differ."""
+PITCH_OFF = float(np.deg2rad(2.0))  # by which equal pitches may differ: signs and what counts as upside down differ
 PITCH_CHANGED = float(np.deg2rad(6.0))
 """Change of a pitch from which on it is no chance that it follows from the counts as on an ER V plus."""
 SPOILT = 4  # a disturbed line seldom spoils the pitch so often in a row

@@ -15,8 +15,7 @@ from robolaser.data.toml_schema import wrong
 from robolaser.errors import ArmError, DataError
 from robolaser.plugins import announced
 
-GROUP = "robolaser.arms"
-"""Entry points of installed packages that announce arms; the entry point's name is the kind."""
+GROUP = "robolaser.arms"  # entry points of installed packages that announce arms; the entry point's name is the kind
 ARMS: Mapping[str, str] = {
     "acl": "robolaser.cell.acl:AclArm",
     "dynamixel": "robolaser.cell.servos:ServoArm",

@@ -13,18 +13,14 @@ from robolaser.errors import ArmError, PlanError, RobolaserError
 from robolaser.robot.kinematics import Robot
 
 POLL_S = 0.05
-ALIKE_S = 0.1
-"""Two readings so far apart in time that agree are a rest, and no disturbed line says the same wrong thing twice."""
+ALIKE_S = 0.1  # two readings so far apart that agree are a rest: no disturbed line says the same wrong thing twice
 STEPS = 2.5  # of the encoder: how near is there
-NEAR = np.deg2rad(0.1)
-"""How near to its goal an arm rests at least, however fine its encoders: servos let go a little [rad or m]."""
-STRAY = np.deg2rad(3.0)
-"""How far a joint may be off the straight way: they overshoot, and do not gain speed all alike [rad or m]."""
+NEAR = np.deg2rad(0.1)  # how near to its goal an arm rests, whatever its encoders: servos let go a little [rad or m]
+STRAY = np.deg2rad(3.0)  # how far joints may be off the straight way: they overshoot, or gain speed late [rad or m]
 PATIENCE = 2.0  # a motion may take this many times as long as it was given,
 PATIENCE_S = 4.0  # and so much longer
 STILL_S = 3.0  # a joint that has not moved for a motion's time and so much longer, and should have, will not arrive
-STOPPED_ALIKE = 3
-"""Readings after a stop: a bad line may swallow one sign in two of them, and the next run goes on from there."""
+STOPPED_ALIKE = 3  # readings after a stop: a bad line may swallow a sign in two of them; the next run starts from there
 STOPPING_S = 1.0  # an arm that still moves so long after it was told to stop did not hear it
 STOPS = 5
 TINY = 1e-12

@@ -28,8 +28,7 @@ from robolaser.robot.kinematics import Robot
 DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
 FILES = (DATASET, POSES, PLAN, "points.csv", "stripes.npy", *LOG_FILES)
 """Those that make a folder a recording, and what is extracted from one and no longer true of another."""
-LEAST_PAUSE_S = 1.0
-"""Between the last pose before an interruption and the first after it, where the disk's clock says less."""
+LEAST_PAUSE_S = 1.0  # between the last pose before an interruption and the next one, if the disk's clock says less
 MERE_WORDS = ("name", "source", "licence")
 SECTION, KEY = "noise", "joint_rad"
 HEADER = re.compile(r"^[ \t]*\[[ \t]*[\"']?noise[\"']?[ \t]*\].*$", re.MULTILINE)

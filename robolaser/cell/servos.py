@@ -137,8 +137,7 @@ SERVOS: Mapping[str, Dynamixel | Feetech] = {"dynamixel": Dynamixel(), "feetech"
 MIDDLE = 2048
 QUIET_S = 0.25
 TRIES = 4
-SAGGED = 20
-"""Steps that the goal of a motor that does not hold yet may be off: some servos let it follow where they are."""
+SAGGED = 20  # steps by which the goal of a motor that does not hold yet may be off: some let it follow where they are
 TIMED = 4  # bit of Dynamixel's drive mode: profiles are stated as times
 ADVICE = "Free the arm, let it cool down, check its supply, and switch its power off and on."
 

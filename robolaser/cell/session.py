@@ -52,8 +52,7 @@ class Session:
         self._streamer = None if hz is None else SetpointStreamer(arm, robot, speed, clock, hz)
         self._began = clock.now() - writer.time_s
         self._at: Array | None = None
-        self._sure = arm.absolute_encoders or not cell.arm.home
-        """Whether what is read means the angles that the arm has."""
+        self._sure = arm.absolute_encoders or not cell.arm.home  # whether what is read means the arm's angles
         self._under_way = False
 
     def run(self, recorded: Callable[[Waypoint], None], begins: Callable[[str], None] = lambda what: None) -> None:

@@ -7,8 +7,7 @@ from textwrap import fill
 from robolaser.commands.terminal import Terminal, say
 
 WIDTH = 110
-Checked = tuple[Mapping[str, object], Sequence[str], Sequence[str]]
-"""What was found as JSON, warnings, and lines for people."""
+Checked = tuple[Mapping[str, object], Sequence[str], Sequence[str]]  # JSON, warnings, lines for people
 
 
 def check(dataset: Path, /, *, terminal: Terminal = Terminal()) -> None:

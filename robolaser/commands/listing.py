@@ -68,11 +68,10 @@ def _importers() -> Iterable[tuple[str, ...]]:
         yield name, importer.title, ", ".join(importer.further)
 
 
-FAMILIES = {
+FAMILIES = {  # the columns of each, and what gives its rows
     "robots": (("robot", "joints", "flange", "title"), _robots),
     "effects": (("effect", "title", "parameters"), _effects),
     "algorithms": (("algorithm", "commands", "title"), _algorithms),
     "sensors": (("sensor", "title"), _sensors),
     "importers": (("importer", "title", "options"), _importers),
 }
-"""The columns of each family, and what gives its rows."""

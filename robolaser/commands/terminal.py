@@ -30,8 +30,7 @@ def _positive(_: object, value: float | None) -> None:
 PositiveOption = Annotated[float, Parameter(validator=_positive)]
 Deviation = Annotated[PositiveOption, Parameter(metavar="STD")]
 ResultFlag = Annotated[bool, Parameter(group=RESULT)]
-Typed = Annotated[str, Parameter(parse=False)]
-"""The command line as it was typed, which a page repeats: passed in, not an option."""
+Typed = Annotated[str, Parameter(parse=False)]  # the command line, which a page repeats: passed in, not an option
 
 
 def say(text: str) -> None:

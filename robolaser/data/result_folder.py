@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from robolaser.bounded_reading import read_json
 from robolaser.errors import DataError, OutputError, output_exists, unwritable
 
-STAGED = ".robolaser~"
-"""How the names of files begin that are still being written: those of a process that was killed stay."""
+STAGED = ".robolaser~"  # how names of files begin that are still being written: those of a killed process stay
 
 
 def write_text(path: Path, text: str) -> None:

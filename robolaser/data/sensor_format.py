@@ -14,8 +14,7 @@ PIXEL = ("u_px", "v_px")
 XYZ = ("x_m", "y_m", "z_m")
 QUATERNION = ("qx", "qy", "qz", "qw")
 Mount = Literal["flange", "base"]  # what carries the sensor
-SENSORS = "robolaser.model.sensors"
-"""Who knows the sensors that robolaser and installed packages bring; it stands above this file."""
+SENSORS = "robolaser.model.sensors"  # knows the sensors of robolaser and installed packages; it stands above this file
 
 
 @final

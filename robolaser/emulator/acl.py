@@ -19,7 +19,7 @@ OUTPUTS = range(1, 17)
 LONGEST_LINE = 128
 ABORT, ENTER, NEWLINE = 0x01, 0x0D, 0x0A
 PROMPT = b">"
-BOOT = (
+BOOT = (  # what a controller prints that lost what its battery kept
     "----RAM TEST COMPLETE.",
     "",
     "----ROM TEST COMPLETE.",
@@ -28,7 +28,6 @@ BOOT = (
     "INSTALLING DEFAULT SETUP.",
     "SYSTEM READY !",
 )
-"""What a controller prints that lost what its battery kept."""
 OK = ("O.K.",)
 
 

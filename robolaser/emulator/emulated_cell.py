@@ -96,14 +96,11 @@ class CameraServer:
         return cv2.imencode(".pgm", image)[1].tobytes()
 
 
-TICK_S, BUSY_TICK_S = 0.01, 0.002
-"""How long it listens before it looks after everything else, and while it has something to say."""
-LOOKS_A_S, MOST_LOOKS = 50.0, 400
-"""How often, on its own clock, the arm is looked at; how often at most after a long moment."""
+TICK_S, BUSY_TICK_S = 0.01, 0.002  # how long it listens before it sees to all else, and while it has something to say
+LOOKS_A_S, MOST_LOOKS = 50.0, 400  # at the arm, on its own clock; and at most, after a long moment
 BITS_A_BYTE = 10  # start, eight, stop
 LARGEST_READ = 4096
-MOST_PENDING = 65536
-"""Bytes kept for a client that does not read; what comes after is lost, as on a line without flow control."""
+MOST_PENDING = 65536  # bytes kept for a client that does not read: the rest is lost, as on a line without flow control
 
 
 CONTROLLERS = ("acl", "dynamixel", "feetech", "lss")  # kinds of arms that are emulated

@@ -14,7 +14,7 @@ from robolaser.export.sdf import sdf
 from robolaser.export.ur_calibration import ur_calibration
 from robolaser.export.urdf import corrected_urdf, robot_urdf
 
-EXPORTED: Final[Mapping[str, Callable[[Calibration], str | None]]] = {
+EXPORTED: Final[Mapping[str, Callable[[Calibration], str | None]]] = {  # what gives each file; None: there is none
     "robot.urdf": robot_urdf,
     "robot_corrected.urdf": corrected_urdf,
     "camera.yaml": camera_yaml,
@@ -26,7 +26,6 @@ EXPORTED: Final[Mapping[str, Callable[[Calibration], str | None]]] = {
     "controller.csv": controller_table,
     "calibration.yaml": ur_calibration,
 }
-"""What gives each file, by name; None for one that a calibration does not have."""
 READ_BY: Final[Mapping[str, str]] = {"robot_corrected.xml": "mujoco"}
 """The extra that reads a file back, by its name; others are read without one."""
 

@@ -19,8 +19,7 @@ from robolaser.robot.urdf.checking import read_xml
 from robolaser.robot.urdf.editing import with_placements
 from robolaser.robot.urdf.elements import digits, origin_of
 
-FARTHEST_M, FARTHEST_RAD = 0.05, 0.3
-"""By which a joint of the same robot can be off at most: more, and the files describe two robots."""
+FARTHEST_M, FARTHEST_RAD = 0.05, 0.3  # that a joint of one robot is off at most: more, and the files describe two
 OF_PLACEMENTS: Final = frozenset(effect.name for effect in EFFECTS if effect.in_urdf)
 MOST: Final = 2047  # of a homing_offset, which has eleven bits and a sign [ticks]
 Pair = tuple[str, str]  # an effect's name and its place
@@ -102,15 +101,13 @@ def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) ->
 
 IN_URDF: Final = {"damping": ("viscous_friction", "factor"), "friction": ("coulomb_friction", "torque")}
 """Attributes of a joint's <dynamics>: the effect and the number that each is."""
-IN_MJCF: Final = {
+IN_MJCF: Final = {  # likewise, of a joint
     "damping": ("viscous_friction", "factor"),
     "frictionloss": ("coulomb_friction", "torque"),
     "armature": ("rotor_inertia", "inertia"),
 }
-"""Likewise, of a joint."""
 POSITION: Final = "actuator/position"
-OF_ACTUATOR: Final = frozenset({"droop", "lag", "dead_time", "dead_zone", "range_limit"})
-"""What a position actuator takes in MJCF."""
+OF_ACTUATOR: Final = frozenset({"droop", "lag", "dead_time", "dead_zone", "range_limit"})  # what MJCF's has
 GAINS: Final = {"kp": "1", "kv": "0"}  # of a position actuator, with MuJoCo's defaults
 DEFAULT_STEP_S = "0.002"  # MuJoCo's
 

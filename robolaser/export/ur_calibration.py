@@ -17,7 +17,7 @@ from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, rot_x, rot_y
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.urdf.elements import origin_attributes
 
-LINKS: Final = {
+LINKS: Final = {  # the makers' names of the links, and of the joints that turn them
     "shoulder": "shoulder_pan_joint",
     "upper_arm": "shoulder_lift_joint",
     "forearm": "elbow_joint",
@@ -25,11 +25,9 @@ LINKS: Final = {
     "wrist_2": "wrist_2_joint",
     "wrist_3": "wrist_3_joint",
 }
-"""The makers' names of the links, and of the joints that turn them."""
 KEYS: Final = ("x", "y", "z", "roll", "pitch", "yaw")
 DIGITS: Final = 12  # after the point; never an exponent, which PyYAML reads as a word
-NEAR: Final = 0.01
-"""[m, 1] How far a joint's line may be from the makers' one: arms that were measured once differ by less."""
+NEAR: Final = 0.01  # from a joint's line to the makers' one at most: arms that were measured once differ by less [m, 1]
 
 
 def ur_calibration(calibration: Calibration) -> str | None:

@@ -20,8 +20,7 @@ DIGITS = 5  # of the numbers that a page carries: finer than a pixel
 
 INK, MUTED, GRID, PAPER = "var(--ink)", "var(--muted)", "var(--grid)", "var(--paper)"
 FITTED, HELD_OUT, NOISE = "var(--fitted)", "var(--held-out)", "var(--noise)"
-LINES = tuple(f"var(--line-{i})" for i in range(7))
-"""Colours of the page's style sheet, which decides on light and dark."""
+LINES = tuple(f"var(--line-{i})" for i in range(7))  # of the style sheet, which decides on light and dark
 
 FAINT = 0.06  # opacity of a series that the legend has switched off
 SWITCH: Final[Spec] = {"select": {"type": "point", "fields": ["series"]}, "bind": "legend"}
@@ -29,7 +28,7 @@ SWITCH: Final[Spec] = {"select": {"type": "point", "fields": ["series"]}, "bind"
 ZOOM: Final[Spec] = {"select": {"type": "interval", "zoom": "wheel![event.ctrlKey || event.metaKey]"}, "bind": "scales"}
 """Dragging moves the view, the wheel with Ctrl zooms, a double click resets."""
 
-CONFIG: Final[Spec] = {
+CONFIG: Final[Spec] = {  # one look for all charts
     "background": "transparent",
     "font": "system-ui, -apple-system, Segoe UI, Roboto, Helvetica Neue, Liberation Sans, Arial, sans-serif",
     "view": {"stroke": None},
@@ -46,7 +45,6 @@ CONFIG: Final[Spec] = {
     "text": {"color": INK, "fontSize": 12.5},
     "point": {"filled": True, "opacity": 1},
 }  # fmt: skip
-"""One look for all charts."""
 
 
 @final

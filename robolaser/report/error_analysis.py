@@ -25,8 +25,7 @@ WEIGHTING = {"plain": "plain: all points weighted alike", "noise": "points weigh
 NOISE_ALONE = 1.1  # excess over noise up to which all is well: stated noise is seldom known better
 CHANCE = 2.0  # standard errors of the excess that are allowed for on top
 UNMODELLED = 2.0  # excess over noise from which no doubt about the noise explains it
-OVERFITTED = 1.5
-"""Error on new poses over error on fitted ones from which the parameters are more than the poses can carry."""
+OVERFITTED = 1.5  # error on new poses over that on fitted ones, from which there are too many parameters for the poses
 KNOWN_FROM = {"stated": "stated in the data set", "repeats": "from repeats"}
 
 

@@ -14,8 +14,7 @@ from robolaser.report.chart import FITTED, HELD_OUT, NOISE, Chart, chart, colour
 from robolaser.report.digits import millimetres, times
 from robolaser.report.document import Column, Content, Table, TableCell, Text
 
-MOST_POINTS: Final = 60
-"""Different names of points, up to which they are reflectors, sockets or balls and no points of a stripe."""
+MOST_POINTS: Final = 60  # different names, up to which points are reflectors, sockets or balls, and none of a stripe
 LEAST_GROUPS: Final = 3  # groups from which on one can be odd among the others
 ODD: Final = 3.5  # robust standard deviations above the others from which on a group is odd (Iglewicz and Hoaglin 1993)
 LEAST_RATIO: Final = 1.5  # its error over the median, from which on that is worth a look

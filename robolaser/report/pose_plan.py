@@ -8,8 +8,7 @@ from robolaser.report.document import Column, Document, Figure, Figures, Section
 from robolaser.report.setting import disturbed, noise_size
 
 DIGITS = 2
-LEAST_SEEING = 0.7
-"""Share of the poses, below which the cell that was guessed is not the one that they were planned for."""
+LEAST_SEEING = 0.7  # of the poses: if fewer see it, the cell that was guessed is not the one that they were planned for
 COLUMNS = ("effect", "where", "detectable from", "distinguishable from", "at the tool", "nearest other")
 GUESSED = (
     "The poses of sensor and target are guesses, and too few of these poses see the target. Measure once in some"

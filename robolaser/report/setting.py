@@ -10,7 +10,7 @@ from robolaser.report.digits import millimetres, plain
 from robolaser.report.document import Column, Section, Table, TableCell, Text
 
 PRINTED_SHARE = 0.05  # of the gap, from which on the terminal names a site
-SOURCES: Mapping[str, str] = {
+SOURCES: Mapping[str, str] = {  # what each source of noise disturbs; others are called by their names
     "pixel": "position in the image",
     "target": "target points",
     "board": "corners of the board",
@@ -23,7 +23,6 @@ SOURCES: Mapping[str, str] = {
     "flange": "flange poses, position",
     "flange_turn": "flange poses, rotation",
 }
-"""What each source of noise disturbs; others are called by their names."""
 
 
 def disturbed(name: str) -> str:

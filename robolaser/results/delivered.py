@@ -31,14 +31,11 @@ from robolaser.model.forward_model import Model
 from robolaser.robot.kinematics import Robot
 
 Writer = Callable[[Calibration], str | None]
-Reader = Callable[[str, Dataset, Bools], Array]
-"""Gives the flange poses of the held poses of a data set, by a file's text."""
+Reader = Callable[[str, Dataset, Bools], Array]  # flange poses of a data set's held poses, by a file's text
 UNSEEN_POSES: Final = 150  # on which errors are measured: no further fold is, once there are so many; more say no more
 PLACING_POSES: Final = 60  # to which base and tool are fitted: few files have them, and each fold has them elsewhere
-PLACING_SESSION: Final = 12
-"""Of these at least so many in each session that has unseen poses, whose base is its own. A judgement."""
-ALIKE: Final = 1e-7
-"""[m, 1] Up to which two files have the flange at the same place: tables have six digits of a millimetre."""
+PLACING_SESSION: Final = 12  # of these at least, in each session with unseen poses, whose base is its own. A judgement.
+ALIKE: Final = 1e-7  # up to which two files have the flange at one place: tables have six digits of a millimetre [m, 1]
 BEFORE: Final = 3  # poses before each: after a move shorter than its play, a joint is where an earlier move left it
 BEYOND_PLAY: Final = 0.03  # move of a joint that no play outlasts: where it was before no longer counts [rad, m]
 WAY_S: Final = 0.6  # in which MuJoCo drives an arm with play from one pose to the next. A judgement.

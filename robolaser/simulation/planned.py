@@ -18,8 +18,7 @@ from robolaser.simulation.setup import CellOptions, RandomStreams, SensorSetup
 
 DRAWN = 8  # sensors that are drawn, at most: how one is mounted decides what it sees
 TRIED = 4  # planned poses, and poses that see a target, by pairs of which it is placed
-MOVED = 1e-6
-"""Change of a joint [rad or m], from which on something else is measured: an arm in a socket stands as that has it."""
+MOVED = 1e-6  # move of a joint, from which on another pose is measured: a socket holds an arm as it has it [rad or m]
 ENOUGH = 0.9  # share of the poses that see the target, from which on no other place is tried
 
 

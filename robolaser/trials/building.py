@@ -78,11 +78,10 @@ class World:
 
 
 IMAGE_PX = (640, 480)
-WORKSHOP = {
+WORKSHOP = {  # how far a scanner is from its drawing at most, SI
     "f": 1.5e-4, "s_u": 5e-8, "s_v": 5e-8, "u_0": 5.0, "v_0": 5.0, "k": 800.0, "b": 2e-3, "theta": 0.02,
     "w": 0.02, "phi": 0.02, "psi": 0.02, "t_x": 2e-3, "t_y": 2e-3, "t_z": 2e-3,
 }  # fmt: skip
-"""How far a scanner is from its drawing at most, SI."""
 LEVELS_M = np.array([0.0, 0.03, 0.06])
 PAUSE_S = (50.0, 70.0)
 SPEED = 0.6  # at the exposure, where the arm does not rest [rad/s or m/s]

@@ -14,12 +14,11 @@ from robolaser.benchmark.solvers.searches import SEARCHES
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import UsageError
 
-SOLVERS: Mapping[str, str] = {
+SOLVERS: Mapping[str, str] = {  # titles of ours by name
     registry.SCREENING: SEARCHES[registry.SCREENING].title,
     **{name: one.title for name, one in registry.ALGORITHMS.items()},
     **{name: one.title for name, one in SEARCHES.items()},
 }
-"""Titles of our solvers by name."""
 DEFAULT: tuple[str, ...] = tuple(SOLVERS)  # solvers that take part if none are named
 ARGUMENTS = 2  # of a function that searches: the evaluator and the seed. A function that makes an algorithm needs none.
 

@@ -12,8 +12,7 @@ from robolaser.benchmark.solvers.solver import ONE_OBJECTIVE, REAL, Search, Solv
 from robolaser.errors import AlgorithmError, UsageError
 
 IDLE_ROUNDS = 1000  # iterations without a candidate after which a search is taken to loop for ever
-COLLAPSED = 1e-9
-"""Share of the distance between the bounds within which candidates are the same: J changes with its square."""
+COLLAPSED = 1e-9  # of the distance between the bounds: candidates as near are the same; J changes with its square
 FOR_REALS = ("FloatRandomSampling", "LatinHypercubeSampling", "LHS")
 
 Maker = Callable[[int], Any]  # makes an algorithm, given the number of objectives

@@ -16,8 +16,7 @@ from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.solver import Solver, one_objective_of_reals, within
 
 SILENT = -9  # pycma's setting for no output, neither on the terminal nor in files
-SIGMA, RESTARTS = 0.3, 9
-"""Its initial step in the unit box, the authors' advice, and restarts after which it begins anew."""
+SIGMA, RESTARTS = 0.3, 9  # its initial step in the unit box, as its authors advise; restarts until it begins anew
 BATCH = 100  # random candidates that are evaluated together
 TOL = 1e-12  # of least squares: SciPy's default, 1e-8, stops in a flat valley before the optimum
 
@@ -129,7 +128,7 @@ def _sums_of_squares_only(problem: BenchmarkProblem) -> str | None:
     return None if problem.residuals is not None else "it needs residuals, and the cost is not a sum of squares"
 
 
-SEARCHES: Mapping[str, Solver] = {
+SEARCHES: Mapping[str, Solver] = {  # by name
     one.name: one
     for one in (
         Solver(
@@ -144,4 +143,3 @@ SEARCHES: Mapping[str, Solver] = {
         Solver("random", "uniformly random candidates: what every search has to beat", random_search),
     )
 }
-"""The searches by name."""

@@ -10,8 +10,7 @@ from robolaser.arrays import Array
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import BenchmarkProblem
 
-ROUNDING = 1e-12
-"""Share of the distance between the bounds: a candidate outside by no more was meant to lie on the bound."""
+ROUNDING = 1e-12  # of the distance between the bounds: a candidate outside by no more was meant to lie on the bound
 ONE_OBJECTIVE = "it minimises one objective, and the problem has several"
 REAL = "its candidates are real numbers, and the problem's variables are not"
 

@@ -17,8 +17,7 @@ from robolaser.parameters import Parameter
 
 MOUNTS: tuple[Mount, ...] = ("flange", "base")
 MOUNT: Final = "mount"  # option that says what carries the camera
-BODIES: dict[Mount, str] = {"flange": "camera", "base": "target"}
-"""What the flange carries: the body whose poses are measured."""
+BODIES: dict[Mount, str] = {"flange": "camera", "base": "target"}  # what the flange carries, whose poses are measured
 SPAN = {"m": 1.0, "rad": np.pi}  # how far a start value may be off
 
 

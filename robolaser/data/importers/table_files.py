@@ -122,10 +122,9 @@ def _parquet(file: IO[bytes]) -> dict[str, Array]:
     }
 
 
-ARRAY_FILES: Final[Mapping[str, Callable[[IO[bytes]], dict[str, Array]]]] = {
+ARRAY_FILES: Final[Mapping[str, Callable[[IO[bytes]], dict[str, Array]]]] = {  # by suffix
     ".npz": _npz,
     ".mat": _mat,
     ".parquet": _parquet,
 }
-"""The reader for each suffix."""
 TABLE_SUFFIXES = (".csv", ".tsv", ".txt", ".dat", *ARRAY_FILES)

@@ -163,12 +163,10 @@ def _each_once(table: CsvTable, chosen: Mapping[str, str]) -> CsvTable:
     return table.take(np.array(list(first.values())))
 
 
-AXIS: Final = re.compile(
+AXIS: Final = re.compile(  # the name of a point, and an axis with or without a unit: `R1 X`, `SMR_2.y_mm`, `T3 z [mm]`
     r"^(?P<point>.+?)[ _.:/-]*(?P<axis>[xyz])(?:[ _]*[\[(]?(?:mm|cm|m|in|ft)[\])]?)?$", re.IGNORECASE
 )
-"""The name of a point, and an axis with or without a unit behind it: `R1 X`, `SMR_2.y_mm`, `T3 z [mm]`."""
-LOST: Final = ("", "nan", "-", "--", "n/a", "none", "null", "#n/a")
-"""What cells hold where a beam was lost, in small letters."""
+LOST: Final = ("", "nan", "-", "--", "n/a", "none", "null", "#n/a")  # in cells where a beam was lost, in small letters
 
 
 def beside(tables: Sequence[CsvTable]) -> CsvTable:

@@ -131,11 +131,10 @@ def _table(name: str, *numbers: str, **tables: type) -> type:
     return make_dataclass(name, [*fields, *((key, table, table()) for key, table in tables.items())], frozen=True)
 
 
-TRUTHS: Mapping[str, type] = {
+TRUTHS: Mapping[str, type] = {  # `[truth]` by the kind of sensor
     "stripe": _table("Scanner", *SCANNER),
     "camera": _table("Camera", *PINHOLE, *LENS, hand_eye=_table("HandEye", "x", "y", "z", "w", "phi", "psi")),
 }
-"""`[truth]` by the kind of sensor."""
 
 
 def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:

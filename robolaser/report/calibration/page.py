@@ -155,8 +155,7 @@ FOR_ROS = ("camera.yaml", "robot.urdf", "static_transform.sh", "easy_handeye2.ca
 
 
 MOST_DOTS = 600  # points that a chart carries
-DIVERGING = ("#2f6fbb", "#a9b1b9", "#cf4a2e")
-"""From nearer than known to farther; visible on light and dark paper."""
+DIVERGING = ("#2f6fbb", "#a9b1b9", "#cf4a2e")  # from nearer than known to farther; visible on light and dark paper
 
 
 def image_errors(analysis: ErrorAnalysis) -> Chart | None:

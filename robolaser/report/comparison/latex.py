@@ -13,11 +13,10 @@ FILE = "tables.tex"
 NONE = "--"  # where there is no number
 RAISED = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
 LOWERED = str.maketrans(RAISED, "-0123456789")
-SPECIAL = {
+SPECIAL = {  # what LaTeX would take for a command, or a font may lack
     "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "∞": r"$\infty$", "–": "--",
     "×": r"\texttimes{}", "<": r"\textless{}", ">": r"\textgreater{}", **{sign: f"\\{sign}" for sign in "&%$#_{}"},
 }  # fmt: skip
-"""What LaTeX would take for a command, or a font may lack."""
 
 
 def latex_tables(result: BenchmarkResult, judged: Sequence[Standings]) -> str:

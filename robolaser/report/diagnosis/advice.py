@@ -29,7 +29,7 @@ _STAND_STILL = (
     " poses several times from elsewhere, each return as a pose of its own: that shows the repeatability."
 )
 
-SITES: Mapping[str, str] = {
+SITES: Mapping[str, str] = {  # what to look at where something unexplained lies; a joint is a joint
     "camera": "the lens and how it is fixed",
     "laser": "the projector: its mount, its warm-up, its focus",
     "hand_eye": "the bracket between flange and sensor",
@@ -40,7 +40,6 @@ SITES: Mapping[str, str] = {
     "tool": "how ball or reflectors are fixed to the flange",
     "measuring_system": "the measuring system: its scale, its mount",
 }
-"""What to look at, by the site where something unexplained lies; a joint is a joint."""
 
 
 def caveats(found: Finding) -> list[str]:

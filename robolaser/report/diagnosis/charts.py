@@ -127,8 +127,7 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
 
 BINS: Final = 8  # ranges of a coordinate, whose means tell how much of an effect it shows
 SEEN: Final = 1e-3  # share of the usual information on a joint, below which a pose says nothing of it
-TELLING: Final = 0.5
-"""Share of an effect's variance that a coordinate must show; else the error is shown against the effect itself."""
+TELLING: Final = 0.5  # of an effect's variance, that a coordinate must show; else the axis is the effect itself
 MOST_ROWS: Final = 600  # that are shown of an effect: more only cover each other
 ELASTICITY: Final = "elasticity"  # the class of effects that grow with a load
 FORESEEN: Final = "error by the effect"

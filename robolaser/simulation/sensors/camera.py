@@ -26,11 +26,10 @@ from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, impos
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
 IMAGE_PX = (1280, 1024)
-INTRINSICS = {
+INTRINSICS = {  # middle and half range [px, 1]: an industrial camera with a lens of 8 mm
     "fx": (1600.0, 40.0), "fy": (1600.0, 40.0), "cx": (639.5, 15.0), "cy": (511.5, 15.0), "k1": (-0.1, 0.05),
     "k2": (0.1, 0.05), "p1": (0.0, 5e-4), "p2": (0.0, 5e-4), "k3": (0.0, 0.02),
 }  # fmt: skip
-"""Middle and half range [px, 1]: an industrial camera with a lens of 8 mm."""
 HIDING = {"radial_distortion": ("k2", "k3"), "tangential_distortion": ("p1", "p2")}
 """Terms of the lens that take an effect up where they are fitted."""
 SQUARE_M = 0.03

@@ -19,10 +19,9 @@ def _all(above: type[FaultModel]) -> list[type[FaultModel]]:
 
 OUTLIERS: Final = "outliers"
 
-FAULT_MODELS: dict[str, type[FaultModel]] = {
+FAULT_MODELS: dict[str, type[FaultModel]] = {  # by the names that kinds of worlds have for them
     model.form: model for model in sorted(_all(FaultModel), key=lambda m: m.form)
 }
-"""All faults, by the names that kinds of worlds have for them."""
 
 PHYSICAL: tuple[str, ...] = tuple(model.form for model in SpringFault.__subclasses__())
 """Those that MuJoCo moves; the others are moved by formulas."""
@@ -36,5 +35,4 @@ MODELLED: tuple[str, ...] = tuple(name for name in FAULT_MODELS if name not in (
 BY_NAME: tuple[str, ...] = ("arm_scale", "focus_breathing", "target_stretch")
 """Those that are made when they are asked for alone: a seed gives the world that it always gave."""
 
-DRAWN: tuple[str, ...] = tuple(name for name in MODELLED if name not in BY_NAME)
-"""Those that are drawn where any may be."""
+DRAWN: tuple[str, ...] = tuple(name for name in MODELLED if name not in BY_NAME)  # where any may be drawn
