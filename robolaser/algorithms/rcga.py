@@ -31,16 +31,14 @@ ELITES = 0.1
 """Share of the population that stays. The paper keeps elites and does not say how many; from 1 to 20 of 100 it
 makes little difference, on Ackley's function 6 to 20 end three times closer than 1 or 2."""
 
-EVALUATED = ["F", "G", "H"]
-"""What pymoo's evaluator asks a problem for, unless it is told otherwise."""
+EVALUATED = ["F", "G", "H"]  # what pymoo's evaluator asks a problem for, unless it is told otherwise
 
-_BELONGS_TO = {
+_BELONGS_TO = {  # the operator that takes each setting
     "prob_crossover": "crossover",
     "prob_var": "mutation",
     "b": "mutation",
     "n_elites": "survival",
 }
-"""The operator that takes each setting."""
 
 
 @final

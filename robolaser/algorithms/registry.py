@@ -19,8 +19,7 @@ from robolaser.plugins import announced
 
 SCREENING = "screening"
 """The default: random candidates of the whole box, the best of them refined until enough end at one optimum."""
-POLISH_ONLY = "gauss-newton"
-"""Instead of a global search: straight from the nominal values and closed forms to the polish."""
+POLISH_ONLY = "gauss-newton"  # no global search: straight from nominal values and closed forms to the polish
 GROUP, OPERATOR_GROUP = "robolaser.algorithms", "robolaser.operators"
 """Entry points under which installed packages announce algorithms, and operators of a slot (`.crossover`)."""
 EXPECTED = "a pymoo algorithm: its class, an instance, or a function that returns one"
@@ -40,7 +39,7 @@ class NamedAlgorithm:
 
 _SOO = "pymoo.algorithms.soo.nonconvex"
 _HUNDRED = {"pop_size": 100}
-ALGORITHMS: Mapping[str, NamedAlgorithm] = {
+ALGORITHMS: Mapping[str, NamedAlgorithm] = {  # our names of global searches
     "rcga": NamedAlgorithm("Lee, Yoon and Kang's real-coded genetic algorithm, 2004", "robolaser.algorithms.rcga:RCGA"),
     "ga": NamedAlgorithm("pymoo's genetic algorithm", f"{_SOO}.ga:GA", _HUNDRED),
     "de": NamedAlgorithm("pymoo's differential evolution", f"{_SOO}.de:DE", _HUNDRED),
@@ -52,7 +51,6 @@ ALGORITHMS: Mapping[str, NamedAlgorithm] = {
     "nelder-mead": NamedAlgorithm("pymoo's simplex", f"{_SOO}.nelder:NelderMead"),
     "pattern-search": NamedAlgorithm("pymoo's pattern search", f"{_SOO}.pattern:PatternSearch"),
 }
-"""Our names of global searches."""
 
 
 @cache

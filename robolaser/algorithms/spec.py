@@ -10,8 +10,7 @@ from typing import Self, final
 
 from robolaser.errors import UsageError
 
-SLOTS = ("sampling", "selection", "crossover", "mutation", "survival", "repair")
-"""What can be exchanged in an algorithm."""
+SLOTS = ("sampling", "selection", "crossover", "mutation", "survival", "repair")  # what can be exchanged
 Value = int | float | bool | str | None
 _WORDS: Mapping[str, Value] = {"true": True, "false": False, "none": None}
 

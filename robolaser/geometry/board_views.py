@@ -13,11 +13,9 @@ from robolaser.geometry.rigid_motion import apply, pose
 
 INTRINSICS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")  # OpenCV's, in its order
 FEWEST_POINTS = 6  # points of a board below which a view says too little of where it stands
-FEWEST_VIEWS = 3
-"""Views that fix a camera's intrinsics at all. Zhang 2000, A flexible new technique for camera calibration."""
+FEWEST_VIEWS = 3  # that fix a camera's intrinsics at all. Zhang 2000, A flexible new technique for camera calibration.
 MOST_VIEWS = 40  # views, spread over the run, that intrinsics start from; more cost much and add little to a start
-FOCAL_RANGE = (0.2, 50.0)
-"""Focal lengths [image widths] that lenses have; a fit outside them saw boards that were not tilted."""
+FOCAL_RANGE = (0.2, 50.0)  # focal lengths of lenses [image widths]; a fit outside saw boards that were not tilted
 FLAT = 1e-3  # thickness of a target over its breadth below which it counts as flat
 STRAY_MEDIANS = 5.0  # error of a view, in medians of all, beyond which it shows something else than the board
 STRAY_LEAST_PX = 2.0  # the same at least [px]

@@ -18,8 +18,7 @@ from robolaser.geometry.rigid_motion import exp_so3, log_so3, nearest_rotation, 
 
 LEAST_TURN = np.deg2rad(2.0)  # root-mean-square turn about a second axis below which rotations do not fix a hand-eye
 ALTERNATIONS = 200  # of the two rotations, each the best for the other; mostly ten settle it
-LEAST_TRAVEL = 0.05
-"""Second principal axis of the travel over the first, below which it is along one line. A judgement."""
+LEAST_TRAVEL = 0.05  # of the first principal axis, that the second has at least; else it is along a line. A judgement.
 SETTLED = 1e-13  # change of a rotation's entries below which they have
 
 

@@ -186,12 +186,11 @@ def _keeps_to_the_bounds(operator: Any) -> str | None:
     return None
 
 
-LAWS: tuple[Callable[[Any], str | None], ...] = (
+LAWS: tuple[Callable[[Any], str | None], ...] = (  # each says in what way an operator breaks it, or None
     _repeats,
     _leaves_parents_alone,
     _keeps_to_the_bounds,
 )
-"""Each says in what way an operator breaks it, or None."""
 
 
 def _outcome(operator: Any, slot: str, name: str) -> tuple[str, str]:

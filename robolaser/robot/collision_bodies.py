@@ -16,8 +16,7 @@ from robolaser.robot.pinocchio_model import Link, PinocchioModel
 from robolaser.robot.urdf.checking import read_xml
 from robolaser.robot.urdf.elements import numbers, origin_of
 
-SHARE_OF_ARM = 0.028
-"""Radius of a link that has no geometry, as a share of the arm's length: a UR5e has 0.03 to 0.04, a SCORBOT 0.03."""
+SHARE_OF_ARM = 0.028  # of its length: radius of a link without geometry; a UR5e has 0.03 to 0.04, a SCORBOT 0.03
 LEAST_RADIUS_M, MOST_RADIUS_M = 0.004, 0.06
 USUAL_ARM_M = 0.6
 SIZES = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1, "length": 1}}

@@ -12,8 +12,7 @@ from robolaser.robot.kinematics import Robot
 from robolaser.robot.pinocchio_model import Link
 from robolaser.robot.postures import random_configurations
 
-NEAR = 2.0
-"""Way along the arm between two links, in the sum of their radii, up to which arms are built to clear themselves."""
+NEAR = 2.0  # times the sum of their radii apart along the arm, at most: such links are built to clear themselves
 TRIED = 100  # configurations all over the joints' range: two bodies that overlap in each of them are neighbours
 
 

@@ -45,16 +45,12 @@ class PinocchioModel:
 
         self._pinocchio = pinocchio
         self.model, self.columns, self.ratios, self.offsets = model, list(columns), ratios, offsets
-        self.moving: tuple[str, ...] = tuple(model.names)[1:]
-        """Names of the joints that move, those that carry others first."""
-        self.parents = np.array(model.parents)[1:] - 1
-        """The joint that carries each, (m,); -1 for the base."""
+        self.moving: tuple[str, ...] = tuple(model.names)[1:]  # the joints that move, those that carry others first
+        self.parents = np.array(model.parents)[1:] - 1  # the joint that carries each, (m,); -1 for the base
         self._flange = model.getFrameId(flange, pinocchio.BODY)
         frame = model.frames[self._flange]
-        self.tip = frame.parentJoint - 1
-        """The last joint that carries the flange."""
-        self.end = np.array(frame.placement.homogeneous)
-        """From it to the flange, (4, 4)."""
+        self.tip = frame.parentJoint - 1  # the last joint that carries the flange
+        self.end = np.array(frame.placement.homogeneous)  # from it to the flange, (4, 4)
         self.way = np.zeros(len(self.moving))
         self.way[np.array(model.supports[frame.parentJoint])[1:] - 1] = 1.0
         """One for each joint that carries the flange, (m,)."""
@@ -72,8 +68,7 @@ class PinocchioModel:
         self._moved_data = self._moved.createData()
         at_rest, jacobian = pinocchio.neutral(model), pinocchio.computeJointJacobian
         own = [jacobian(model, self._data, at_rest, i + 1).reshape(6, -1)[:, i] for i in range(len(self.moving))]
-        self.slides = np.array([column[:3].any() for column in own])
-        """Whether each joint is prismatic, (m,)."""
+        self.slides = np.array([column[:3].any() for column in own])  # whether each joint is prismatic, (m,)
         self.axes = np.array([column[:3] + column[3:] for column in own])  # of a joint, one of them is zero
         """Unit axis of each joint in its frame, (m, 3)."""
 

@@ -10,21 +10,16 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Image
 from robolaser.data.board import lattice
 
-SEARCHED_PX = (640, 450, 320)
-"""Long sides [px] of the reduced images that are searched: few pixels blur the stripe and dirt away."""
-SMALLEST_PX = 24
-"""Short side [px] of an image that is searched, at least: of smaller ones the search's neighbourhoods are nothing."""
-STRIPE_SHARES = (1 / 40, 1 / 20)
-"""Breadths of a stripe that cuts squares apart, as shares of the image's longer side: it is wiped off to search."""
+SEARCHED_PX = (640, 450, 320)  # long sides of the reduced images that are searched: few pixels blur the stripe and dirt
+SMALLEST_PX = 24  # short side of an image that is searched, at least: in smaller ones, neighbourhoods are nothing
+STRIPE_SHARES = (1 / 40, 1 / 20)  # of the longer side: breadths of a stripe that cuts squares apart, to be wiped off
 WINDOW_PX = (2, 12)  # half sides of the window in which a corner is sharpened, least and most
 GLARE = 1.3  # grey of the stripe at least, against the image's light parts
 CELL_PX = 8  # side [px] of a square in the image straightened to look at the squares' colours
-LEAST_ALTERNATING = 0.8
-"""Share of squares that must differ from their neighbours as a checkerboard's do; a stripe may hide some."""
+LEAST_ALTERNATING = 0.8  # of the squares differ from their neighbours as a checkerboard's do; a stripe may hide some
 LARGEST_UNEVENNESS = 0.15
 """Corners off a plane's perspective, median [squares]: beyond any lens, within a false grid's disorder."""
-STRAY_MEDIANS = 6.0
-"""Distance of a corner from the others' perspective, in medians of all, beyond which the stripe dragged it off."""
+STRAY_MEDIANS = 6.0  # of all corners' distances from the perspective, beyond which the stripe dragged one off
 STRAY_LEAST_PX = 0.7  # the same at least [px]
 LEAST_ON_PATTERN = 0.6  # share of the corners that must be left; a median judges no fewer than half
 _SEARCH = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE

@@ -18,8 +18,7 @@ LEAST_TOLD: Final = np.radians(1.0)
 
 MOST_BY_SIGHT: Final = 2  # ways to lay the frame, up to which sight or turns of the flange always tell them apart
 
-Orientations = Sequence[Array]
-"""Every way to lay the frame on the board of one image, each a grid of corners (rows, columns, 2) [px]."""
+Orientations = Sequence[Array]  # ways to lay the frame on an image's board: grids, (rows, columns, 2) [px]
 
 
 def oriented(orientations: Sequence[Orientations], R_base_flange: Array, lens: Intrinsics) -> tuple[list[Array], bool]:

@@ -8,26 +8,21 @@ from robolaser.geometry.mad_scale import mad_scale
 from robolaser.vision.runs import LineCentres, best_of_each
 
 STRATA = 20  # lines tried are drawn through centres in this many parts of the image
-WIDEST_GATE_PX = 3.0
-"""Distance [px] beyond which no centre is kept, however much the board bows, nor speaks for a line that is tried."""
+WIDEST_GATE_PX = 3.0  # beyond, no centre is kept, however much the board bows, nor speaks for a line that is tried
 NARROWEST_GATE_PX = 1.0  # distance [px] within which a centre is always kept: no board is perfectly flat
 GATE_SIGMAS = 3.0  # the same in standard deviations of the centres kept
 JUMP_LEAST_PX = 0.1  # distance from the neighbours' median [px] that no centre is dropped for
-JUMP_SIGMAS = 4.0
-"""Distance from the neighbours' median, in its own standard deviations, beyond which a centre is a stray."""
+JUMP_SIGMAS = 4.0  # from the neighbours' median, in its own standard deviations, beyond which a centre is a stray
 NEIGHBOURS = 15  # lines of pixels on either side that are asked whether the stripe is straight here
 LEAST_SUPPORT = 0.5  # share of those that must agree: a stripe on something else crosses the straight line only briefly
 CHANGE_SPAN = 10  # lines of pixels on either side between which the stripe's width is compared
-MOST_CHANGE = 0.12
-"""Relative change of width between them beyond which a square's edge or a shadow bites into the stripe."""
+MOST_CHANGE = 0.12  # relative, of width between them, beyond which a square's edge or a shadow bites into the stripe
 ROUNDS = 6  # fits of the straight line at most, each to the centres near the one before; mostly two settle it
-APART = 0.8
-"""Distance of two centres that a line is tried through, at least, in the parts' lengths: nearer ones tell no slope."""
+APART = 0.8  # two centres that a line is tried through, at least, in the parts' lengths: nearer ones tell no slope
 JURY = 200  # centres that judge a line, at least, where there are as many: more tell no more
 
 
-STEP_LEAST_PX = 0.3
-"""Step of the stripe beside the board's squares [px] up to which it lies on the board: 0.2 mm of height or so."""
+STEP_LEAST_PX = 0.3  # of the stripe beside the squares, up to which it lies on the board: 0.2 mm of height or so
 STEP_SIGMAS = 5.0  # the same in standard deviations of the difference of two medians
 FEWEST_LINES = 20  # lines of pixels that must show the stripe on the board, for a straight line to mean something
 

@@ -19,8 +19,7 @@ from robolaser.vision.stripe_trace import StripeSearch
 from robolaser.vision.target import target_in
 from robolaser.vision.target_corners import Frame
 
-BRIGHTER = 1.2
-"""Grey of a stripe against the board's light squares, at least: it adds light, light squares between dark do not."""
+BRIGHTER = 1.2  # than light squares a stripe is at least: it adds light, which light squares between dark do not
 LIGHT_PERCENT = 80.0  # of a board's pixels that are darker than most of its paper: marks and ink cover two thirds
 MUCH = 0.05  # share of a stripe that was left out from which on it is said: the image's rim and a shadow cost as much
 SQUARES_BEYOND = 0.9  # squares beyond the inner corners that surely are the board: it has a whole one there

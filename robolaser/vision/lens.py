@@ -20,8 +20,7 @@ FREED_SIGMAS = 5.0
 That many, since a print's errors are alike in all views and look surer than chance would let them.
 """
 FOCAL_RANGE = (0.3, 30.0)  # focal lengths [image widths] that lenses have; a fit outside them saw too little tilt
-STRAY_MEDIANS = 5.0
-"""Distance of a corner from where the plane puts it, in medians of all, beyond which the stripe has dragged it off."""
+STRAY_MEDIANS = 5.0  # of all corners' distances from where the plane puts them, beyond which the stripe dragged one off
 STRAY_LEAST_PX = 0.3  # the same at least [px]
 _ALWAYS = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
 _CENTRE, _K2 = (2, 3), (5,)  # among OpenCV's intrinsics: fx fy cx cy k1 k2 ...

@@ -6,8 +6,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.geometry.mad_scale import mad_scale
 from robolaser.vision.runs import LineCentres, best_of_each
 
-STEEPEST = 3.0
-"""Most that a stripe moves from one line of pixels to the next [px]; more is a step in depth, or another light."""
+STEEPEST = 3.0  # from one line of pixels to the next [px]; more is a step in depth, or another light
 MISSING = 2  # lines without light that a piece of a stripe bridges
 SHORTEST = 6  # lines that a piece of a stripe has at least: glints and noise are shorter
 WINNING = 0.5
@@ -17,8 +16,7 @@ BREADTHS = (1 / 3, 3.0)  # width of a run over the typical one, within which it 
 ROUGHEST_PX = 0.7  # mean distance of a piece's centres from where their neighbours see them; more is texture
 MOST_JUMP_PX = 3.0  # distance [px] beyond which a centre does not speak more against its piece
 BESIDE = 5  # lines on either side that say where a centre should be
-STRAY_SIGMAS = 5.0
-"""Distance from there, in standard deviations as the stripe shows them, beyond which a centre is a stray."""
+STRAY_SIGMAS = 5.0  # from there, as the stripe shows them, beyond which a centre is a stray
 STRAY_LEAST_PX = 0.3  # the same at least [px]: surfaces are not smooth
 OF_JUMP = 1.08  # scatter of a centre against the median of five pairs about it, over its own
 

@@ -20,8 +20,7 @@ from robolaser.vision.lens import find_lens, view_board
 from robolaser.vision.stripe_trace import StripeSearch
 from robolaser.vision.target_corners import Frame, corner_points, no_points, points_of_target
 
-POINTS_PER_IMAGE = 170
-"""Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
+POINTS_PER_IMAGE = 170  # about, along a whole one: the scatter of neighbouring lines is alike, more say no more
 
 
 def points_from_images(

@@ -24,8 +24,7 @@ FULL = 255  # grey of a saturated pixel: it was at least as bright
 LEVEL = 0.6  # height, from background (0) to peak (1), above which light counts: on the steep flanks, above the halo
 FOOT = 0.3  # height at which a second centre is taken; its distance from the other shows an asymmetric profile
 LEAST_SECOND_MOMENT = 0.1  # sum of squared distances of pixels from the centre [px²], at least
-MOST_ASYMMETRY = 0.15
-"""Shift of the centre between foot and top, as a share of the width, beyond which a profile is no stripe's."""
+MOST_ASYMMETRY = 0.15  # shift from foot to top, as a share of the width, beyond which a profile is no stripe's
 FLANK_PX = 0.05
 """Error [px] of a saturated centre beside the noise's: its flanks are steep, and no line goes from pixel to pixel."""
 

@@ -7,14 +7,11 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Image, Ints
 from robolaser.vision.runs import FOOT, FULL, LEVEL, BrightRuns, ImageAxis, LineCentres, find_runs, measure
 
-BEYOND_SIGMAS = 3.0
-"""Pixels fitted beyond a flank: where the gaussian ends, and enough ground beside it to know its slope."""
+BEYOND_SIGMAS = 3.0  # that are fitted beyond a flank: to the gaussian's end, and ground enough to know its slope
 BEYOND_FULL_SIGMAS = 2.0
 """The same for saturated profiles, whose ground is taken for level: flanks alone tell its slope from a shift badly."""
-BROADEST_FULL = 12
-"""Saturated pixels beyond which light is glare and no gaussian: the centre of gravity between the flanks stands."""
-FARTHEST = 0.5
-"""Distance of the Gaussian's centre from the centre of gravity, and its deviation, that a fit has at most [widths]."""
+BROADEST_FULL = 12  # saturated pixels, beyond which light is glare: the centre of gravity between the flanks stands
+FARTHEST = 0.5  # that a fit's centre is from the centre of gravity at most, and its deviation [widths]
 STEPS = 4  # Gauss-Newton steps; the start is good to a tenth of the width
 DAMPING = 1e-3  # added to the normal equations' diagonal while stepping, as a share
 SETTLED = 1e-9  # added always, so that the equations have a solution where pixels carry no information

@@ -31,8 +31,7 @@ CHANNELS: Mapping[str, Weights | None] = MappingProxyType(
 """Weights of blue, green and red by name; an excess is half of 2R - G - B, 2G - R - B or 2B - R - G. None: grey."""
 LOOKED_AT = 3  # poses, evenly taken, by which a channel is chosen
 COLOURFUL = 12  # difference of two channels [grey of 255] from which on a pixel has a colour
-BETTER = 1.1
-"""How many times the longest stripe in grey another channel's must be to be taken instead: grey has the least noise."""
+BETTER = 1.1  # times as long as in grey a stripe must be in a channel that is taken instead: grey has the least noise
 
 
 def trace(image: Image, axis: ImageAxis) -> Stripes:
