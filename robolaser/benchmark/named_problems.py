@@ -114,7 +114,6 @@ def _calibration(name: str, dataset: Any, *, reduced: bool) -> BenchmarkProblem:
 
 
 def _of_suite(name: str, which: str) -> BenchmarkProblem:
-    """An instance of the suite."""
     from robolaser.problems import suite  # noqa: PLC0415 - test functions need no models
 
     question = suite()[which]

@@ -111,7 +111,6 @@ def compare(
 def _write(
     result: "BenchmarkResult", folder: Path, terminal: Terminal, *, iohprofiler: bool, latex: bool, typed: str
 ) -> None:
-    """Write all files and print the result."""
     from robolaser.benchmark.export import iohprofiler_files
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.comparison.latex import FILE, latex_tables

@@ -44,7 +44,6 @@ def load(folder: str | Path) -> Dataset:
 
 
 def _points(folder: Path, dataset: Dataset, file: str) -> Points:
-    """The points that one sensor saw."""
     columns = [column for group in dataset.format.columns.values() for column in group]
     points = points_of(read_table(folder / file, ["repeat", *columns]), dataset)
     _check_radii(dataset, sorted(set(points.names)), file)

@@ -82,7 +82,6 @@ class Result(ABC):
         return self._read_back() if document is None else printed(document)
 
     def _read_back(self) -> str:
-        """The summary of a result that was read back."""
         text: str = self.to_frame().to_string()
         return text
 
@@ -188,7 +187,6 @@ class FittedResult(Result, Record):
         return plain
 
     def _saved(self, names: Sequence[str]) -> Files:
-        """The files of a result that was read back."""
         folder = self._folder or Path()
         return {name: read_text(folder / name) for name in names if (folder / name).is_file()}
 

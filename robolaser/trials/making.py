@@ -172,7 +172,6 @@ def _recorded(poses: Poses, world: World, faults: Sequence[FaultModel], rng: np.
 
 
 def _described(world: World, fault: FaultModel, seen: Detectability, poses: Poses) -> dict[str, Any]:
-    """A fault as the truth has it."""
     effect = _LIBRARY.get(fault.effect)
     return {
         **asdict(fault),

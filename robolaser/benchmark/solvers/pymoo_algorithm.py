@@ -49,7 +49,6 @@ def restarted(search: Search, evaluator: BudgetedEvaluator, seed: int) -> None:
 
 
 def _search(make: Maker, evaluator: BudgetedEvaluator, seed: int) -> None:
-    """Run an algorithm once."""
     counted, algorithm, idle = _counted(evaluator), make(evaluator.problem.n_obj), 0
     algorithm.setup(counted, termination=("n_eval", evaluator.left), seed=seed, verbose=False)
     while algorithm.has_next() and not counted.collapsed:

@@ -172,7 +172,6 @@ class ImageFolder(Importer):
 
 
 def _files(table: CsvTable, column: str, folder: Path) -> list[Path | None]:
-    """The image of each row."""
     known: dict[str, list[Path]] = {}
     for image in _images(folder):
         known.setdefault(image.name, []).append(image)

@@ -100,7 +100,6 @@ def _pinhole(values: Any, file: str) -> dict[str, Parameter]:
 
 
 def _board(finder: Any, file: str) -> Board:
-    """The board of a target finder."""
     kind = str(under(finder, "type", file, "target_finder")).rpartition("::")[2]
 
     def length(key: str) -> float:

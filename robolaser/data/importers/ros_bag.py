@@ -97,7 +97,6 @@ def _pairs(bag: Bag, options: ImportOptions) -> Imported:
 
 
 def _images(bag: Bag, options: ImportOptions) -> Imported:
-    """Images of a board."""
     topic = bag.topic(IMAGE_TOPIC, options.further.get(IMAGE_TOPIC), *IMAGES)
     mount, board = mount_of(options, bag.file), board_of(options.further, bag.file)
     tolerance = tolerance_of(options.further, bag.file)

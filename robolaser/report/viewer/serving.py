@@ -136,7 +136,6 @@ class ViewerApp:
         self._show_moving()
 
     def _go_to_pose(self) -> None:
-        """Show a pose of the data set."""
         self._pose = min(int(self._number.value), len(self._current.dataset.poses) - 1)
         self._name.value = self._current.dataset.poses.names[self._pose]
         self._hears_sliders = False
