@@ -1,7 +1,7 @@
 """Torques that do not mean what the log says: in another unit, of the opposite sign, or under another gravity."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
@@ -12,7 +12,7 @@ from robolaser.estimation.certainty import EVEN
 from robolaser.motion.cut_off import cut_rows, cuts
 from robolaser.motion.effect import JOINTS, At, MotionEffect, Number
 from robolaser.motion.effects.dynamics import TORQUE_CONSTANT
-from robolaser.motion.evidence import Fitted
+from robolaser.motion.evidence import Fitted, names_of
 from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.kind_diagnosis import KindDiagnosis
 from robolaser.motion.log import OTHER_UNIT, MotionLog
@@ -45,28 +45,34 @@ class MisreadTorques:
     gravity: Array  # in the base frame, (3,) [m/s²]
     read: tuple[tuple[At, dict[str, Estimate]], ...]  # what is misread, and its numbers
     left: Array  # of each joint's torques, beside friction and a scale, (j,) [Nm]
-    probability: float = MISREAD
-    rivals: tuple[At, ...] = ()
+    before: Array = field(
+        default_factory=lambda: np.empty(0)
+    )  # torques as they are read, less the rigid arm's, (n, j) [Nm]
+    doubted: frozenset[str] = frozenset()  # what another way that fits as well does without
+    rivals: tuple[At, ...] = ()  # what that has in its place
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Of what is misread."""
+        return names_of(at for at, _ in self.read)
 
     def of(self, log: MotionLog) -> MotionLog:
         """A log whose torques are read so."""
         turned = {name: self.side * getattr(log, name) for name in ("command", "q", "qd", "load")}
         return replace(log, tau=self.factor * log.tau, robot=log.robot.under(self.gravity), **turned)
 
-    def restated(self, part: KindDiagnosis, as_read: MotionLog) -> KindDiagnosis:
+    def restated(self, part: KindDiagnosis) -> KindDiagnosis:
         """Torques that are read otherwise, with the errors of the log as it is, and their reading for what is found."""
-        of = quantities(as_read.as_read, "torque")
-        before = of.measured - of.rigid
-        size = root_mean_squares(before)
+        size = root_mean_squares(self.before)
         gained = np.nan_to_num(np.maximum(size**2 - part.gap.after**2, 0.0))
         without = Fitted((), (), (), np.inf, gained)
-        sure, none = self.probability, 1.0 - self.probability
-        found = tuple(
-            SelectedEffect(at, sure, none, without, self.rivals, _beside(numbers, part.findings, at), gained)
-            for at, numbers in self.read
-        )
+        found = []
+        for at, numbers in self.read:
+            sure, rivals = (EVEN, self.rivals) if str(at) in self.doubted else (MISREAD, ())
+            told = _beside(numbers, part.findings, at)
+            found.append(SelectedEffect(at, sure, 1.0 - sure, without, rivals, told, gained))
         gap = replace(part.gap, nominal=size, calibrated=size)
-        return replace(part, gap=gap, before=before, findings=found)
+        return replace(part, gap=gap, before=self.before, findings=tuple(found))
 
 
 def _beside(numbers: dict[str, Estimate], findings: Sequence[SelectedEffect], at: At) -> dict[str, Estimate]:
@@ -84,6 +90,7 @@ def misread(log: MotionLog) -> MisreadTorques | None:
     of = quantities(log.as_read, "torque")
     if of.lacking:
         return None
+    before = of.measured - of.rigid
     of = replace(of, measured=np.where(cut_rows(of, cuts(of)), np.nan, of.measured))
     unit = _unit(of)
     size = PER_NM.get(unit, 1.0)
@@ -93,7 +100,7 @@ def misread(log: MotionLog) -> MisreadTorques | None:
     ways = _fitting(_ways(of, loaded), as_read)
     if not ways and (FALLS * as_read > root_mean_squares(of.measured)).any():
         ways = _fitting(_against(of), as_read)  # last: most joints do not show which way they turn
-    ways.sort(key=lambda way: float(np.log(way.left).sum()))
+    ways.sort(key=lambda way: float(np.log(way.left).sum() + len(way.read) * np.log(BEST)))  # each has to be worth it
     if unit:
         effect = replace(
             TORQUE_CONSTANT, form=unit, site=JOINTS, clause=f"torques are in {unit}, not in Nm: read so they fit",
@@ -105,12 +112,12 @@ def misread(log: MotionLog) -> MisreadTorques | None:
         ways = [replace(way, factor=way.factor / size, read=(*read, *way.read)) for way in ways]
     if not ways:
         return None
-    best, falls = ways[0], FALLS * ways[0].left <= as_read
-    other = next((way for way in ways if str(way.read) != str(best.read)), None)
-    if other is None or (other.left > BEST * best.left)[falls].any():
-        return best
-    named = [at.pair for at, _ in best.read]
-    return replace(best, probability=EVEN, rivals=tuple(at for at, _ in other.read if at.pair not in named))
+    best, falls = replace(ways[0], before=before), FALLS * ways[0].left <= as_read
+    near = (way for way in ways if not best.names <= way.names and not (way.left > BEST * best.left)[falls].any())
+    if other := next(near, None):
+        rivals = tuple(at for at, _ in other.read if str(at) not in best.names)
+        best = replace(best, doubted=best.names - other.names, rivals=rivals)
+    return best
 
 
 def _fitting(ways: Iterable[MisreadTorques], as_read: Array) -> list[MisreadTorques]:
@@ -155,12 +162,12 @@ def _ways(of: Quantities, loaded: Quantities) -> Iterator[MisreadTorques]:
         if (signs < 0.0).any():
             yield _way(seen, signs, same, stated)
     pulls = np.stack([of.log.robot.under(along).gravity_torques(of.q) for along in np.eye(3)], axis=-1)
-    for all_of in (same, -same):
-        seen = _times(of, all_of)
-        gravity = _other_gravity(seen, pulls)
+    one_wrong = [same, *(1.0 - 2.0 * np.eye(len(same)))]
+    for begun in (*one_wrong, *(-each for each in one_wrong)):
+        gravity = _other_gravity(_times(of, begun), pulls)
         if gravity is not None:
             under = replace(of, rigid=of.rigid + pulls @ (gravity - stated))
-            for signs in np.unique([all_of, all_of * _signs(_times(under, all_of))], axis=0):
+            for signs in np.unique([begun, begun * _signs(_times(under, begun))], axis=0):
                 yield _way(under, signs, same, gravity)
 
 
