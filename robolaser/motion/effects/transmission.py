@@ -20,6 +20,11 @@ def _late(quantities: Quantities, joint: int) -> Sequence[Array]:
     return [np.where(np.isfinite(speed), -speed, 0.0)[..., None]]
 
 
+def _wound(quantities: Quantities, joint: int) -> Sequence[Array]:
+    """The load stays behind the motor by the torque of the motor, or by that of the arm."""
+    return [at_joint(quantities, joint, -torque[:, joint]) for torque in (quantities.carried, quantities.rigid)]
+
+
 def _lost(quantities: Quantities, joint: int) -> Sequence[Array]:
     """The load stays behind the motor: by its last motion, or by the torque that it carries."""
     torque = quantities.carried[:, joint]
@@ -51,7 +56,7 @@ TRANSMISSION = (
     of_gear(
         name="gear_spring", clause="the gear winds up under torque", numbers=(Number("compliance", "rad/Nm", 1e-5),),
         remedy="Give the simulated joint this stiffness.",
-        columns=of_joint(lambda of: -of.carried),  # the load stays behind the motor
+        columns=_wound,
     ),
     of_gear(
         name="lost_motion", clause="the gear has lost motion", numbers=(Number("angle", "rad", 3e-4),),
