@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from robolaser.calibration.misread import MISREAD
 from robolaser.calibration.result import FORMAT as CALIBRATION
 from robolaser.estimation.certainty import CERTAIN, EVEN
 from robolaser.motion.calibration import MotionFit
@@ -15,22 +16,17 @@ from robolaser.motion.gap import KindGap
 from robolaser.motion.kind_diagnosis import FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE
 from robolaser.motion.selection import SelectedEffect
 
+SAID = 3
+"""Effects, and joints of each, that the sentence names."""
 DIAGNOSIS = "robolaser-diagnosis/1"
-UNEXPLAINED = 0.99
-"""Probability of a cause that the library lacks, where more is left than noise: how sure that is, is not computed."""
 
 
 def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
     """The contents of diagnosis.json."""
     return {
-        "format": DIAGNOSIS,
-        "dataset": found.fit.log.name,
-        "kind": "motion",
+        **_errors(found.fit, DIAGNOSIS),
         "verdict": found.verdict,
         "sentence": sentence(found),
-        "gap_mm": found.fit.gap_mm,
-        "step_s": found.fit.log.step_s,
-        "rows": [_rows(gap, found.fit.log.joints) for gap in found.fit.gaps],
         "where": [asdict(one) for one in found.places],
         "effects": [_effect(one, found.fit) for one in found.fit.findings],
         "kinds": kinds_json(found.fit),
@@ -39,41 +35,29 @@ def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
         "next_poses": [],
         "next_motions": next_motions(found),
         "noise_remarks": list(found.remarks),
-        "objective_m2": None,
-        "rms_m": None,
-        "seconds": round(found.fit.seconds, 2),
-    }  # fmt: skip
+    }
 
 
 def motion_calibration_json(fit: MotionFit, seed: int) -> dict[str, Any]:
     """The contents of calibration.json: the numbers of the effects that were asked for."""
-    gap = fit.gap_mm
+    robot, after = fit.log.robot, fit.gap_mm["after"]
     return {
-        "format": CALIBRATION,
-        "dataset": fit.log.name,
-        "kind": "motion",
-        "algorithm": "least squares",
-        "seed": seed,
-        "parameters": {},
-        "unidentifiable": [],
-        "model": {
-            "sensor": "motion",
-            "robot": fit.log.robot.name,
-            "flange": fit.log.robot.flange,
-            "joints": list(fit.log.joints),
-            "gravity": list(fit.log.robot.gravity),
-        },
+        **_errors(fit, CALIBRATION),
+        **{"algorithm": "least squares", "seed": seed, "parameters": {}, "unidentifiable": []},
+        "model": {"sensor": "motion", "robot": robot.name, "flange": robot.flange, "joints": list(fit.log.joints),
+                  "gravity": list(robot.gravity)},
         "effects": [_numbers(one) for one in fit.findings],
-        "gap_mm": gap,
-        "step_s": fit.log.step_s,
-        "rows": [_rows(one, fit.log.joints) for one in fit.gaps],
-        "objective_m2": None,
-        "rms_m": None,
-        "max_m": None,
-        "axis_max_m": None,
-        "held_out_rms_m": None if gap["after"] is None else gap["after"] / 1e3,
-        "evaluations": None,
-        "seconds": round(fit.seconds, 2),
+        **dict.fromkeys(("max_m", "axis_max_m", "evaluations")),
+        "held_out_rms_m": None if after is None else after / 1e3,
+    }  # fmt: skip
+
+
+def _errors(fit: MotionFit, form: str) -> dict[str, Any]:
+    """What both files hold."""
+    return {
+        **{"format": form, "dataset": fit.log.name, "kind": "motion", "gap_mm": fit.gap_mm, "step_s": fit.log.step_s},
+        "rows": [_rows(gap, fit.log.joints) for gap in fit.gaps],
+        **{"objective_m2": None, "rms_m": None, "seconds": round(fit.seconds, 2)},
     }
 
 
@@ -155,7 +139,7 @@ def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
         for name, group in _groups(found.fit, "cause").items()
     ]
     if found.verdict == "unexplained" and found.places:
-        unknown = {"class": "unknown", "probability": UNEXPLAINED, "gap_mm_without": after, "gap_mm_with": after,
+        unknown = {"class": "unknown", "probability": MISREAD, "gap_mm_without": after, "gap_mm_with": after,
                    "members": [], "credible_sets": [], "site": found.places[0].site}  # fmt: skip
         classes.append(unknown)
     return sorted(classes, key=lambda one: -one["probability"])
@@ -222,10 +206,12 @@ def sentence(found: MotionDiagnosis) -> str:
     if not found.fit.findings:
         return f"The gap has a cause that is not in the library. On unseen motions: {gaps}.{parts}"
     groups = _groups(found.fit, "name")
-    causes = "; ".join(
-        _surely(one["probability"]) + clauses[one["effect"]] + _locations(groups[one["effect"]], found.fit.log.joints)
-        for one in sorted(kinds_json(found.fit), key=lambda one: one["probability"] < CERTAIN)
-    )
+    # what is certain first, and of that, what is certain at a place
+    sure = [(kind["probability"], max(one.probability for one in groups[kind["effect"]]), kind["effect"])
+            for kind in kinds_json(found.fit)]  # fmt: skip
+    sure.sort(key=lambda one: (one[0] < CERTAIN, one[1] < CERTAIN))
+    said = [_surely(kind) + clauses[name] + _places(groups[name], found.fit.log.joints) for kind, _, name in sure]
+    causes = _first(said, "; ", ", listed below")
     rest = ""
     if found.verdict == "unexplained" and found.places:
         place = found.places[0]
@@ -245,7 +231,13 @@ def _surely(probability: float) -> str:
     return "" if probability >= CERTAIN else "likely, " if probability > EVEN else "perhaps, "
 
 
-def _locations(group: Sequence[SelectedEffect], joints: Sequence[str]) -> str:
+def _first(names: Sequence[str], between: str, where: str = "") -> str:
+    """The first of some names, and how many more there are."""
+    more = len(names) - SAID
+    return between.join(names[:SAID]) + (f"{between.rstrip()} and {more} more{where}" if more > 0 else "")
+
+
+def _places(group: Sequence[SelectedEffect], joints: Sequence[str]) -> str:
     """The joints of an effect behind its clause; nothing where it sits at none."""
     at = [
         " or ".join([one.at.where, *(rival.where for rival in one.rivals if rival.effect is one.at.effect)])
@@ -253,7 +245,7 @@ def _locations(group: Sequence[SelectedEffect], joints: Sequence[str]) -> str:
         if one.at.where in joints
     ]
     every = 1 < len(joints) == len(at)
-    return f" ({'all joints' if every else ', '.join(at)})" if at else ""
+    return f" ({'all joints' if every else _first(at, ', ')})" if at else ""
 
 
 def _shrinks(gap: KindGap) -> str:

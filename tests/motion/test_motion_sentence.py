@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robolaser.motion.gap import KindGap
-from robolaser.motion.result_json import _shrinks, _surely, _up_to
+from robolaser.motion.result_json import _first, _shrinks, _surely, _up_to
 
 
 @pytest.mark.parametrize(("after", "said"), [(0.0123449, "is 0.0123 Nm"), (0.001, "falls from 0.0123 Nm to 0.001 Nm")])
@@ -28,3 +28,8 @@ def test_what_is_no_likelier_than_not_is_not_called_likely(probability: float, s
 def test_an_arm_without_a_gap_whose_errors_are_more_than_noise_follows_up_to_a_size(noise: float, said: str) -> None:
     error = np.array([2e-4])
     assert _up_to([KindGap("tracking", "rad", error, error, error, np.array([noise]), 100)]) == said
+
+
+def test_a_sentence_names_three_and_counts_the_others() -> None:
+    assert _first(["a", "b", "c"], "; ", ", listed below") == "a; b; c"
+    assert _first(["a", "b", "c", "d", "e"], "; ", ", listed below") == "a; b; c; and 2 more, listed below"
