@@ -78,10 +78,13 @@ def calibrate_motion(
         if where and where not in sites:
             raise UsageError(f"{name} has no place '{where}'.{near(where, sites)}")
 
-    def searching(
-        candidates: Sequence[At], least_share: float, usual: Array | float, start: tuple[At, ...]
-    ) -> EffectSearch:
-        return chosen([at for at in candidates if _is_asked(at, asked)])
+    def is_asked(at: At) -> bool:
+        """By its name, in its simplest form; one with a site of its own by that, too."""
+        places = ("", at.where) if not at.effect.form else (at.effect.site,)
+        return any(at.effect.name == name and where in places for name, where in asked)
+
+    def searching(candidates: Sequence[At], *_: object) -> EffectSearch:
+        return chosen(list(filter(is_asked, candidates)))
 
     parts, missing, _ = parts_of(log, library, searching, progress or (lambda what, share: None))
     findings = merged([finding for part in parts for finding in part.findings])
@@ -91,12 +94,6 @@ def calibrate_motion(
             reason = missing.get(name, "with it, the error on unseen motions is no smaller")
             raise EffectError(f"{name}{f' at {where}' if where else ''} cannot be found: {reason}.")
     return MotionFit.of(log, parts, findings, seed, time.monotonic() - began)
-
-
-def _is_asked(at: At, asked: Sequence[tuple[str, str]]) -> bool:
-    """Whether it is asked for by name, in its simplest form; one with a site of its own by that, too."""
-    places = ("", at.where) if not at.effect.form else (at.effect.site,)
-    return any(at.effect.name == name and where in places for name, where in asked)
 
 
 def merged(findings: Sequence[SelectedEffect]) -> list[SelectedEffect]:

@@ -60,18 +60,12 @@ class MotionCheck:
 
     def to_dict(self) -> dict[str, Any]:
         """As the command prints it with --json."""
+        found = [{"effect": name, "where": list(where)} for name, where in self.tested.items()]
+        absent = [{"effect": name, "where": [], "reason": reason} for name, reason in self.not_tested.items()]
         return {
-            "dataset": self.log.name,
-            "kind": "motion",
-            "rows": len(self.log),
-            "series": len(self.log.series),
-            "joints": list(self.log.joints),
-            "row_kinds": list(self.kinds),
-            "effects": [
-                *({"effect": name, "where": list(where)} for name, where in self.tested.items()),
-                *({"effect": name, "where": [], "reason": reason} for name, reason in self.not_tested.items()),
-            ],
-        }
+            "dataset": self.log.name, "kind": "motion", "rows": len(self.log), "series": len(self.log.series),
+            "joints": list(self.log.joints), "row_kinds": list(self.kinds), "effects": [*found, *absent],
+        }  # fmt: skip
 
 
 def check_motion(log: MotionLog) -> MotionCheck:

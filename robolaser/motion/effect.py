@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal, final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.estimation.certainty import EVEN
 from robolaser.motion.gap import root_mean_squares
 
 if TYPE_CHECKING:
@@ -16,8 +17,6 @@ TIMING, TOOL, JOINTS = "timing", "tool", "joints"
 
 MOVES_RAD = 1e-3
 """Spread of a joint's commands, from which on it is commanded to move. A judgement."""
-OPPOSITE = 0.5
-"""Of what a joint is commanded, by which it moves the other way where its readings have another sign. A judgement."""
 RowKind = Literal["tracking", "torque", "load"]
 """Of rows: measured against commands, torques against inverse dynamics, one encoder against the other."""
 
@@ -65,7 +64,7 @@ class Trace:
             return "the joint does not move, though it is commanded to"
         sent = self.command - np.nanmean(self.command)
         way = np.nansum(sent * self.q) / max(float(np.nansum(sent**2)), 1e-12)
-        return "the joint moves opposite to its commands" if self.is_sent and way < -OPPOSITE else ""
+        return "the joint moves opposite to its commands" if self.is_sent and way < -EVEN else ""
 
 
 def if_sent(trace: Trace) -> str:

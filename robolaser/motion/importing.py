@@ -122,14 +122,11 @@ def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions)
     whole: dict[str, Any] = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
     units = {run.torque_unit for run in runs}
     log = MotionLog(
-        name=options.name,
-        robot=robot,
-        series=_distinct([run.series for run in runs]),
+        name=options.name, robot=robot, series=_distinct([run.series for run in runs]),
         run=np.repeat(np.arange(len(runs)), [len(part["time_s"]) for part in parts]),
         torque_unit=torque_unit or ("A" if "A" in units else "Nm"),
-        torque_signed=all(run.torque_signed for run in runs),
-        **whole,
-    )
+        torque_signed=all(run.torque_signed for run in runs), **whole,
+    )  # fmt: skip
     return log, read_from
 
 

@@ -21,8 +21,7 @@ LEAST_NM = 1e-6  # smaller torques are none
 TURNS_RAD = 1e-3  # by which a joint has turned back, and no noise has: its gear bears on the other side
 MOST_ROWS = 6_000
 INERTIA_ROWS = 50
-HALF_NORMAL = 0.6745  # median of the size of a normal deviate
-JERKS = 6.0  # times the usual
+JERKS = 9.0  # times the median size: six standard deviations
 MISSES = 1.5  # times the usual step, from which on rows are missing
 
 
@@ -190,7 +189,7 @@ def smoothed_rows(step_s: float) -> int:
 def _jerks(rough: Array, width: int) -> Bools:
     """Rows near which some joint moves faster than a parabola follows, (n,): it sticks and slips."""
     size = np.abs(rough)
-    jerk = (size > JERKS / HALF_NORMAL * medians(size)).any(axis=1)
+    jerk = (size > JERKS * medians(size)).any(axis=1)
     return np.convolve(jerk, np.ones(width), "same") > 0.5
 
 

@@ -21,7 +21,6 @@ MOTION = "motion.csv"
 MOTION_FOLDER = ("dataset.toml", MOTION, "robot.urdf")
 FEWEST_ROWS = 20
 ODD_ANGLE = 4.0 * np.pi
-DEGREES = 180.0 / np.pi
 
 
 @final
@@ -201,7 +200,7 @@ def _odd_readings(name: str, command: Array, q: Array) -> Iterator[str]:
             " joints right?"
         )
     elif not 1.0 / OTHER_UNIT < factor < OTHER_UNIT:
-        degrees = " The factor is that from degrees to radians." if abs(np.log(factor * DEGREES)) < 0.2 else ""
+        degrees = " The factor is that from degrees to radians." if abs(np.log(np.degrees(factor))) < 0.2 else ""
         yield f"{name} moves by {factor:.3g} of what it is commanded: are commands and readings of one unit?{degrees}"
 
 

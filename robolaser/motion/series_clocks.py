@@ -8,13 +8,12 @@ from scipy.special import chdtrc, fdtrc
 
 from robolaser.arrays import Array, Ints
 from robolaser.motion.effect import At
-from robolaser.motion.effects.servo import CLOCK
+from robolaser.motion.effects.servo import CLOCK, ONE_CLOCK_S
 from robolaser.motion.evidence import BY_CHANCE, Fitted
 from robolaser.motion.log import MotionLog
 from robolaser.motion.selection import SelectedEffect
 
 FEWEST_SERIES, FEWEST_JOINTS = 3, 2
-LEAST_SPREAD_S = 1e-3
 OF_LATENESS = 0.25
 """Spread of the series' delays over how late joints are on average, below which the form of the model, which is wrong
 by more in some motions, may be what differs. A judgement."""
@@ -77,7 +76,7 @@ class SeriesClocks:
         spread = float(np.sqrt(np.average(delay**2, weights=weight.sum(axis=0))))
         late = float(np.mean([abs(one.late_s) for one in joints]))
         if known is None and (
-            not agree or chdtrc(free, common) > BY_CHANCE or spread < max(LEAST_SPREAD_S, OF_LATENESS * late)
+            not agree or chdtrc(free, common) > BY_CHANCE or spread < max(ONE_CLOCK_S, OF_LATENESS * late)
         ):
             return None
         gained = [
