@@ -5,11 +5,10 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.log import MotionLog
 
-FOLDS = 4
-FEWEST_RUNS = 4  # of which whole ones are held out; with fewer, blocks of them
+FEWEST_RUNS = 4  # of which whole ones are held out, and as many folds; with fewer, blocks of them
 BLOCKS = 12
 FLANGE_ROWS = 1_500  # at which the arm's Jacobian is computed
 RESAMPLED = 400
@@ -38,9 +37,9 @@ def folds(run: Ints) -> Ints:
     names, counts = np.unique(run, return_counts=True)
     if len(names) >= FEWEST_RUNS:
         order = names[np.argsort(-counts, kind="stable")]
-        of_run = {int(name): place % FOLDS for place, name in enumerate(order)}
+        of_run = {int(name): place % FEWEST_RUNS for place, name in enumerate(order)}
         return np.array([of_run[int(one)] for one in run], dtype=np.int64)
-    return runs_or_blocks(run) % FOLDS
+    return runs_or_blocks(run) % FEWEST_RUNS
 
 
 def runs_or_blocks(run: Ints) -> Ints:
@@ -48,6 +47,19 @@ def runs_or_blocks(run: Ints) -> Ints:
     if len(np.unique(run)) >= FEWEST_RUNS:
         return run
     return np.arange(len(run)) * BLOCKS // max(len(run), 1)
+
+
+def where_lower(after: Array, before: Array, run: Ints, least_share: float) -> tuple[Bools, Array]:
+    """Errors (n, j) of joints whose squares fall, by a share and by more than that varies, else those before, (n, j).
+
+    Returns:
+        Which joints' fall, (j,), and the errors.
+    """
+    of_row, least = runs_or_blocks(run), least_share * np.nansum(before**2, axis=0)
+    fall = np.nan_to_num(before**2 - after**2)
+    falls = np.array([fall[of_row == number].sum(axis=0) for number in np.unique(of_row)])
+    lower = np.asarray(falls.sum(axis=0) > np.maximum(least, np.sqrt((falls**2).sum(axis=0))))
+    return lower, np.where(lower, after, before)
 
 
 def root_mean_squares(errors: Array) -> Array:

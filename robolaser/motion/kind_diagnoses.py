@@ -13,14 +13,14 @@ from robolaser.motion.cut_off import cut_rows, cuts
 from robolaser.motion.effect import At, MotionEffect, RowKind
 from robolaser.motion.effects.servo import CLOCK, ONE_CLOCK_S, is_one_clock
 from robolaser.motion.evidence import Fitted
-from robolaser.motion.gap import KindGap, folds, less_means, resolution, root_mean_squares, white_noise
+from robolaser.motion.gap import KindGap, folds, less_means, resolution, root_mean_squares, where_lower, white_noise
 from robolaser.motion.kind_diagnosis import FOLLOWS_RAD, IS_NOISE, KindDiagnosis, follows_nm
-from robolaser.motion.linear_rows import LinearRows, candidates_of
+from robolaser.motion.linear_rows import SCALE, LinearRows, candidates_of
 from robolaser.motion.log import OTHER_UNIT, MotionLog
 from robolaser.motion.misread import follows_rigid_arm
 from robolaser.motion.patterns import Patterns
 from robolaser.motion.quantities import Quantities, quantities
-from robolaser.motion.selection import EffectSearch, SelectedEffect, Selection, side_by_side
+from robolaser.motion.selection import INDISTINGUISHABLE, EffectSearch, SelectedEffect, Selection, side_by_side
 from robolaser.motion.series_clocks import SeriesClocks
 from robolaser.motion.tracking import TrackingRows
 
@@ -60,7 +60,10 @@ def parts_of(
     reasons, log = comparable(log), log.as_read
     if not reasons["tracking"]:
         tell("tracking", 0.1)
-        parts.append(_tracking(log, library, missing, searching))
+        sent = _as_sent(log, library)
+        if sent is not log:
+            remarks.append("Commands are written more slowly than rows: between them they are guessed.")
+        parts.append(_tracking(sent, library, missing, searching))
     elif log.has("command").any():
         remarks.append(f"Tracking rows are set aside: {reasons['tracking']}.")
     linear: tuple[tuple[RowKind, str, str, float], ...] = (
@@ -123,35 +126,55 @@ def _tracking(
         after[held] = (log.q - part.predicted(part.refined(refined, whole)))[held]
     after[~whole.counted] = np.nan
     after, log = after[place], recorded
-    calibrated, after = (less_means(each, log.run) if log.offset_per_series else each for each in (ideal, after))
+    same = np.where(np.isfinite(after), ideal, np.nan)
+    calibrated, after = (less_means(each, log.run) if log.offset_per_series else each for each in (same, after))
+    better, after = where_lower(after, calibrated, log.run, LEAST_SHARE["tracking"])
+    if clocks is not None and not better[rows.joints].all():  # a clock shifts all joints
+        return _tracking(recorded, [one for one in library if one is not CLOCK], missing, searching)
+    before, then = root_mean_squares(calibrated), root_mean_squares(after)
     step = log.encoder_step_rad or resolution(log.q)
     holding = log.robot.gravity_torques(np.nan_to_num(log.q))
     patterns = Patterns(log.run, log.time_s, np.nan_to_num(log.command), holding)
-    before, then = root_mean_squares(calibrated), root_mean_squares(after)
-    floor = np.minimum(_noise(after, white_noise(after, log.run, step), patterns), MOST_NOISE_RAD)
-    floor = np.minimum(floor, then)
-    findings, places = [], {}
+    floor, places = _left(after, white_noise(after, log.run, step), patterns, log.joints)
+    findings = []
     for number, (joint, one) in enumerate(zip(rows.joints.tolist(), selected, strict=True)):
-        if one.findings and not then[joint] < before[joint]:
-            after[:, joint], then[joint] = calibrated[:, joint], before[joint]
+        if not better[joint]:
             continue
         deviations = whole.deviations(refined[number], joint)
         count = max(1.0, rows.count(joint))
         found = [_fitted(each, refined[number], deviations, one.model, count) for each in one.findings]
         findings += [_within_rows(each, candidates[number], log.step_s) for each in found]
-        places[log.joints[joint]] = patterns.coordinate(after[:, joint], joint)
     findings = _distinguished_from_clocks(findings, len(rows.joints))
     if clocks is not None:
         findings.append(clocks.finding(log, rows.joints))
-    gap = KindGap("tracking", "rad", root_mean_squares(ideal), before, then, floor, len(log))
+    gap = KindGap(
+        "tracking", "rad", root_mean_squares(ideal), before, then, np.minimum(floor, MOST_NOISE_RAD), len(log)
+    )
     enough = np.full(len(log.joints), FOLLOWS_RAD)
     tested = tuple(at for each in candidates for at in each)
     return KindDiagnosis(gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
 
 
+def _as_sent(log: MotionLog, library: Sequence[MotionEffect]) -> MotionLog:
+    """The log without commands that only repeat the row above: those between were not written.
+
+    As it is where that fits better by half: then the arm was sent them that seldom.
+    """
+    between = log.less_repeated("command")
+    if np.array_equal(np.isfinite(between.command), np.isfinite(log.command)):
+        return log
+    left = []
+    for one, place in (log.evened(), between.evened()):
+        one.q[place] = log.q
+        rows, _, starts = _begun(one, library, {})
+        fits = rows.fit(list(enumerate(starts)))
+        left.append(np.mean([np.log(max(fit.squares.sum(), 1e-24)) for fit in fits]))
+    return log if left[0] < left[1] + np.log(EVEN) else between
+
+
 def _of_all_runs(log: MotionLog, rows: TrackingRows, models: Sequence[Fitted]) -> tuple[TrackingRows, list[Fitted]]:
     """All rows of a log, and models of them that were found in some of its runs."""
-    whole = TrackingRows(log, ends=rows.ends)
+    whole = TrackingRows(log)
     whole.independent = rows.independent * len(log) / max(1, rows.used)
     return whole, whole.refined(models, rows)
 
@@ -162,7 +185,7 @@ def _selected(
     """The model of each joint, from some effects on."""
     for _ in range(PASSES):  # what is left of a better model has less memory
         selected = side_by_side(
-            rows,
+            rows.fit,
             [
                 searching(each, LEAST_SHARE["tracking"], rows.count(joint) * FOLLOWS_RAD**2, start)
                 for joint, each, start in zip(rows.joints.tolist(), candidates, starts, strict=True)
@@ -188,8 +211,7 @@ def _begun(
     log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str]
 ) -> tuple[TrackingRows, list[list[At]], list[tuple[At, ...]]]:
     """Rows that effects are looked for in, the candidates at each joint, and what its servo usually does."""
-    runs = _some_runs(log)
-    rows = TrackingRows(log, runs, TrackingRows(log, runs).unseen_ends())
+    rows = TrackingRows(log, _some_runs(log))
     candidates, absent = rows.candidates(library)
     missing |= absent
     candidates = rows.with_one_clock(candidates)
@@ -207,8 +229,16 @@ def _linear(
     cut = cut_rows(of, limits)
     rows = LinearRows(of, values, candidates, ~cut, form=enough / 2.0)
     rows.count_memory()
-    usual = rows.rows * enough**2 if kind == "torque" else np.inf
-    (selected,) = side_by_side(rows, [searching(candidates, LEAST_SHARE[kind], usual, ())])
+    least, usual = LEAST_SHARE[kind], rows.rows * enough**2
+    (selected,) = side_by_side(rows.fit, [searching(candidates, least, usual, ())])
+    if rows.has_scaled_masses(selected.model):
+        rows.is_scaled = True  # masses imitate scales of single joints, and one by one these help little
+        every = tuple(at for at in candidates if at.effect.name in (SCALE, "payload") and not at.effect.form)
+        starts = (selected.model.effects, every)
+        others = side_by_side(rows.fit, [searching(candidates, least, usual, start) for start in starts])
+        best = min(others, key=lambda one: one.model.score)
+        rows.is_scaled = best.model.score < selected.model.score + INDISTINGUISHABLE
+        selected = best if rows.is_scaled else selected
     ideal = rows.residuals(selected.ideal)
     after = np.full_like(ideal, np.nan)
     fold = folds(of.run)
@@ -216,36 +246,30 @@ def _linear(
         part = LinearRows(of, values, selected.model.effects, (fold != number)[:, None] & ~cut, rows)
         again = part.fitted(selected.model.effects, selected.model.shapes)
         after[fold == number] = rows.residuals(again, of_part=part)[fold == number]
+    better, after = where_lower(after, ideal, of.run, LEAST_SHARE[kind])
     before, then = root_mean_squares(ideal), root_mean_squares(after)
-    worse = ~(then < before)
-    after[:, worse] = ideal[:, worse]
-    then = np.where(worse, before, then)
     white = white_noise(after, of.run, None)
     patterns = Patterns(of.run, of.time_s, of.q, of.rigid, size_by_speed_only=kind == "torque")
     white = np.hypot(white, of.torque_noise) if kind == "torque" else white
-    floor = np.minimum(_noise(after, white, patterns), then)
+    floor, places = _left(after, white, patterns, of.log.joints)
     deviations = rows.deviations(selected.model)
     findings = [
         one
         for found in selected.findings
         for one in [_fitted(found, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))]
-        if _helps(one, before, worse)
+        if _helps(one, before, better)
     ]
-    places = {
-        name: patterns.coordinate(after[:, j], j)
-        for j, name in enumerate(of.log.joints)
-        if np.isfinite(after[:, j]).any()
-    }
     gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor, len(of.q))
     told = tuple(map(str, limits))
     return KindDiagnosis(gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough, cut, told)
 
 
-def _noise(after: Array, white: Array, patterns: Patterns) -> Array:
-    """Standard deviation of noise, (j,): of what has no memory, or of all that is left where it has no pattern."""
+def _left(after: Array, white: Array, patterns: Patterns, names: Sequence[str]) -> tuple[Array, dict[str, str]]:
+    """Of errors (n, j): noise, (j,), what has no memory, or all without a pattern; and the patterns' coordinates."""
     size = root_mean_squares(after)
     is_noise = [bool(size[j] > IS_NOISE * white[j]) and patterns.is_noise(after[:, j], j) for j in range(len(size))]
-    return np.where(is_noise, size, white)
+    places = {name: patterns.coordinate(after[:, j], j) for j, name in enumerate(names) if np.isfinite(size[j])}
+    return np.minimum(np.where(is_noise, size, white), size), places
 
 
 def _fitted(
@@ -261,10 +285,10 @@ def _fitted(
     return replace(one, numbers=numbers, gained=gained)
 
 
-def _helps(one: SelectedEffect, before: Array, worse: Bools) -> bool:
+def _helps(one: SelectedEffect, before: Array, better: Bools) -> bool:
     """Whether an effect acts mostly at joints whose unseen motions the model predicts better, by errors (j,) before."""
     share = np.nan_to_num(one.gained / before**2)
-    return bool(share[~worse].sum() >= share[worse].sum())
+    return bool(share[better].sum() >= share[~better].sum())
 
 
 def _within_rows(one: SelectedEffect, candidates: Sequence[At], step_s: float) -> SelectedEffect:

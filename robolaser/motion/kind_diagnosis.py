@@ -31,8 +31,6 @@ REST_DISCOUNT = 0.15
 """How fast an effect loses credibility with what is left beside it: as much as it explains costs 13 %. A judgement, by
 halves of a hobby arm's motions: scales, which that arm has not, explain up to 1.02 of what is left, dead zones, which
 it has, 3 to 58."""
-ACTS = 0.001
-"""Of a joint's squared error, that an effect must explain to be at work there. A judgement."""
 
 
 def follows_nm(torques: Array) -> Array:
@@ -66,14 +64,13 @@ class KindDiagnosis:
     @property
     def shown(self) -> tuple[SelectedEffect, ...]:
         """Findings at joints that have a gap; clocks at others, too, where little shows them."""
-        least = np.minimum(ACTS * np.nan_to_num(self.gap.calibrated) ** 2, np.nan_to_num(self._usual_error) ** 2)
-        at_work = [
-            one
+        doubted = [
+            one.doubted(self._credibility(one))
             for one in self.findings
-            if one.at.effect.site == TIMING or (self.has_gap & (np.nan_to_num(one.gained) > least)).any()
+            if (one.at.effect.site == TIMING or (self.has_gap & (np.nan_to_num(one.gained) > 0.0)).any())
+            and one.is_large
+            and not one.is_on_bound
         ]
-        at_work = [one for one in at_work if one.is_large and not one.is_on_bound]
-        doubted = [one.doubted(self._credibility(one)) for one in at_work]
         return tuple(one for one in doubted if one.none < 1.0 - LISTED)
 
     def _credibility(self, one: SelectedEffect) -> float:

@@ -12,6 +12,8 @@ from robolaser.motion.gap import less_means, root_mean_squares
 from robolaser.motion.quantities import Quantities
 
 ROUNDS = 3  # of weights and numbers
+SCALE_ROUNDS = 12  # the same where torques have a scale: masses are then read by it, and are not linear
+SCALE = "torque_constant"
 SIGMAS = 2.0  # by which a mass, or a moment of inertia, may come out negative
 PRIOR_SHARE = 3.0  # of what is to be explained, that one number may contribute: others would have to cancel it
 
@@ -43,25 +45,34 @@ class LinearRows:
         self.rows = self._there.sum(axis=0).astype(np.float64)
         """Of each joint, (j,)."""
         self._blocks: dict[tuple[str, int], slice] = {}
+        joints = range(values.shape[1])
         columns: list[Array] = []
         prior: list[Array] = []
+        of_column: list[At] = []
         for one in self.candidates:
             assert one.effect.columns is not None
             for shape, block in enumerate(one.effect.columns(of, one.joint)):
                 start = sum(len(each) for each in prior)
                 self._blocks[str(one), shape] = slice(start, start + block.shape[-1])
                 columns.append(block)
+                of_column += [one] * block.shape[-1]
                 physical = np.inf if one.effect.sizes is None else one.effect.sizes(of, one.joint)
                 prior.append(self._prior_of(block) + 1.0 / np.square(physical))
         self._columns = np.concatenate(columns, axis=2) if columns else np.empty((*values.shape, 0))
         self._prior = np.concatenate(prior) if prior else np.empty(0)
+        is_scale = np.array([one.effect.name == SCALE for one in of_column], dtype=bool)
+        self._masses = np.array([one.effect.cause == "dynamics" for one in of_column], dtype=bool) & ~is_scale
+        acts = [[one.effect.site != "joint" or one.joint == j for one in of_column] for j in joints]
+        self._scales = (np.array(acts, dtype=bool) & is_scale).T  # at which joints, (k, j)
         names = [name for name, _ in self._blocks]
         self._tried = {name: names.count(name) for name in names}
-        self._grams = [self._gram(joint) for joint in range(values.shape[1])]
+        self._grams = [self._gram(joint) for joint in joints]
         self.independent: Array = (
             self.rows.copy() if like is None else like.independent * self.rows / np.maximum(like.rows, 1)
         )
         """Values that each joint's rows are worth, (j,)."""
+        self.is_scaled: bool = like is not None and like.is_scaled
+        """Whether masses are read by the scales of torques: models are not linear then."""
         self._shapes: dict[str, int] = {}
         self._form: Array = np.hypot(IDEAL_SHARE * root_mean_squares(values), form) if like is None else like._form
 
@@ -112,16 +123,13 @@ class LinearRows:
         """The model with some effects, each in one of its shapes."""
         chosen = self._chosen(effects, shapes)
         squares = np.array([yy for *_, yy in self._grams])
-        x, std, P, worth = np.empty(0), np.empty(0), np.diag(self._prior[chosen]), 0.0
-        for _ in range(ROUNDS if len(chosen) else 0):
-            G, inverse, scale, weight = self._solved(chosen, squares)
-            b = sum(w * by[chosen] for w, (_, by, _) in zip(weight, self._grams, strict=True))
+        x, std, P, worth = np.zeros(len(chosen)), np.empty(0), np.diag(self._prior[chosen]), 0.0
+        for _ in range((SCALE_ROUNDS if self.is_scaled else ROUNDS) if len(chosen) else 0):
+            b, G, inverse, scale = self._solved(chosen, x, squares)
             x = scale * (inverse @ (scale * b))
             std = scale * np.sqrt(np.diag(inverse))
             worth = float(np.sum(inverse * (G * scale[:, None] * scale)))
-            squares = np.array(
-                [max(0.0, yy - 2 * x @ by[chosen] + x @ A[np.ix_(chosen, chosen)] @ x) for A, by, yy in self._grams]
-            )
+            squares = self._squares(chosen, x)
         tried = sum(2.0 * np.log(self._tried[str(one)]) + one.effect.rarity for one in effects)
         score = score_of(squares, self.rows, self.independent, self._form, worth) + float(x @ P @ x) + tried
         numbers, most = (of_each(effects, values) for values in (x, x + SIGMAS * std))
@@ -134,14 +142,39 @@ class LinearRows:
         blocks = [self._blocks[str(one), shape] for one, shape in zip(effects, shapes, strict=True)]
         return np.concatenate([np.empty(0, dtype=np.int64), *(np.arange(one.start, one.stop) for one in blocks)])
 
-    def _solved(self, chosen: Ints, squares: Array) -> tuple[Array, Array, Array, Array]:
-        """Information of columns, the scaled inverse of it and the prior, its scale, and the weight of each joint."""
+    def has_scaled_masses(self, fitted: Fitted) -> bool:
+        """Whether torques have a scale in a model, that its masses may be read by."""
+        chosen = self._chosen(fitted.effects, fitted.shapes)
+        return bool(self._masses[chosen].any() and self._scales[chosen].any())
+
+    def _read(self, chosen: Ints, x: Array) -> Array:
+        """Numbers as the torques of each joint show them, (j, k): masses times the scale that these are read by."""
+        return np.where(self._masses[chosen], 1.0 + (x @ (self._scales[chosen] & self.is_scaled))[:, None], 1.0) * x
+
+    def _squares(self, chosen: Ints, x: Array) -> Array:
+        """Sum of squared residuals of each joint, (j,)."""
+        return np.array(
+            [
+                max(0.0, yy - 2.0 * z @ by[chosen] + z @ A[np.ix_(chosen, chosen)] @ z)
+                for z, (A, by, yy) in zip(self._read(chosen, x), self._grams, strict=True)
+            ]
+        )
+
+    def _solved(self, chosen: Ints, x: Array, squares: Array) -> tuple[Array, Array, Array, Array]:
+        """Right side of a step from some numbers, information, the scaled inverse of it and the prior, its scale."""
         weight = np.where(self.rows > 0, self.independent / np.maximum(squares, 1e-24), 0.0)
-        G = sum(w * A[np.ix_(chosen, chosen)] for w, (A, _, _) in zip(weight, self._grams, strict=True))
+        G, b = np.zeros((len(x), len(x))), np.zeros(len(x))
+        masses = self._masses[chosen]
+        for w, z, scales, (A, by, _) in zip(
+            weight, self._read(chosen, x), (self._scales[chosen] & self.is_scaled).T, self._grams, strict=True
+        ):
+            T = np.diag(np.where(masses, 1.0 + x @ scales, 1.0)) + np.outer(masses * x, scales)  # slopes of z by x
+            b += w * T.T @ (by[chosen] - A[np.ix_(chosen, chosen)] @ (z - T @ x))
+            G += w * T.T @ A[np.ix_(chosen, chosen)] @ T
         H = G + np.diag(self._prior[chosen])
         scale = 1.0 / np.sqrt(np.diag(H))
         inverse = np.linalg.inv(H * scale[:, None] * scale + 1e-12 * np.eye(len(H)))
-        return np.asarray(G), inverse, scale, weight
+        return b, G, np.asarray(inverse), scale
 
     def _is_possible(self, one: At, values: Array, most: Array) -> bool:
         """Whether an effect has numbers within their bounds, and physical ones within their errors."""
@@ -154,10 +187,8 @@ class LinearRows:
 
     def predicted(self, fitted: Fitted) -> Array:
         """What a model says of all rows, (n, j), constants left out."""
-        out = np.zeros(self.values.shape)
-        for one, shape, x in zip(fitted.effects, fitted.shapes, fitted.numbers, strict=True):
-            out += self.columns(one, shape) @ x
-        return out
+        chosen, x = self._chosen(fitted.effects, fitted.shapes), np.concatenate([np.empty(0), *fitted.numbers])
+        return np.asarray(np.einsum("njk,jk->nj", self._columns[:, :, chosen], self._read(chosen, x)))
 
     def residuals(self, fitted: Fitted, of_part: "LinearRows | None" = None) -> Array:
         """What a model, of a part of the rows perhaps, leaves of all, (n, j), constants of runs taken off."""
@@ -166,7 +197,8 @@ class LinearRows:
 
     def deviations(self, fitted: Fitted) -> tuple[Array, ...]:
         """Standard deviations of the numbers, by as many values as the rows are worth."""
-        _, inverse, scale, _ = self._solved(self._chosen(fitted.effects, fitted.shapes), fitted.squares)
+        chosen, x = self._chosen(fitted.effects, fitted.shapes), np.concatenate([np.empty(0), *fitted.numbers])
+        _, _, inverse, scale = self._solved(chosen, x, fitted.squares)
         return of_each(fitted.effects, scale * np.sqrt(np.diag(inverse)))
 
 

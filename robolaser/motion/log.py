@@ -134,7 +134,11 @@ class MotionLog:
     @cached_property
     def as_read(self) -> "MotionLog":
         """The same without readings that only repeat the row above while their joint moves: they are older."""
-        arrays = {name: getattr(self, name).copy() for name in ("q", "tau", "load")}
+        return self.less_repeated("q", "tau", "load")
+
+    def less_repeated(self, *quantities: str) -> "MotionLog":
+        """The same without values of some quantities that only repeat the row above while these change."""
+        arrays = {name: getattr(self, name).copy() for name in quantities}
         for values in arrays.values():
             for column in values.T:
                 column[_repeated(column, self.run)] = np.nan

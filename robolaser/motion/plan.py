@@ -71,20 +71,14 @@ class MotionPlan:
             "dataset": self.log.name,
             "kind": "motion",
             "limits": [
-                {
-                    "effect": one.at.effect.name,
-                    "where": one.at.where,
-                    "rows": one.at.effect.rows,
-                    "number": one.number.name,
-                    "unit": one.number.unit,
-                    "size": one.size,
-                    "indistinguishable_from": [rival.pair for rival in one.alike],
-                }
+                {"effect": one.at.effect.name, "where": one.at.where, "rows": one.at.effect.rows,
+                 "number": one.number.name, "unit": one.number.unit, "size": one.size,
+                 "indistinguishable_from": [rival.pair for rival in one.alike]}
                 for one in self.limits
             ],
             "next_motions": self.next_motions,
             "not_testable": [{"effect": name, "reason": why} for name, why in sorted(self.untestable.items())],
-        }
+        }  # fmt: skip
 
     @property
     def next_motions(self) -> list[str]:

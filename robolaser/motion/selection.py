@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol, final
+from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.estimation.certainty import EVEN
 from robolaser.motion.effect import At, Number
 from robolaser.motion.evidence import Fitted
 
@@ -14,11 +15,11 @@ WORTH_ADDING = 4.0  # in twice the logarithm of the evidence: seven to one
 TRIED = 3  # candidates, the best of the round before, that are fitted before all are
 INDISTINGUISHABLE = 6.0  # the same: a rival that is up to twenty to one worse
 ALIKE = 1e-3  # share by which squares of the same effect at a neighbour may be larger: it is the same motion then
-CLOSES = 0.5
-"""Of the squares that are left, that no effect explains which is the form of another one. A judgement."""
 Sets = Sequence[tuple[At, ...]]
 Estimate = tuple[float, float, str]
 """Of a number: value, standard deviation, unit."""
+Fitting = Callable[[Sequence[tuple[int, tuple[At, ...]]]], Sequence[Fitted]]
+"""A model of the rows of each search, with each set of effects."""
 EffectSearch = Generator[Sets, Sequence[Fitted], "Selection"]
 
 
@@ -78,13 +79,6 @@ class Selection:
     findings: tuple[SelectedEffect, ...]
 
 
-class Rows(Protocol):
-    """Rows that models can be fitted to."""
-
-    def fit(self, asked: Sequence[tuple[int, tuple[At, ...]]]) -> Sequence[Fitted]:
-        """A model of the rows of each search, with each set of effects."""
-
-
 def search(
     candidates: Sequence[At], least_share: float, usual: Array | float = np.inf, start: tuple[At, ...] = ()
 ) -> EffectSearch:
@@ -102,7 +96,7 @@ def search(
 
     def is_worth(more: Fitted, less: Fitted) -> bool:
         gained = less.squares - more.squares
-        closes = (less.squares > usual) & (gained >= CLOSES * less.squares)
+        closes = (less.squares > usual) & (gained >= EVEN * less.squares)
         explained = closes | (gained >= least_share * ideal.squares)
         return bool(explained[ideal.squares > 0.0].any()) and more.score < less.score - WORTH_ADDING
 
@@ -208,12 +202,12 @@ def _near(one: At) -> range:
     return range(one.joint - beside, one.joint + beside + 1)
 
 
-def side_by_side(rows: Rows, searches: Sequence[EffectSearch]) -> list[Selection]:
+def side_by_side(fit: Fitting, searches: Sequence[EffectSearch]) -> list[Selection]:
     """Run searches of the same rows to their ends, and fit in one go what they ask for at the same time."""
     asked: dict[int, Sets] = {number: next(one) for number, one in enumerate(searches)}
     found: dict[int, Selection] = {}
     while asked:
-        fits = iter(rows.fit([(number, effects) for number, sets in asked.items() for effects in sets]))
+        fits = iter(fit([(number, effects) for number, sets in asked.items() for effects in sets]))
         following: dict[int, Sets] = {}
         for number, sets in asked.items():
             try:

@@ -39,10 +39,11 @@ class CommandSeries:
     holding: Array  # torque that holds the arm still where it is commanded, (j, t, s) [Nm]
     moving: Array  # torque that the rigid arm takes to go there, (j, t, s) [Nm]
     start: Array  # where each joint is at the beginning, (j, s) [rad]
+    rate: Array  # at which it and its commands went on until then, (j, s) [rad/s]
 
     @classmethod
     def of(cls, robot: Robot, commands: Sequence[Array], step: Array, step_s: float) -> Self:
-        """Runs by their commands, (n, j) each, the longest first, with the torques that they take; joints begin there.
+        """Runs by their commands, (n, j) each, the longest first, with the torques that they take, from rest.
 
         Args:
             robot: The arm.
@@ -57,7 +58,9 @@ class CommandSeries:
             for values, of_run in zip((told, holding, moving), (command, *torques), strict=True):
                 values[:, : len(command), s] = of_run.T
                 values[:, len(command) :, s] = of_run[-1][:, None]
-        return cls(np.array(list(map(len, commands))), step, told, holding, moving, told[:, 0])
+        return cls(
+            np.array(list(map(len, commands))), step, told, holding, moving, told[:, 0], np.zeros_like(told[:, 0])
+        )
 
     def simulate(self, joint: Ints, numbers: Sequence[Mapping[str, float]]) -> Array:
         """Where joints go whose servos have given numbers.
@@ -86,7 +89,7 @@ class CommandSeries:
         for m, (j, delay) in enumerate(zip(joint, of["delay"], strict=True)):
             seen = (1.0 + of["scale"][m]) * self.command[j] + of["angle"][m]
             seen -= of["compliance"][m] * self.holding[j] + of["yields"][m] * self.moving[j]
-            wanted[:, :, m] = _later(seen, delay, time)
+            wanted[:, :, m] = _later(seen, delay, time, (1.0 + of["scale"][m]) * self.rate[j])
         np.clip(wanted, of["lower"], of["upper"], out=wanted)
         of_case = [np.tile(of[name], runs) for name in ("dead", "lost", "speed")]
         answer = _Answer.of(passed, of["time"], of["second"])
@@ -94,7 +97,7 @@ class CommandSeries:
         flat = wanted.reshape(rows, -1)
         begun = np.clip(self.start[joint], of["lower"][:, None], of["upper"][:, None])  # where a joint can be
         followed = begun.T.ravel().copy()
-        shown, speed = followed.copy(), np.zeros_like(followed)
+        shown, speed = followed.copy(), self.rate[joint].T.ravel()
         off, part = np.empty_like(followed), np.empty_like(followed)
         going = np.searchsorted(-self.length, -np.arange(rows), side="left") * len(joint)
         for i, n in enumerate(going.tolist()):  # ufuncs into memory that is there: this loop is most of a diagnosis
@@ -155,11 +158,13 @@ class _Answer:
         return [part[self.which[row]].ravel()[:count] for part in self.parts]
 
 
-def _later(values: Array, delay: float, time_s: Array) -> Array:
-    """Values (t, s) as they were some time [s] before, between two of them by a straight line."""
+def _later(values: Array, delay: float, time_s: Array, rate: Array) -> Array:
+    """Values (t, s) as they were some time [s] before, between two of them and, at rates (s,), before them straight."""
     if not delay:
         return values
-    return np.stack([np.interp(t - delay, t, v) for t, v in zip(time_s.T, values.T, strict=True)], axis=1)
+    shifted = time_s - delay
+    found = [np.interp(at, t, v) for at, t, v in zip(shifted.T, time_s.T, values.T, strict=True)]
+    return np.asarray(np.stack(found, axis=1) + rate * np.minimum(shifted - time_s[0], 0.0))
 
 
 def _torques_along(robot: Robot, told: Array, step_s: float) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect, Number, Trace
-from robolaser.motion.effects.servo import CLOCK, is_one_clock
+from robolaser.motion.effects.servo import is_one_clock
 from robolaser.motion.evidence import IDEAL_SHARE, Fitted, independent_values, names_of, of_each, score_of
 from robolaser.motion.gap import less_means, root_mean_squares
 from robolaser.motion.log import MotionLog, filled
@@ -26,7 +26,7 @@ LONGEST = 2_500  # rows that are simulated in one go; what follows begins anew a
 FOLLOWS = ("lag", "offset", "droop")
 FORM_RAD = 3e-5  # by which models of servos may err besides: a judgement
 DELAY_STEP_S = 1e-3  # of the derivative by a delay
-ON_TIME = 0.1  # rows by which readings are late or lead, up to which no row is lost at an end
+ENDS_S = 0.1  # that are lost at the ends of runs that end amid a motion: servos are late by no more, as a rule
 FEWEST_SHARE = 4  # a run loses up to one row in so many at each of its ends
 
 
@@ -68,11 +68,9 @@ class TrackingRows:
     Args:
         log: What was recorded.
         runs: Those that count, by number; all by default.
-        ends: How many rows do not count at the beginnings and at the ends of what is simulated in one go, where
-            commands move: what these rows show was commanded before, or after, what is there.
     """
 
-    def __init__(self, log: MotionLog, runs: Ints | None = None, ends: tuple[int, int] = (0, 0)) -> None:
+    def __init__(self, log: MotionLog, runs: Ints | None = None) -> None:
         known = log.has("command") & log.has("q")
         self.joints: Ints = np.flatnonzero(known).astype(np.int64)
         """Columns of the joints that have both."""
@@ -98,14 +96,16 @@ class TrackingRows:
         sent = CommandSeries.of(log.robot, [filled(log.command[part]) for part in self._pieces], step, log.step_s)
         read = np.isfinite(self._q)
         first = np.take_along_axis(self._q, read.argmax(axis=1)[:, None], axis=1)[:, 0]
-        self._runs = replace(sent, start=np.where(read.any(axis=1), first, sent.start))
-        self.ends = ends
+        # what was commanded before is between no change, how commands go on, and how the joint goes
+        rate = np.median([0.0 * sent.rate, _rate(sent.command), _rate(self._q)], axis=0) / max(log.step_s, 1e-4)
+        self._runs = replace(sent, start=np.where(read.any(axis=1), first, sent.start), rate=rate)
+        # what rows at an end show was commanded before, or after, what is there; the first says where joints begin
         self._used = np.ones((longest, count), dtype=bool)
-        for s in range(len(pieces)):
-            told = sent.command[:, : lengths[s], s].T
-            before, after = map(_unexplained, (told, told[::-1]), ends)
-            self._used[:before, s] = False
-            self._used[lengths[s] - after : lengths[s], s] = False
+        for s, length in enumerate(lengths.tolist()):
+            rows = min(round(ENDS_S / max(log.step_s, 1e-4)), length // FEWEST_SHARE)
+            for order in (1, -1):
+                moves = (np.abs(_rate(sent.command[:, :length, s, None][:, ::order])) * rows > FORM_RAD).any()
+                self._used[:length, s][::order][: rows if moves else int(order > 0)] = False
         self._form = np.hypot(IDEAL_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
         self.independent = np.ones(joints)
         """Values that each joint's rows are worth, (j,)."""
@@ -123,17 +123,6 @@ class TrackingRows:
         for s, part in enumerate(self._pieces):
             out[part] = self._used[: part.stop - part.start, s]
         return out
-
-    def unseen_ends(self) -> tuple[int, int]:
-        """How many rows at the beginnings and at the ends show what no command in the log explains.
-
-        By delays alone: whoever is late shows at first what was commanded before the log began, and whoever leads
-        shows at last what was commanded after its end.
-        """
-        clocks = [(number, (At(CLOCK, CLOCK.site, joint),)) for number, joint in enumerate(self.joints.tolist())]
-        rows = np.array([fit.numbers[0][0] for fit in self.fit(clocks, MORE_ROUNDS)]) / max(self.log.step_s, 1e-4)
-        first, last = (int(np.ceil(most)) + 1 if most > ON_TIME else 0 for most in (rows.max(), -rows.min()))
-        return first, last
 
     def count(self, joint: int) -> int:
         """How many residuals of a joint are looked at."""
@@ -362,12 +351,10 @@ class TrackingRows:
         return out
 
 
-def _unexplained(told: Array, rows: int) -> int:
-    """Of so many rows at the beginning of commands (n, j), those that do not count: none where they begin at rest."""
-    if len(told) <= FEWEST_SHARE or not rows:
-        return 0
-    speed = 0.5 * (4.0 * told[1] - 3.0 * told[0] - told[2])  # at the first row, by the parabola through three
-    return min(rows, len(told) // FEWEST_SHARE) if (np.abs(speed) * rows > FORM_RAD).any() else 0
+def _rate(values: Array) -> Array:
+    """By how much values (j, n, k) change from row to row at the first, by the parabola through three, (j, k)."""
+    first = np.nan_to_num(values[:, [0, 1, 2] if values.shape[1] > 2 else [0, 0, 0]])
+    return np.asarray(0.5 * (4.0 * first[:, 1] - 3.0 * first[:, 0] - first[:, 2]))
 
 
 def _named(candidates: Sequence[At], names: Sequence[str]) -> tuple[At, ...]:

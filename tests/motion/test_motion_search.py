@@ -41,7 +41,7 @@ class FewRounds:
 
 
 def test_an_effect_stays_without_which_no_model_is_possible() -> None:
-    (found,) = side_by_side(FewRounds(), [search([FRICTION, LINK], 0.01)])
+    (found,) = side_by_side(FewRounds().fit, [search([FRICTION, LINK], 0.01)])
     assert set(found.model.effects) == {FRICTION, LINK}
 
 

@@ -73,3 +73,15 @@ def test_few_rows_do_not_say_that_what_is_left_is_noise(rows: int, known: bool) 
     some = log.of_rows(np.arange(len(log)) < rows)
     patterns = Patterns(some.run, some.time_s, some.command, np.zeros_like(some.q))
     assert patterns.is_noise((some.q - some.command)[:, ELBOW], ELBOW) is known
+
+
+def test_noise_that_grows_with_speed_is_no_lag() -> None:
+    """Nor anything else that lowers no error on motions that were not seen."""
+    log = simulated(seconds=5.0, series=24, seed=2)
+    none = np.full_like(log.q, np.nan)
+    speed = np.abs(np.gradient(log.command, log.step_s, axis=0))  # runs begin and end with a jump
+    shaken = log.q + 1e-3 * speed * np.random.default_rng(7).normal(size=log.q.shape)
+    found = diagnose_motion(replace(log, q=shaken, tau=none, load=none), seed=0)
+    assert found.fit.findings == ()
+    (gap,) = found.fit.gaps
+    assert (gap.noise_floor <= gap.after).all()

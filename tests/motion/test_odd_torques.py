@@ -126,6 +126,27 @@ def test_a_wrong_sign_is_found_beside_another_gravity(wrong: list[str], gravity:
     assert [number(found, "gravity_direction", "base", axis) for axis in "xyz"] == pytest.approx(gravity, abs=0.1)
 
 
+@pytest.mark.parametrize("joint", ["pan", "lift", "elbow"])
+def test_a_wrong_sign_is_found_on_an_arm_that_hangs_too(joint: str) -> None:
+    log = record(World(gravity=(0.0, 0.0, 9.81), dry={"elbow": 4.0}), series=4, seconds=5.0, seed=5)
+    tau = log.tau * [-1.0 if name == joint else 1.0 for name in JOINTS]
+    found = diagnose_motion(replace(log, command=np.full_like(log.q, np.nan), tau=tau), seed=0)
+    assert found.verdict == "explained"
+    assert certain(found) == {("torque_constant", joint), ("gravity_direction", "base"), FRICTION}
+
+
+@pytest.mark.parametrize("rated_nm", [[87.0] * 4, [150.0, 150.0, 100.0, 30.0]])
+def test_a_payload_is_as_heavy_where_torques_are_per_cent_of_rated_ones(rated_nm: list[float]) -> None:
+    found = diagnose_motion(replace(loaded(), tau=loaded().tau / rated_nm * 100.0), seed=0)
+    assert found.verdict == "explained"
+    assert number(found, "payload", "tool", "mass") == pytest.approx(1.5, rel=0.03)
+    factors = np.zeros(len(JOINTS))
+    for one in found.fit.findings:
+        if one.at.effect.name == "torque_constant":
+            factors[slice(None) if one.at.where == "joints" else one.at.joint] += one.numbers["factor"][0]
+    assert 1.0 + factors == pytest.approx(100.0 / np.array(rated_nm), rel=0.03)
+
+
 @pytest.mark.parametrize(("unit", "per_nm"), [("mNm", 1000.0), ("Ncm", 100.0)])
 def test_torques_in_a_servo_s_unit_are_read_as_such(unit: str, per_nm: float) -> None:
     found = diagnose_motion(replace(loaded(), tau=per_nm * loaded().tau), seed=0)

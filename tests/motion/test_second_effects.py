@@ -9,7 +9,7 @@ from plain_servos import late_arm
 
 from robolaser.motion.diagnosis import diagnose_motion
 
-LAG_S = 0.15
+LAG_S, LOST_RAD = 0.15, 1e-4
 
 
 @pytest.mark.parametrize(
@@ -35,3 +35,27 @@ def test_friction_beside_a_heavy_payload_is_named_at_its_size(friction: float) -
     assert set(numbers) == {("payload", "tool"), ("coulomb_friction", "lift")}
     assert numbers["payload", "tool"] == pytest.approx(5.0, rel=0.005)
     assert numbers["coulomb_friction", "lift"] == pytest.approx(friction, rel=0.02)
+
+
+def test_a_small_lost_motion_beside_a_spring_is_named() -> None:
+    """It is a hundredth of the difference of the encoders, and most of what the spring leaves."""
+    log = record(World(spring={"lift": 5e3}), series=5, seconds=4.0, seed=5)
+    lift, load = JOINTS.index("lift"), log.load.copy()
+    for rows in log.rows_of_runs:
+        behind = log.q[rows.start, lift]
+        for row in range(rows.start, rows.stop):
+            behind = np.clip(behind, log.q[row, lift] - LOST_RAD, log.q[row, lift] + LOST_RAD)
+            load[row, lift] += behind - log.q[row, lift]
+    none = np.full_like(log.q, np.nan)
+    found = diagnose_motion(replace(log, command=none, tau=none, load=load), seed=0)
+    numbers = {tuple(one.at.pair): next(iter(one.numbers.values()))[0] for one in found.fit.findings}
+    assert set(numbers) == {("gear_spring", "lift"), ("lost_motion", "lift")}
+    assert numbers["gear_spring", "lift"] == pytest.approx(1.0 / 5e3, rel=0.01)
+    assert numbers["lost_motion", "lift"] == pytest.approx(LOST_RAD, rel=0.3)
+
+
+def test_a_spring_is_as_soft_where_the_motor_s_torque_turns_its_rotor_too() -> None:
+    log = record(World(spring={"lift": 5e3}), series=5, seconds=4.0, seed=5)
+    found = diagnose_motion(replace(log, command=np.full_like(log.q, np.nan)), seed=0)
+    (spring,) = [one for one in found.fit.findings if one.at.effect.name == "gear_spring"]
+    assert spring.numbers["compliance"][0] == pytest.approx(1.0 / 5e3, rel=0.01)
