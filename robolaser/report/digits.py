@@ -17,6 +17,7 @@ HUMAN: Mapping[str, tuple[str, float]] = {
     "1/m²": ("1/mm²", 1e-6),
     "s": ("ms", 1e3),
     "rad/Nm": ("°/kNm", 180e3 / math.pi),
+    "kg rad/Nm": ("kg °/kNm", 180e3 / math.pi),
 }
 """Unit that people read, and its factor, by SI unit; other units are shown as they are."""
 
