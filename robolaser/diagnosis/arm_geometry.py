@@ -6,12 +6,12 @@ from typing import Final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.diagnosis.thresholds import LARGEST_USUAL, LEAST_USUAL, PLACEMENTS_OF_AN_ARM
+from robolaser.diagnosis.thresholds import LARGEST_USUAL, PLACEMENTS_OF_AN_ARM
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.link_geometry import LinkGeometry
 
-USUAL_SIZES: Final = np.geomspace(LEAST_USUAL, LARGEST_USUAL, 12)
-"""Sizes of an arm's errors that are tried: some arms were calibrated before."""
+USUAL_SIZES: Final = np.geomspace(0.01, LARGEST_USUAL, 12)
+"""Sizes of an arm's errors that are tried, in those of industry: some arms were calibrated before."""
 
 
 def placements_of_arm(effects: Sequence[CandidateEffect]) -> tuple[CandidateEffect, ...]:

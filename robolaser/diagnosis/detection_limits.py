@@ -5,6 +5,7 @@ testing procedure for use in geodetic networks; Förstner 1983).
 """
 
 from collections.abc import Sequence
+from statistics import NormalDist
 
 import numpy as np
 
@@ -14,7 +15,8 @@ from robolaser.diagnosis.fit import NEGLIGIBLE
 from robolaser.diagnosis.refits import penalty
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.score_tests import ScoreTest
-from robolaser.diagnosis.thresholds import DETECTION_SIGMA, LARGEST_PLAUSIBLE
+from robolaser.diagnosis.thresholds import LARGEST_PLAUSIBLE
+from robolaser.estimation.certainty import CERTAIN
 from robolaser.model.effects.effect import CandidateEffect
 
 IMITATED = 1e-4
@@ -61,7 +63,7 @@ def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()
 def _size(test: ScoreTest) -> float:
     """Of an effect's principal parameter, found nine times in ten; infinite where the fitted parameters imitate it."""
     length = float(np.linalg.norm(test.columns[:, 0]))
-    needed = np.sqrt(penalty(test)) + DETECTION_SIGMA
+    needed = np.sqrt(penalty(test)) + NormalDist().inv_cdf(CERTAIN)
     scale = test.candidate_effect.effect.amplitudes()[0].prior_scale
     return np.inf if _share_left(test) < NEGLIGIBLE else float(needed / length * scale)
 

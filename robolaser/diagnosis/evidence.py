@@ -6,21 +6,17 @@ from typing import final
 
 import numpy as np
 
-from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import (
-    ALIAS_LOCATIONS,
     LEAST_PROBABILITY,
-    REFITTED_ALTERNATIVES,
+    MAX_ALTERNATIVES,
     SHARE_OF_BEST_SCORE,
-    SMALL_SHARE,
 )
-from robolaser.diagnosis.verdict import credibility, is_alias, is_form, is_indistinguishable, posterior_weights
+from robolaser.diagnosis.verdict import credibility, is_indistinguishable, posterior_weights
 from robolaser.diagnosis.zeros_or_placement import set_rivals
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.model.effects.joint_offset import JointOffset
 
 
 @final
@@ -110,58 +106,7 @@ def _alternatives_refitted(
     """
     without = refits.refit(final, removed=candidate_effect)
     tests = [test for test in refits.score_tests(without) if test.candidate_effect != candidate_effect]
-    best = sorted(tests, key=lambda test: -test.gain)[:REFITTED_ALTERNATIVES]
+    best = sorted(tests, key=lambda test: -test.gain)[:MAX_ALTERNATIVES]
     near = [test for test in best if test.gain > SHARE_OF_BEST_SCORE * (without.chi2 - final.chi2)]
     refitted = ((test.candidate_effect, refits.refit(without, [test])) for test in near)
     return ((one, fit) for one, fit in refitted if not fit.exceeds_bounds(one))
-
-
-def aliases(refits: Refits, final: Fit, held_out: HeldOut) -> list[CandidateEffect]:
-    """Effects that only imitate what a larger one leaves, the least explaining first.
-
-    One without which held-out poses are certainly predicted worse is no alias: a tracker's scale is as real beside a
-    joint's large error as alone. The geometry of a whole arm is a constant: it has no form that could differ and leave
-    something to imitate.
-    """
-    arm = placements_of_arm(final.effects)
-    explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects if one not in arm}
-    largest = max(explained.values(), default=0.0)
-
-    def imitates(one: CandidateEffect) -> bool:
-        if is_form(explained[one], _explained_beside(refits, final, one, explained)):
-            return True
-        is_small = explained[one] < SMALL_SHARE * largest
-        return is_small and is_alias(explained[one], largest, len(_other_locations(refits, final, one)))
-
-    return [
-        one
-        for one in sorted(explained, key=lambda one: explained[one])
-        if imitates(one) and not held_out.lowers(refits.refit(final, removed=one), final)
-    ]
-
-
-def _explained_beside(
-    refits: Refits, final: Fit, one: CandidateEffect, explained: Mapping[CandidateEffect, float]
-) -> float:
-    """What an effect and larger ones at its place explain together; nothing where there are none.
-
-    Beyond what a wrong zero of the joint explains: a constant has no form that could differ.
-    """
-    larger = [other for other in explained if explained[other] > explained[one] and other.where == one.where]
-    if not larger:
-        return 0.0
-    bare = refits.without(final, [one, *larger])
-    zero = CandidateEffect(JointOffset, one.where)
-    constant = refits.among([one for one in refits.effects if one == zero]).score_tests(bare)
-    return (refits.of(bare, constant) if constant else bare).chi2 - final.chi2
-
-
-def _other_locations(refits: Refits, final: Fit, one: CandidateEffect) -> set[str]:
-    """Locations of others that do as well in an effect's place; no more than it takes to be an alias are looked for."""
-    found: set[str] = set()
-    for other, fit in _alternatives_refitted(refits, final, one):
-        if other.where != one.where and is_indistinguishable(final.deviance, fit.deviance):
-            found.add(other.where)
-        if len(found) == ALIAS_LOCATIONS:
-            break
-    return found

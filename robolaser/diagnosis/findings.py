@@ -20,15 +20,12 @@ from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap, RotationGap
 from robolaser.diagnosis.score_tests import lack_of_poses
 from robolaser.diagnosis.standard_errors import standard_errors
-from robolaser.diagnosis.thresholds import LEAST_PROBABILITY
+from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, MAX_ALTERNATIVES
 from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.outliers import MIN_POSES
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import SensorLacks
 from robolaser.model.noise.covariance import NoiseModel
-
-MAX_ALTERNATIVES = 6
-"""Alternatives that are reported of each effect, the cheapest first."""
 
 
 def findings_of(

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
-from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_USUAL, NOISE_CHANGE
+from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_USUAL, NO_DIFFERENCE, ROUNDS
 from robolaser.diagnosis.verdict import spread_of
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import TOUCH, Linearization
@@ -24,8 +24,8 @@ from robolaser.parameters import Parameters
 SEEN, LEAST_SHARE = 1e-3, 0.1
 """Variance by whole poses' scatter, over the largest, from which on a direction tells of it; and the least share of
 those directions that the sensor's parameters leave. Effects count by their penalties."""
-LEAST_FACTOR, MOST_ROUNDS = 1e-2, 4
-"""The least factor on an assumed scatter; rounds of weights and scatter."""
+LEAST_FACTOR = 1e-2
+"""The least factor on an assumed scatter."""
 MOST_STEPS = 40
 """Of a fit: a good model takes twenty at most; a hopeless one may creep along a curved valley, for a sixth of a tracked
 arm's diagnosis."""
@@ -156,9 +156,9 @@ class Fit:
         Weights and scatter are found in turn: parameters that were fitted with other weights leave more of it.
         """
         fit = self
-        for _ in range(MOST_ROUNDS):
+        for _ in range(ROUNDS):
             factor = fit.scatter_factor
-            if not len(fit.noise.scatter) or abs(np.log(max(factor, LEAST_FACTOR))) < np.log(NOISE_CHANGE):
+            if not len(fit.noise.scatter) or abs(np.log(max(factor, LEAST_FACTOR))) < np.log(NO_DIFFERENCE):
                 break
             noise = fit.noise.with_scatter_times(max(factor, LEAST_FACTOR))
             fit = Fit.of(fit.problem.with_noise(noise), fit.x)

@@ -14,11 +14,12 @@ from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.cause_words import listed, members
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
 from robolaser.diagnosis.summary_text import NAMED, millimetres
-from robolaser.diagnosis.thresholds import PLAUSIBLE_SIGMA, SIGMA_OF_95_PERCENT
+from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, told
 from robolaser.errors import RobolaserError
 from robolaser.estimation.certainty import CERTAIN, EVEN
 from robolaser.estimation.linearization import TOUCH
+from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA
 from robolaser.model.blocks.block import LASER, THINGS
 from robolaser.model.forward_model import Model
 
@@ -50,7 +51,7 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
     part = min(suspects, key=lambda part: freed[part].held_out_rms_m or np.inf)
     free = examine(freed[part].model.dataset)
     moved = _moved(free, held[part])
-    probability = probability_of(found, free) if max(moved.values()) > PLAUSIBLE_SIGMA else 0.0
+    probability = probability_of(found, free) if max(moved.values()) > NOISE_CONTRADICTED_SIGMA else 0.0
     return _told(found, free, part, held[part], moved, probability) if probability > EVEN else found
 
 

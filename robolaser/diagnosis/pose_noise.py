@@ -9,9 +9,10 @@ from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import smooth_remainder
 from robolaser.diagnosis.refits import Refits, penalty
-from robolaser.diagnosis.thresholds import MOTIONS_PER_PARAMETER, OPEN_SHARE, PLAUSIBLE_SIGMA
+from robolaser.diagnosis.thresholds import MOTIONS_PER_PARAMETER, OPEN_SHARE
 from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.identifiability import UNIFORM
+from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA
 from robolaser.model.effects.effect import CandidateEffect
 
 ROUNDS = 30
@@ -44,7 +45,7 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: 
     U, s, _ = np.linalg.svd(white, full_matrices=False)
     e = fit.at.white
     along = U.T @ e
-    plausible = np.abs(along) <= PLAUSIBLE_SIGMA * s
+    plausible = np.abs(along) <= NOISE_CONTRADICTED_SIGMA * s
     rest, variance = float(e @ e - along @ along), float(e @ e) / len(e)
     for _ in range(ROUNDS):
         free = plausible * s**2 / (s**2 + variance)

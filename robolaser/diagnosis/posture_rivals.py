@@ -12,7 +12,6 @@ import numpy as np
 
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.thresholds import CHI2_HOPELESS
 from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -32,19 +31,14 @@ class PostureRivals:
 
     @classmethod
     def of(cls, refits: Refits, final: Fit) -> "PostureRivals":
-        """Beside all effects, beside all but one, and beside ever fewer, those that are missed least taken out first.
-
-        Where that costs far too much already, no further one is.
-        """
+        """Beside all effects, all but one, and ever fewer, those that are missed least taken out first."""
         single = {one: refits.refit(final, removed=one) for one in final.effects}
         models = {frozenset(fit.effects): fit for fit in (final, *single.values())}
         costs = {held: refits.cost_beside_posture_unknown(fit) for held, fit in models.items()}
         less, alone = final, refits.cost_by_chi2(final)
         for one in sorted(single, key=lambda one: costs[frozenset(single[one].effects)]):
             less = refits.refit(less, removed=one)
-            costs[frozenset(less.effects)] = cost = refits.cost_beside_posture_unknown(less)
-            if cost > min(alone, *costs.values()) + CHI2_HOPELESS:
-                break
+            costs[frozenset(less.effects)] = refits.cost_beside_posture_unknown(less)
         weights = posterior_weights(np.array([alone, *costs.values()]))
         return cls(tuple(costs), tuple(weights[1:].tolist()))
 

@@ -18,7 +18,7 @@ from robolaser.data.subsampling import MAX_POSES
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.pose_noise import explainable, explained
 from robolaser.diagnosis.pose_scatter import PartScatter, pose_scatter
-from robolaser.diagnosis.thresholds import IMPLAUSIBLE_NOISE, MOST_RMS_M, NOISE_CHANGE
+from robolaser.diagnosis.thresholds import MOST_RMS_M, NO_DIFFERENCE, NO_NOISE
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import NoiseEstimate, left_by, sources_of
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
@@ -123,12 +123,12 @@ class Preparation:
         """The start with the noise that the final model leaves, where that is not what was assumed."""
         noise = self._left(data, final, smooth=False)
         white = left_by(noise, final.at.plain, jacobian_matrix(final.model, final.x))  # once fitted with its weights
-        if white @ white > IMPLAUSIBLE_NOISE * final.problem.numbers:
+        if white @ white > NO_NOISE**2 * final.problem.numbers:
             return None
         of_poses = 0.5 * (np.log1p(noise.scatter) - np.log1p(start.noise.scatter))
         of_all = np.log(start.size_of(noise) / start.size_of(start.noise))
         change = max(np.abs(of_poses).sum() / max(1, len(of_poses)), abs(of_all), _of_rows(noise, start.noise))
-        if change < np.log(NOISE_CHANGE):
+        if change < np.log(NO_DIFFERENCE):
             return None
         return Fit.of(problem_of(start.model, noise, self._whole.parameters), start.x)
 

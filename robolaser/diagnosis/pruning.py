@@ -8,7 +8,7 @@ from functools import cache
 from itertools import pairwise
 
 from robolaser.diagnosis.cause_classes import class_of
-from robolaser.diagnosis.evidence import EffectEvidence, aliases, evidence_for
+from robolaser.diagnosis.evidence import EffectEvidence, evidence_for
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import has_form
@@ -28,11 +28,11 @@ def prune(
     """Remove effects until there is enough evidence for each one that is left.
 
     First go those that are larger than plausible, then those without which held-out poses are predicted as well; then
-    those that an unmodelled cause explains better; then aliases of larger effects; then those that are not credible. Of
-    several, the worse half goes at a time. Last go those that do not lower the held-out error when they are added.
-    Once others are removed, an alternative may be more probable than an effect: then it replaces it. The effects
-    that explain least are weighed first: they are the likeliest to be exchanged, after which all are weighed again. And
-    an effect that was removed may be needed again, where another one stays at its site.
+    those that an unmodelled cause explains better; then those that are not credible. Of several, the worse half goes at
+    a time. Last go those that do not lower the held-out error when they are added. Once others are removed, an
+    alternative may be more probable than an effect: then it replaces it. The effects that explain least are weighed
+    first: they are the likeliest to be exchanged, after which all are weighed again. And an effect that was removed may
+    be needed again, where another one stays at its site.
 
     Args:
         refits: Fits sets of effects.
@@ -62,7 +62,7 @@ def prune(
             continue
         # without optics a whole arm's geometry counts, each part of which explains little: none is taken out for that
         unmodelled = {one: instead_of(final, one) for one in final.effects if final.has_optics}
-        doubtful = _above(unmodelled, EVEN) or aliases(refits, final, held_out)
+        doubtful = _above(unmodelled, EVEN)
         if unmodelled and not doubtful:
             doubtful = _incredible(refits, final, unmodelled, unexplained(final))
         if doubtful:

@@ -236,7 +236,7 @@ class Refits:
 
 def penalty(test: ScoreTest) -> float:
     """The complexity penalty of an effect."""
-    return complexity_penalty(*freedom(test.candidate_effect.effect, test.tried))
+    return complexity_penalty(freedom(test.candidate_effect.effect, test.tried), test.tried)
 
 
 def predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:

@@ -14,7 +14,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.dense_grids import gains_of_steps, gains_of_waves
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit, best_amplitudes
-from robolaser.diagnosis.thresholds import CHI2_PER_PARAMETER, INDEPENDENT_SHAPES, OPEN_SHARE
+from robolaser.diagnosis.thresholds import CHI2_PER_PARAMETER, OPEN_SHARE
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import DataLack
 from robolaser.model.grouped_rows import group_sums
@@ -227,17 +227,12 @@ def lack_of_poses(kind: type[Effect], dataset: Dataset) -> str:
     tried = max((len(kind.grid(dataset, where)) for where in kind.locations(dataset)), default=0)
     if tried <= 1:
         return ""
-    numbers, shapes = freedom(kind, tried)
-    needed = math.ceil(numbers + 2.0 * math.log(shapes))
+    needed = math.ceil(freedom(kind, tried) + 2.0 * math.log(tried))
     if different_poses(dataset, needed) >= needed:
         return ""
     return DataLack(f"fewer than {needed} poses with points differ", f"at least {needed} poses that differ")
 
 
-def freedom(kind: type[Effect], tried: int) -> tuple[int, float]:
-    """Numbers of an effect, and how many independent shapes there are among those that were tried.
-
-    Its nonlinear parameters count where several values of them were.
-    """
-    numbers = len(kind.units()) if tried > 1 else len(kind.amplitudes())
-    return numbers, max(1.0, INDEPENDENT_SHAPES.get(kind.name, 1.0) * tried)
+def freedom(kind: type[Effect], tried: int) -> int:
+    """Numbers of an effect; its nonlinear parameters count where several values of them were tried."""
+    return len(kind.units()) if tried > 1 else len(kind.amplitudes())

@@ -7,13 +7,11 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.refits import Announce, Refits
 from robolaser.diagnosis.thresholds import (
-    MAX_BESIDE_GEOMETRY,
     MAX_EFFECTS,
-    MAX_EXCHANGED,
     MIN_IMPROVEMENT,
+    MOST_CAUSES,
     PLACEMENTS_OF_AN_ARM,
-    REFITS_PER_ADDITION,
-    REFITS_PER_EXCHANGE,
+    REFITS,
     SHARE_OF_BEST_SCORE,
 )
 from robolaser.model.effects.link_geometry import LinkGeometry
@@ -40,7 +38,7 @@ def select(refits: Refits, begin: Fit | None = None, progress: Announce = lambda
         return few
     progress("fitting the geometry of the whole arm")
     arm = _reduced(refits, refits.refit(refits.start, geometry))
-    arm = _stepwise(refits, arm, len(arm.effects) + MAX_BESIDE_GEOMETRY, progress)
+    arm = _stepwise(refits, arm, len(arm.effects) + MOST_CAUSES, progress)
     return min(few, arm, key=refits.cost)
 
 
@@ -67,7 +65,7 @@ def _stepwise(refits: Refits, fit: Fit, most: int, progress: Announce) -> Fit:
             progress(f"adding effects to {len(fit.effects)}")
             options = _cheaper(refits, fit, _with_one_more(refits, fit))
             chosen = next((option for option in options if not refits.is_unmodelled(option, fit)), None)
-        if chosen is None and len(fit.effects) <= MAX_EXCHANGED:
+        if chosen is None and len(fit.effects) <= MOST_CAUSES:
             progress(f"exchanging {len(fit.effects)} effects")
             chosen = next(iter(_cheaper(refits, fit, _with_one_exchanged(refits, fit))), None)
         if chosen is None:
@@ -86,7 +84,7 @@ def _cheaper(refits: Refits, fit: Fit, options: Iterable[Fit]) -> list[Fit]:
 def _with_one_more(refits: Refits, fit: Fit) -> Iterator[Fit]:
     tests = refits.score_tests(fit)
     promising = max(MIN_IMPROVEMENT, SHARE_OF_BEST_SCORE * max((test.gain for test in tests), default=0.0))
-    yield from (refits.refit(fit, [test]) for test in tests[:REFITS_PER_ADDITION] if test.gain > promising)
+    yield from (refits.refit(fit, [test]) for test in tests[:REFITS] if test.gain > promising)
 
 
 def _with_one_exchanged(refits: Refits, fit: Fit) -> Iterator[Fit]:
@@ -95,7 +93,7 @@ def _with_one_exchanged(refits: Refits, fit: Fit) -> Iterator[Fit]:
         less = refits.refit(fit, removed=one)
         yield less
         promising = SHARE_OF_BEST_SCORE * (less.chi2 - fit.chi2)
-        best = refits.score_tests(less)[:REFITS_PER_EXCHANGE]
+        best = refits.score_tests(less)[:REFITS]
         yield from (refits.refit(less, [test]) for test in best if test.gain > promising)
 
 

@@ -10,7 +10,7 @@ from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, PartScatter
 from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Validation
-from robolaser.diagnosis.thresholds import GAP_OVER_FLOOR, LEAST_PROBABILITY
+from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, NO_DIFFERENCE
 from robolaser.estimation.certainty import CERTAIN, EVEN
 
 NAMED = 3
@@ -182,10 +182,10 @@ def _unexplained(
     first = next((lies for lies in where if lies.coordinate != BY_CHANCE), None)
     lies = f" The remaining error is at {site_phrase(first.site)} ({first.coordinate})." if first else ""
     if findings:
-        is_closed = gap.after_m <= GAP_OVER_FLOOR * gap.noise_floor_m
+        is_closed = gap.after_m <= NO_DIFFERENCE * gap.noise_floor_m
         imitated = _imitated(findings, classes, gap, lies.replace("remaining ", "") if is_closed else lies)
         return imitated or _causes("A part of the gap is explained", findings, classes, gap) + lies
-    if gap.rotations is None and gap.after_m <= GAP_OVER_FLOOR * gap.noise_floor_m:
+    if gap.rotations is None and gap.after_m <= NO_DIFFERENCE * gap.noise_floor_m:
         return (
             "The error on new poses is about that of noise alone, yet it is not random, and no effect of the"
             f" library explains it: {_with_noise(gap)}{lies}"

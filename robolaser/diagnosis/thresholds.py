@@ -26,17 +26,6 @@ CHI2_PER_FURTHER_PARAMETER: Final = 1.5
 """Chi-squared for each parameter beyond those: that all of many gain more than their share by chance is ever less
 likely. A judgement: at the full price a warped target and a sagging bracket, of 22 and 7 numbers, are no longer found
 on three of 258 data sets."""
-INDEPENDENT_SHAPES: Final = {
-    "backlash": 0.65,
-    "base_compliance": 0.8,
-    "laser_drift": 0.35,
-    "link_compliance": 0.8,
-    "target_scale": 0.7,
-    "thermal_drift": 0.6,
-}
-"""Share of an effect's shapes (time constants, starting states) that are independent, of all that are tried; 1 where it
-is not listed, as for the frequencies of a gear. The best of so many costs twice the logarithm of their number. A
-simulation of noise alone, the largest of all joints: `benchmarks/thresholds/shapes.py`."""
 
 # The search over sets of effects.
 
@@ -44,37 +33,28 @@ MOST_RMS_M: Final = 0.1
 """Error of fitted points above which no effect is searched for [m]: a shoulder's zero on its bound, 0.1 rad, leaves
 0.08 m on a UR10; rows at the pose after theirs leave more."""
 
-REFITS_PER_ADDITION: Final = 4
-"""Effects, best score first, that are refitted before one of them is added."""
-REFITS_PER_EXCHANGE: Final = 2
-"""Effects that are refitted in the place of each one that is taken out."""
 SHARE_OF_BEST_SCORE: Final = 0.75
 """Share of the best score, or of what an effect explains, that a candidate must promise to be refitted: scores are
 linear, and may be a quarter off."""
 MIN_IMPROVEMENT: Final = 1e-3
 """Change of the cost, in chi-squared, below which two models cost the same."""
-MAX_EXCHANGED: Final = 4
-"""Effects in a model, up to which exchanges are tried: with more, the library makes do without the cause."""
+MOST_CAUSES: Final = 4
+"""Effects up to which exchanges are tried, and beside the geometry of a whole arm; sites that a gap is divided among.
+With more, the library makes do without the cause. Eight beside the geometry take twice the time."""
 MAX_EFFECTS: Final = 8
-"""Effects in a model."""
+"""Effects in a model, but for those of an arm."""
+REFITS: Final = 2
+"""Effects, best score first, that are refitted before one is added, or takes the place of one that is taken out."""
 PLACEMENTS_OF_AN_ARM: Final = 3
 """Link placements, from which on they stand for the geometry of a whole arm, and effects, from which on that geometry
 is tried: errors of several joints hide each other. A judgement: a maker's tolerances are off at every joint, a damaged
 arm at one or two."""
-MAX_BESIDE_GEOMETRY: Final = 4
-"""Effects beside the geometry of a whole arm."""
-NOISE_CHANGE: Final = 1.1
-"""Factor, either way, by which the noise of poses or of rows that a model leaves must differ from the assumed one for
-the search to start again."""
+NO_DIFFERENCE: Final = 1.1
+"""Factor, either way, within which two sizes count as the same: of noise that a model leaves and that was assumed, else
+the search starts again; of a held-out gap and the noise floor, where a remainder may be an effect's form. A judgement:
+with 2.2 three data sets that scatter by 1 mrad have no gap."""
 ROUNDS: Final = 4
 """Times that it starts again for that, and that gross errors are looked for again once effects are in the model."""
-IMPLAUSIBLE_NOISE: Final = 2.0
-"""Chi-squared over its expectation, above which estimated noise does not account for the residuals it came from: the
-search for it ended in a lesser optimum. A judgement: without it a scanner whose laser plane starts anywhere is
-explained by a noise that its rows contradict, and some are called gross errors."""
-PLAUSIBLE_SIGMA: Final = 4.0
-"""Standard deviations of what parameters may be, within which a direction of theirs may explain what is no scatter; and
-standard errors within which a held parameter is held rightly. A quantile: once in sixteen thousand directions."""
 ONE_MEASUREMENT: Final = 0.1
 """Scatter of a pose's rows over stated noise, below which they were made from one measurement: reflectors computed from
 one 6-D pose agree to their last digit, 1e-3 to 2e-2 on two real campaigns. A judgement, of words alone."""
@@ -92,47 +72,34 @@ CHI2_OF_UNMODELLED_CAUSE: Final = 12.0
 no answer changes on six blind worlds; 4 no longer finds some weak true causes, and -12 loses 5 of 18."""
 SMOOTH: Final = 0.35
 """Length over which a smooth function keeps its value, as a share of its coordinate's range. A judgement."""
-SMOOTH_POSTURE: Final = 0.6
-"""The same for functions of all joints at once, of the posture's spread. A judgement."""
 SMOOTH_LOAD: Final = 2.0
 """The same for loads: a force at the flange, of the extent of the flange's places, since a cable that hangs from afar
 pulls nearly alike everywhere; the direction of gravity in the flange and the overturning moment, of their ranges, since
 what yields does so nearly in proportion. A judgement: 1 and 4 change twice the log-likelihood of seven cables by 25 at
 most."""
-ROUGH: Final = 0.25
-"""The same for functions with corners, which may be anything at a joint. A judgement: with 0.5 twice the
-log-likelihood of twelve blind worlds changes by 20 at most, and by 4 where a joint has a dead zone."""
 FLAT: Final = 0.05
 """Range of one coordinate over the largest, below which it is not stretched: a flat target's height is its noise. A
 judgement."""
 DENT: Final = 0.08
 """The same for dents in a target, as a share of its extent. A judgement."""
-MAX_SITES: Final = 4
-"""Sites that a gap is divided among."""
 MAX_DISTORTION_PX: Final = 0.1
-"""Largest plausible distortion of a lens beyond the model's, as a standard deviation over the image. A judgement."""
-CHI2_HOPELESS: Final = 200.0
-"""Chi-squared above the cheapest model, from which on no further effect is taken out beside an unknown function of the
-posture. A judgement: half of it is odds of 1 to 1e21, and a function's first use costs up to 50."""
+"""Largest plausible distortion of a lens beyond the model's, as a standard deviation over the image. A judgement:
+without a limit, scatter of a camera's poses by 0.1 mrad is told as a gap in its lens."""
 
 # How sure an effect is, and what else it may be.
 
-REFITTED_ALTERNATIVES: Final = 10
-"""Candidates that are refitted in an effect's place."""
+MAX_ALTERNATIVES: Final = 6
+"""Candidates that are refitted in an effect's place, and reported."""
 SMALL_SHARE: Final = 0.05
-"""Share of what an effect explains: left unexplained it halves the effect's credibility; a further effect that explains
-less may be an alias of the largest one's true form. A judgement, set by blind trials."""
-ALIAS_LOCATIONS: Final = 3
-"""Other locations at which effects would do as well, from which on such an effect is an alias. A judgement."""
+"""Share of what an effect explains: left unexplained it halves the effect's credibility. A judgement, set by
+blind trials."""
 
 LARGEST_PLAUSIBLE: Final = 10.0
 """Size of an effect, in units of what is usual in industry, beyond which a limit says nothing: no arm errs so much. A
 judgement; a joint's zero may be off by 1°."""
 
-LEAST_USUAL: Final = 0.01
-"""Least size of errors that the data may tell, in units of those usual in industry. The data choose among sizes."""
 LARGEST_USUAL: Final = 3.0
-"""Size of the errors of an arm that was never calibrated, in those units. A judgement."""
+"""Size of the errors of an arm that was never calibrated, in units of those usual in industry. A judgement."""
 
 # Standard errors.
 
@@ -148,25 +115,19 @@ LEAST_PROBABILITY: Final = 0.01
 
 # The verdict.
 
+NO_NOISE: Final = 3.0
+"""Error over what noise lets expect, from which on it is none: the size of rows' noise that residuals give, over the
+stated one; residuals over the noise that was estimated from them, where the search for it ended in a lesser optimum;
+a held-out gap over its noise floor, of which no share is small enough then. A judgement: of stated noise blind worlds
+are 2.6 times at most, a rolling shutter makes 3.4 of it, a tracked body whose angles are biased by where it is seen
+from 5, a slipped reflector, half of it told as a moved base, 20; a real scanner with a remainder of unknown cause is
+5 times above its floor, blind worlds whose effects are all known stay below 1.5."""
 MOST_SPREAD: Final = 2.0
 """Root mean square of whitened rows over what their median lets expect, from which on they are no noise. A judgement:
 on 84 data sets it is 1.08 at most; a reflector that slips by ten times the noise makes it 2.5."""
-MOST_OVER_STATED: Final = 3.0
-"""Size of rows' noise that residuals give over the stated one, from which on it is no noise. A judgement: in
-blind worlds it is 2.6 at most; a rolling shutter makes it 3.4, a tracked body whose angles are biased by where it is
-seen from 5, a slipped reflector, half of it told as a moved base, 20."""
-LEAST_TYPICAL: Final = 0.25
-"""What that median is at least: rows without noise are left to rounding."""
-GAP_OVER_FLOOR: Final = 1.1
-"""Held-out gap over the noise floor, up to which a remainder may be an effect's form and needs no further cause."""
 OPEN_SHARE: Final = 0.005
 """Share of the squared gap above the noise, up to which such a remainder needs no further cause either, where the noise
 is so small beside the gap that any other form shows. A judgement: of twelve blind worlds with a remainder, two true
 effects each left 0.0004 and 0.002, causes outside the library 0.012 and more."""
-OPEN_OVER_FLOOR: Final = 2.0
-"""Held-out gap over the noise floor, above which no share of the gap is small enough for that. A judgement: blind
-worlds whose effects are all known stay below 1.5; a real scanner with a remainder of unknown cause is at 5."""
 FORM_SHARE: Final = 0.02
 """Share of what the effects explain, up to which a remainder counts as their form being a little different."""
-DETECTION_SIGMA: Final = 1.28
-"""Standard deviations above its penalty at which an effect is found. A quantile: nine times in ten."""

@@ -8,30 +8,28 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.diagnosis.thresholds import (
-    ALIAS_LOCATIONS,
     CHI2_OF_UNMODELLED_CAUSE,
     CHI2_PER_EFFECT,
     CHI2_PER_FURTHER_PARAMETER,
     CHI2_PER_PARAMETER,
     FORM_SHARE,
     FULLY_PENALIZED,
-    GAP_OVER_FLOOR,
-    LEAST_TYPICAL,
-    MOST_OVER_STATED,
     MOST_SPREAD,
-    OPEN_OVER_FLOOR,
+    NO_DIFFERENCE,
+    NO_NOISE,
     OPEN_SHARE,
     SMALL_SHARE,
 )
+from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.outliers import median_length
 
 
-def complexity_penalty(parameters: int, shapes: float) -> float:
+def complexity_penalty(parameters: int, shapes: int) -> float:
     """Chi-squared that an effect must explain to enter the model.
 
     Args:
         parameters: Number of its linear and nonlinear parameters.
-        shapes: Number of independent shapes, by its nonlinear parameters, of which the best was taken.
+        shapes: Number of shapes, by its nonlinear parameters, of which the best was taken.
     """
     further = max(0, parameters - FULLY_PENALIZED)
     each = CHI2_PER_PARAMETER * (parameters - further) + CHI2_PER_FURTHER_PARAMETER * further
@@ -72,20 +70,6 @@ def is_indistinguishable(chi2: float, chi2_of_alternative: float) -> bool:
     return chi2_of_alternative - chi2 < CHI2_PER_EFFECT
 
 
-def is_alias(explained: float, largest: float, other_locations: int) -> bool:
-    """Whether an effect only imitates what a larger one leaves because its true form differs from the library's.
-
-    Such an effect explains next to nothing beside the largest one, and effects at several other locations would do as
-    well.
-    """
-    return explained < SMALL_SHARE * largest and other_locations >= ALIAS_LOCATIONS
-
-
-def is_form(explained: float, larger: float) -> bool:
-    """Whether an effect at the location of a larger one only corrects the larger one's form."""
-    return explained < FORM_SHARE * larger
-
-
 def spread_of(squares: Array, numbers: Ints) -> float:
     """Root mean square of whitened rows over what their median lets expect: 1 for normal noise.
 
@@ -96,7 +80,7 @@ def spread_of(squares: Array, numbers: Ints) -> float:
         numbers: Of each row, (m,).
     """
     typical = np.median(np.sqrt(squares) / median_length(numbers))
-    return float(np.sqrt(squares.sum() / numbers.sum()) / max(typical, LEAST_TYPICAL))
+    return float(np.sqrt(squares.sum() / numbers.sum()) / max(typical, EVEN))
 
 
 @final
@@ -139,13 +123,13 @@ class Evidence:
     @property
     def is_noise(self) -> bool:
         """Whether what residuals gave as noise of rows can be it."""
-        is_small = self.estimated_m < SETUP_RMS_M and self.over_stated < MOST_OVER_STATED
+        is_small = self.estimated_m < SETUP_RMS_M and self.over_stated < NO_NOISE
         return is_small and self.spread < MOST_SPREAD
 
     @property
     def is_near_floor(self) -> bool:
         """Whether the held-out gap is hardly larger than noise alone makes it, and so are rotations."""
-        return self.gap_m <= GAP_OVER_FLOOR * self.floor_m and self._rotations_at_floor
+        return self.gap_m <= NO_DIFFERENCE * self.floor_m and self._rotations_at_floor
 
     @property
     def is_at_floor(self) -> bool:
@@ -155,15 +139,13 @@ class Evidence:
     @property
     def _rotations_at_floor(self) -> bool:
         expected = max(self.floor_m, self.expected_m)
-        return min(self.rotations / GAP_OVER_FLOOR, self.least_rotations) * self.floor_m <= expected
+        return min(self.rotations / NO_DIFFERENCE, self.least_rotations) * self.floor_m <= expected
 
     @property
     def is_closed(self) -> bool:
         """Whether the held-out gap is near the noise floor, or next to nothing is left of a far larger one."""
         left_m2, before_m2 = (gap**2 - self.floor_m**2 for gap in (self.gap_m, self.gap_before_m))
-        return self.is_near_floor or (
-            left_m2 <= OPEN_SHARE * before_m2 and self.gap_m <= OPEN_OVER_FLOOR * self.floor_m
-        )
+        return self.is_near_floor or (left_m2 <= OPEN_SHARE * before_m2 and self.gap_m <= NO_NOISE * self.floor_m)
 
 
 def judge(evidence: Evidence) -> str:

@@ -1,7 +1,6 @@
 """The geometry of a whole arm as one effect."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,11 +8,10 @@ import pytest
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import Diagnosis, examine
 from robolaser.diagnosis.arm_geometry import USUAL_SIZES, marginal_cost, placements_of_arm
-from robolaser.diagnosis.evidence import aliases
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.score_tests import ScoreTest, library
+from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import unless_one_does_it
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
@@ -31,34 +29,6 @@ def placements(count: int) -> tuple[CandidateEffect, ...]:
 def test_one_or_two_placements_are_no_arm() -> None:
     assert placements_of_arm(placements(2)) == ()
     assert placements_of_arm(placements(3)) == placements(3)
-
-
-@pytest.mark.parametrize(("count", "lowers", "expected"), [(1, False, True), (1, True, False), (3, False, False)])
-def test_only_what_has_a_form_is_imitated_by_a_small_effect_beside_it_without_which_new_poses_are_predicted_as_well(
-    count: int, lowers: bool, expected: bool
-) -> None:
-    eccentric = CandidateEffect({effect.name: effect for effect in EFFECTS}["encoder_eccentricity"], JOINTS[0])
-    effects = (*placements(count), eccentric)
-
-    class Refitted:
-        effects = ()
-        without = Refits.without
-
-        def among(self, effects: list[CandidateEffect]) -> "Refitted":
-            return self
-
-        def score_tests(self, fit: SimpleNamespace) -> list[ScoreTest]:
-            return []
-
-        def refit(self, fit: SimpleNamespace, removed: CandidateEffect) -> SimpleNamespace:
-            explained = 100.0 if removed is eccentric else 1e4
-            left = tuple(one for one in fit.effects if one is not removed)
-            return SimpleNamespace(effects=left, chi2=fit.chi2 + explained)
-
-    final = SimpleNamespace(effects=effects, chi2=0.0)
-    held_out = SimpleNamespace(lowers=lambda less, more: lowers)
-    found = aliases(Refitted(), final, held_out)  # type: ignore[arg-type]
-    assert (eccentric in found) == expected
 
 
 def test_the_geometry_of_an_arm_gives_way_to_one_effect_that_costs_less() -> None:
