@@ -13,7 +13,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import smooth, smoothed
 from robolaser.diagnosis.pose_coordinates import angle_of, hanging, motion_of, of_run, overturning, torque_of
 from robolaser.diagnosis.stage_derivatives import StageDerivatives, stage_derivatives
-from robolaser.diagnosis.thresholds import DENT, MAX_DISTORTION_PX, SMOOTH, SMOOTH_LOAD
+from robolaser.diagnosis.thresholds import DENT, MAX_DISTORTION_PX, SMOOTH_LOAD, SMOOTH_POSTURE
 from robolaser.estimation.noise_estimate import LEVER_M
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
@@ -157,7 +157,7 @@ def of_several_joints(fit: Fit) -> Iterator[Site]:
 
 def _of_posture(q: Array) -> Array:
     """Basis of a function of all joints (n, j) at once, (n, p)."""
-    return smooth(q, SMOOTH * np.sqrt(q.shape[1]))
+    return smooth(q, SMOOTH_POSTURE * np.sqrt(q.shape[1]))
 
 
 def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis]) -> Iterator[Site]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.pose_coordinates import Coordinate
-from robolaser.diagnosis.thresholds import FLAT, SMOOTH
+from robolaser.diagnosis.thresholds import FLAT, ROUGH, SMOOTH
 
 KEPT = 1e-3
 """Basis functions with a smaller share of the variance are left out."""
@@ -33,7 +33,7 @@ def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array
 
 def rough(coordinate: Array) -> Array:
     """The same of a function of one coordinate (n,) that may have corners, (n, p): a Matérn kernel of order 3/2."""
-    return _remembered(np.asarray(coordinate, dtype=np.float64).tobytes(), (len(coordinate), 1), SMOOTH, MOST, _matern)
+    return _remembered(np.asarray(coordinate, dtype=np.float64).tobytes(), (len(coordinate), 1), ROUGH, MOST, _matern)
 
 
 Kernel = Callable[[Array, Array], Array]

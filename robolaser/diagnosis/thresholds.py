@@ -72,11 +72,18 @@ CHI2_OF_UNMODELLED_CAUSE: Final = 12.0
 no answer changes on six blind worlds; 4 no longer finds some weak true causes, and -12 loses 5 of 18."""
 SMOOTH: Final = 0.35
 """Length over which a smooth function keeps its value, as a share of its coordinate's range. A judgement."""
+SMOOTH_POSTURE: Final = 0.6
+"""The same for functions of all joints at once, of the posture's spread. A judgement: with 0.35 a compliance, too rough
+for such a function, leaves a part of itself to an eccentricity of its joint."""
 SMOOTH_LOAD: Final = 2.0
 """The same for loads: a force at the flange, of the extent of the flange's places, since a cable that hangs from afar
 pulls nearly alike everywhere; the direction of gravity in the flange and the overturning moment, of their ranges, since
 what yields does so nearly in proportion. A judgement: 1 and 4 change twice the log-likelihood of seven cables by 25 at
 most."""
+ROUGH: Final = 0.25
+"""The same for functions with corners, which may be anything at a joint. A judgement: with 0.35 a ramp over a tenth of
+the range is a tenth off, with 0.5 twice the log-likelihood of twelve blind worlds changes by 20 at most, and by 4 where
+a joint has a dead zone."""
 FLAT: Final = 0.05
 """Range of one coordinate over the largest, below which it is not stretched: a flat target's height is its noise. A
 judgement."""
@@ -125,9 +132,11 @@ from 5, a slipped reflector, half of it told as a moved base, 20; a real scanner
 MOST_SPREAD: Final = 2.0
 """Root mean square of whitened rows over what their median lets expect, from which on they are no noise. A judgement:
 on 84 data sets it is 1.08 at most; a reflector that slips by ten times the noise makes it 2.5."""
+LEAST_TYPICAL: Final = 0.25
+"""What that median is at least: rows without noise are left to rounding."""
 OPEN_SHARE: Final = 0.005
-"""Share of the squared gap above the noise, up to which such a remainder needs no further cause either, where the noise
-is so small beside the gap that any other form shows. A judgement: of twelve blind worlds with a remainder, two true
-effects each left 0.0004 and 0.002, causes outside the library 0.012 and more."""
+"""Share of the squared gap above the noise, up to which a remainder may be an effect's form, too, where the noise is so
+small beside the gap that any other form shows. A judgement: of twelve blind worlds with a remainder, two true effects
+each left 0.0004 and 0.002, causes outside the library 0.012 and more."""
 FORM_SHARE: Final = 0.02
 """Share of what the effects explain, up to which a remainder counts as their form being a little different."""

@@ -14,13 +14,13 @@ from robolaser.diagnosis.thresholds import (
     CHI2_PER_PARAMETER,
     FORM_SHARE,
     FULLY_PENALIZED,
+    LEAST_TYPICAL,
     MOST_SPREAD,
     NO_DIFFERENCE,
     NO_NOISE,
     OPEN_SHARE,
     SMALL_SHARE,
 )
-from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.outliers import median_length
 
 
@@ -80,7 +80,7 @@ def spread_of(squares: Array, numbers: Ints) -> float:
         numbers: Of each row, (m,).
     """
     typical = np.median(np.sqrt(squares) / median_length(numbers))
-    return float(np.sqrt(squares.sum() / numbers.sum()) / max(typical, EVEN))
+    return float(np.sqrt(squares.sum() / numbers.sum()) / max(typical, LEAST_TYPICAL))
 
 
 @final
