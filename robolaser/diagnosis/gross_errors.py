@@ -10,7 +10,7 @@ from robolaser.diagnosis.cause_words import listed
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.noise_remarks import over_stated
 from robolaser.diagnosis.summary_text import millimetres
-from robolaser.diagnosis.thresholds import CREDIBLE_MASS, MOST_SPREAD, NO_NOISE
+from robolaser.diagnosis.thresholds import CREDIBLE_MASS, MOST_OVER_STATED, NO_NOISE
 from robolaser.estimation.certainty import LIKELY
 from robolaser.estimation.outliers import OUTLIER_SIGMA
 from robolaser.model.forward_model import Model
@@ -70,7 +70,7 @@ def gross_sentence(dataset: Dataset, rows: Ints) -> str:
 
 def _uneven(final: Fit) -> str:
     """What is said of rows that hold most of the error and are too many to be left out; may be empty."""
-    if final.spread < MOST_SPREAD:
+    if final.spread < NO_NOISE:
         return ""
     dataset, squares = final.model.dataset, final.row_squares
     names, number = np.unique(dataset.points.names if dataset.format.named_points else (), return_inverse=True)
@@ -82,7 +82,7 @@ def _uneven(final: Fit) -> str:
 
 def _beyond_stated(noise: NoiseModel) -> str:
     """What is said of rows that scatter far more than is stated; may be empty."""
-    if (times := over_stated(noise)) < NO_NOISE:
+    if (times := over_stated(noise)) < MOST_OVER_STATED:
         return ""
     return f" Rows scatter {times:.0f} times as much as [noise] states: correct it, or look for what else moves them."
 

@@ -12,7 +12,7 @@ from robolaser.diagnosis.noise_remarks import as_stated, over_stated
 from robolaser.diagnosis.pose_scatter import PartScatter
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.result import Gap
-from robolaser.diagnosis.thresholds import NO_NOISE
+from robolaser.diagnosis.thresholds import MOST_OVER_STATED
 from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.estimation.averaging import AveragedData
 from robolaser.model.noise.covariance import NoiseModel
@@ -78,7 +78,7 @@ def _by_rows(final: Fit, verdict: str, noise: NoiseModel, gap: Gap) -> Judgement
         of_poses = [source.name for source in noise.sources_of_poses]
         noise = noise.at({name: 0.0 for name in of_poses if noise.origin.get(name) == "estimated"})
         gap = _above(gap, final, noise)
-    if verdict == "unexplained" and over_stated(noise) >= NO_NOISE:
+    if verdict == "unexplained" and over_stated(noise) >= MOST_OVER_STATED:
         gap = _above(gap, final, as_stated(noise))
     return Judgement(verdict, noise, gap)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.thresholds import NO_NOISE, ONE_MEASUREMENT
+from robolaser.diagnosis.thresholds import MOST_OVER_STATED, ONE_MEASUREMENT
 from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA, Excess, row_excess
 from robolaser.model.noise.covariance import NoiseModel
@@ -68,7 +68,7 @@ def _contradicted(noise: NoiseModel, shots: Dataset, prefix: str, *, fits: bool)
         stated, used = getattr(shots.noise, key), noise.sigmas.get(name)
         origin = noise.origin.get(name, "stated")
         if stated is not None and used is not None and origin != "stated" and used > stated:
-            is_no_noise = not fits and origin == "estimated" and used >= NO_NOISE * stated
+            is_no_noise = not fits and origin == "estimated" and used >= MOST_OVER_STATED * stated
             which = "the stated value counts as noise" if is_no_noise else "the larger one is used"
             yield f"[noise] states {key} = {stated:.2g}, but {SHOWN[origin]} scatter by {used:.2g}: {which}."
 

@@ -123,7 +123,7 @@ class Preparation:
         """The start with the noise that the final model leaves, where that is not what was assumed."""
         noise = self._left(data, final, smooth=False)
         white = left_by(noise, final.at.plain, jacobian_matrix(final.model, final.x))  # once fitted with its weights
-        if white @ white > NO_NOISE**2 * final.problem.numbers:
+        if white @ white > NO_NOISE * final.problem.numbers:
             return None
         of_poses = 0.5 * (np.log1p(noise.scatter) - np.log1p(start.noise.scatter))
         of_all = np.log(start.size_of(noise) / start.size_of(start.noise))

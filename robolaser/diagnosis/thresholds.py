@@ -122,16 +122,17 @@ LEAST_PROBABILITY: Final = 0.01
 
 # The verdict.
 
-NO_NOISE: Final = 3.0
-"""Error over what noise lets expect, from which on it is none: the size of rows' noise that residuals give, over the
-stated one; residuals over the noise that was estimated from them, where the search for it ended in a lesser optimum;
-a held-out gap over its noise floor, of which no share is small enough then. A judgement: of stated noise blind worlds
-are 2.6 times at most, a rolling shutter makes 3.4 of it, a tracked body whose angles are biased by where it is seen
-from 5, a slipped reflector, half of it told as a moved base, 20; a real scanner with a remainder of unknown cause is
-5 times above its floor, blind worlds whose effects are all known stay below 1.5."""
-MOST_SPREAD: Final = 2.0
-"""Root mean square of whitened rows over what their median lets expect, from which on they are no noise. A judgement:
-on 84 data sets it is 1.08 at most; a reflector that slips by ten times the noise makes it 2.5."""
+NO_NOISE: Final = 2.0
+"""Error over what noise lets expect, from which on it is none: the root mean square of whitened rows, over what their
+median lets expect; the squares of a fit's residuals, over those of the noise that was estimated from them, where the
+search for it ended in a lesser optimum; a held-out gap over its noise floor, of which no share is small enough then. A
+judgement: of rows it is 1.08 at most on 84 data sets, a reflector that slips by ten times the noise makes it 2.5; of
+gaps blind worlds whose effects are all known stay below 1.5, a real scanner with a remainder of unknown cause is at
+5."""
+MOST_OVER_STATED: Final = 3.0
+"""Size of rows' noise that residuals give over the stated one, from which on it is no noise. A judgement: in blind
+worlds it is 2.6 at most; a rolling shutter makes it 3.4, a tracked body whose angles are biased by where it is seen
+from 5, a slipped reflector, half of it told as a moved base, 20."""
 LEAST_TYPICAL: Final = 0.25
 """What that median is at least: rows without noise are left to rounding."""
 OPEN_SHARE: Final = 0.005

@@ -15,7 +15,7 @@ from robolaser.diagnosis.thresholds import (
     FORM_SHARE,
     FULLY_PENALIZED,
     LEAST_TYPICAL,
-    MOST_SPREAD,
+    MOST_OVER_STATED,
     NO_DIFFERENCE,
     NO_NOISE,
     OPEN_SHARE,
@@ -123,8 +123,8 @@ class Evidence:
     @property
     def is_noise(self) -> bool:
         """Whether what residuals gave as noise of rows can be it."""
-        is_small = self.estimated_m < SETUP_RMS_M and self.over_stated < NO_NOISE
-        return is_small and self.spread < MOST_SPREAD
+        is_small = self.estimated_m < SETUP_RMS_M and self.over_stated < MOST_OVER_STATED
+        return is_small and self.spread < NO_NOISE
 
     @property
     def is_near_floor(self) -> bool:
