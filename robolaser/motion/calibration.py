@@ -78,13 +78,13 @@ def calibrate_motion(
         if where and where not in sites:
             raise UsageError(f"{name} has no place '{where}'.{near(where, sites)}")
 
-    def is_asked(at: At) -> bool:
+    def is_requested(at: At) -> bool:
         """By its name, in its simplest form; one with a site of its own by that, too."""
         places = ("", at.where) if not at.effect.form else (at.effect.site,)
         return any(at.effect.name == name and where in places for name, where in asked)
 
     def searching(candidates: Sequence[At], *_: object) -> EffectSearch:
-        return chosen(list(filter(is_asked, candidates)))
+        return chosen(list(filter(is_requested, candidates)))
 
     parts, missing, _ = parts_of(log, library, searching, progress or (lambda what, share: None))
     findings = merged([finding for part in parts for finding in part.findings])

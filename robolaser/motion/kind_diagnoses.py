@@ -11,11 +11,12 @@ from robolaser.estimation.certainty import EVEN
 from robolaser.motion.checking import comparable
 from robolaser.motion.cut_off import cut_rows, cuts
 from robolaser.motion.effect import At, MotionEffect, RowKind
+from robolaser.motion.effects.dynamics import TORQUE_CONSTANT
 from robolaser.motion.effects.servo import CLOCK, ONE_CLOCK_S, is_one_clock
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import KindGap, folds, less_means, resolution, root_mean_squares, where_lower, white_noise
 from robolaser.motion.kind_diagnosis import FOLLOWS_RAD, IS_NOISE, KindDiagnosis, follows_nm
-from robolaser.motion.linear_rows import SCALE, LinearRows, candidates_of
+from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import OTHER_UNIT, MotionLog
 from robolaser.motion.misread import follows_rigid_arm
 from robolaser.motion.patterns import Patterns
@@ -233,7 +234,9 @@ def _linear(
     (selected,) = side_by_side(rows.fit, [searching(candidates, least, usual, ())])
     if rows.has_scaled_masses(selected.model):
         rows.is_scaled = True  # masses imitate scales of single joints, and one by one these help little
-        every = tuple(at for at in candidates if at.effect.name in (SCALE, "payload") and not at.effect.form)
+        every = tuple(
+            at for at in candidates if at.effect.name in (TORQUE_CONSTANT.name, "payload") and not at.effect.form
+        )
         starts = (selected.model.effects, every)
         others = side_by_side(rows.fit, [searching(candidates, least, usual, start) for start in starts])
         best = min(others, key=lambda one: one.model.score)

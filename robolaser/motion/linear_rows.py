@@ -7,13 +7,13 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect
+from robolaser.motion.effects.dynamics import TORQUE_CONSTANT
 from robolaser.motion.evidence import IDEAL_SHARE, Fitted, independent_values, of_each, score_of
 from robolaser.motion.gap import less_means, root_mean_squares
 from robolaser.motion.quantities import Quantities
 
 ROUNDS = 3  # of weights and numbers
 SCALE_ROUNDS = 12  # the same where torques have a scale: masses are then read by it, and are not linear
-SCALE = "torque_constant"
 SIGMAS = 2.0  # by which a mass, or a moment of inertia, may come out negative
 PRIOR_SHARE = 3.0  # of what is to be explained, that one number may contribute: others would have to cancel it
 
@@ -60,7 +60,7 @@ class LinearRows:
                 prior.append(self._prior_of(block) + 1.0 / np.square(physical))
         self._columns = np.concatenate(columns, axis=2) if columns else np.empty((*values.shape, 0))
         self._prior = np.concatenate(prior) if prior else np.empty(0)
-        is_scale = np.array([one.effect.name == SCALE for one in of_column], dtype=bool)
+        is_scale = np.array([one.effect.name == TORQUE_CONSTANT.name for one in of_column], dtype=bool)
         self._masses = np.array([one.effect.cause == "dynamics" for one in of_column], dtype=bool) & ~is_scale
         acts = [[one.effect.site != "joint" or one.joint == j for one in of_column] for j in joints]
         self._scales = (np.array(acts, dtype=bool) & is_scale).T  # at which joints, (k, j)
@@ -142,6 +142,10 @@ class LinearRows:
         blocks = [self._blocks[str(one), shape] for one, shape in zip(effects, shapes, strict=True)]
         return np.concatenate([np.empty(0, dtype=np.int64), *(np.arange(one.start, one.stop) for one in blocks)])
 
+    def _numbers_of(self, fitted: Fitted) -> tuple[Ints, Array]:
+        """The columns of a model, and its numbers, (k,)."""
+        return self._chosen(fitted.effects, fitted.shapes), np.concatenate([np.empty(0), *fitted.numbers])
+
     def has_scaled_masses(self, fitted: Fitted) -> bool:
         """Whether torques have a scale in a model, that its masses may be read by."""
         chosen = self._chosen(fitted.effects, fitted.shapes)
@@ -187,7 +191,7 @@ class LinearRows:
 
     def predicted(self, fitted: Fitted) -> Array:
         """What a model says of all rows, (n, j), constants left out."""
-        chosen, x = self._chosen(fitted.effects, fitted.shapes), np.concatenate([np.empty(0), *fitted.numbers])
+        chosen, x = self._numbers_of(fitted)
         return np.asarray(np.einsum("njk,jk->nj", self._columns[:, :, chosen], self._read(chosen, x)))
 
     def residuals(self, fitted: Fitted, of_part: "LinearRows | None" = None) -> Array:
@@ -197,7 +201,7 @@ class LinearRows:
 
     def deviations(self, fitted: Fitted) -> tuple[Array, ...]:
         """Standard deviations of the numbers, by as many values as the rows are worth."""
-        chosen, x = self._chosen(fitted.effects, fitted.shapes), np.concatenate([np.empty(0), *fitted.numbers])
+        chosen, x = self._numbers_of(fitted)
         _, _, inverse, scale = self._solved(chosen, x, fitted.squares)
         return of_each(fitted.effects, scale * np.sqrt(np.diag(inverse)))
 

@@ -45,9 +45,7 @@ class MisreadTorques:
     gravity: Array  # in the base frame, (3,) [m/s²]
     read: tuple[tuple[At, dict[str, Estimate]], ...]  # what is misread, and its numbers
     left: Array  # of each joint's torques, beside friction and a scale, (j,) [Nm]
-    before: Array = field(
-        default_factory=lambda: np.empty(0)
-    )  # torques as they are read, less the rigid arm's, (n, j) [Nm]
+    before: Array = field(default_factory=lambda: np.empty(0))  # as they are read, less the rigid arm's, (n, j) [Nm]
     doubted: frozenset[str] = frozenset()  # what another way that fits as well does without
     rivals: tuple[At, ...] = ()  # what that has in its place
 

@@ -43,7 +43,10 @@ def motion_calibration_json(fit: MotionFit, seed: int) -> dict[str, Any]:
     robot, after = fit.log.robot, fit.gap_mm["after"]
     return {
         **_errors(fit, CALIBRATION),
-        **{"algorithm": "least squares", "seed": seed, "parameters": {}, "unidentifiable": []},
+        "algorithm": "least squares",
+        "seed": seed,
+        "parameters": {},
+        "unidentifiable": [],
         "model": {"sensor": "motion", "robot": robot.name, "flange": robot.flange, "joints": list(fit.log.joints),
                   "gravity": list(robot.gravity)},
         "effects": [_numbers(one) for one in fit.findings],
@@ -55,9 +58,15 @@ def motion_calibration_json(fit: MotionFit, seed: int) -> dict[str, Any]:
 def _errors(fit: MotionFit, form: str) -> dict[str, Any]:
     """What both files hold."""
     return {
-        **{"format": form, "dataset": fit.log.name, "kind": "motion", "gap_mm": fit.gap_mm, "step_s": fit.log.step_s},
+        "format": form,
+        "dataset": fit.log.name,
+        "kind": "motion",
+        "gap_mm": fit.gap_mm,
+        "step_s": fit.log.step_s,
         "rows": [_rows(gap, fit.log.joints) for gap in fit.gaps],
-        **{"objective_m2": None, "rms_m": None, "seconds": round(fit.seconds, 2)},
+        "objective_m2": None,
+        "rms_m": None,
+        "seconds": round(fit.seconds, 2),
     }
 
 
@@ -210,7 +219,7 @@ def sentence(found: MotionDiagnosis) -> str:
     sure = [(kind["probability"], max(one.probability for one in groups[kind["effect"]]), kind["effect"])
             for kind in kinds_json(found.fit)]  # fmt: skip
     sure.sort(key=lambda one: (one[0] < CERTAIN, one[1] < CERTAIN))
-    said = [_surely(kind) + clauses[name] + _places(groups[name], found.fit.log.joints) for kind, _, name in sure]
+    said = [_surely(kind) + clauses[name] + _locations(groups[name], found.fit.log.joints) for kind, _, name in sure]
     causes = _first(said, "; ", ", listed below")
     rest = ""
     if found.verdict == "unexplained" and found.places:
@@ -237,7 +246,7 @@ def _first(names: Sequence[str], between: str, where: str = "") -> str:
     return between.join(names[:SAID]) + (f"{between.rstrip()} and {more} more{where}" if more > 0 else "")
 
 
-def _places(group: Sequence[SelectedEffect], joints: Sequence[str]) -> str:
+def _locations(group: Sequence[SelectedEffect], joints: Sequence[str]) -> str:
     """The joints of an effect behind its clause; nothing where it sits at none."""
     at = [
         " or ".join([one.at.where, *(rival.where for rival in one.rivals if rival.effect is one.at.effect)])
