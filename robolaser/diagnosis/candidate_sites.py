@@ -93,7 +93,7 @@ def _sites(fit: Fit) -> Iterator[Site]:
         yield Site("hand_eye" if fit.has_optics else "tool", coordinate, carried, basis, poses)
     yield from _of_camera_and_laser(fit, derivatives, in_run)
     yield from _of_target(fit, derivatives)
-    yield from _of_measuring_system(fit, derivatives)
+    yield from _of_measuring_system(fit, derivatives, in_run)
 
 
 def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis]) -> Iterator[Site]:
@@ -103,15 +103,16 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis])
     (robot, q), run = fit.model.dataset.arm, fit.model.run
     free = {name: derivatives.by_motion(Stage.JOINTS, name) for name in joints}
     poses, alike = fit.pose_of_number, np.ones((len(fit.model.dataset.poses), 1))
+    by_joint = {name: (angle_of(run, name), *torque_of(run, name)) for name in joints}
     turns_before = False
     for name in joints:
-        own = tuple(smoothed([angle_of(run, name), *torque_of(run, name)]))
+        own = tuple(smoothed(by_joint[name]))
         for coordinate, basis in (
             *own,
             *((one.name, one.values / np.abs(one.values).max()) for one in motion_of(run, name)),
             *in_run,
             ("posture", _of_posture(q)),
-            *smoothed(angle_of(run, other) for other in joints if other != name),
+            *smoothed(one for other in joints if other != name for one in by_joint[other]),
         ):
             yield Site(name, coordinate, free[name], basis, poses)
         placement = derivatives.by_motion(Stage.LINKS, name) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
@@ -222,12 +223,14 @@ def _of_target(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
         yield _of_rows("target", "position on the target", _over_rows(derivatives, Stage.TARGET, ways, basis))
 
 
-def _of_measuring_system(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
+def _of_measuring_system(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis]) -> Iterator[Site]:
     points = fit.model.dataset.points
     if points.xyz is None or own_lengths(fit.model.dataset):
         return
     longer = derivatives.of_rows(Stage.TARGET, points.xyz[None])
     yield _of_rows("measuring_system", "distance", longer, unknown=False)
+    for coordinate, basis in in_run:
+        yield Site("measuring_system", coordinate, longer, basis, fit.pose_of_number)
     range_m = np.linalg.norm(points.xyz, axis=1, keepdims=True)
     for coordinate, basis in (
         ("distance", smooth(range_m)),  # air bends the line of sight

@@ -7,12 +7,13 @@ still finds much beside it.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.diagnosis.candidate_sites import of_several_joints
+from robolaser.diagnosis.candidate_sites import of_several_joints, sites
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import rough
 from robolaser.diagnosis.localization import chance_ratio, likelihood_ratio
@@ -50,7 +51,7 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
 
     Args:
         fit: The model.
-        site: A joint that moves; or another site, in the place of which any joint may be off by a function of time.
+        site: A joint that moves; or another site, which may wander in time, or in its place any joint.
     """
     joints = moving_joints(fit.model.dataset.robot)
     if site == TARGET:
@@ -58,8 +59,10 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
     if site in joints:
         sums = joint_equations(fit, site)
         return max(chance_ratio(*sums), *(_ratio(basis, *sums) for basis in _bases(fit.model.run, site)))
-    in_time = rough(fit.model.run.progress)
-    return max(_ratio(in_time, *joint_equations(fit, joint)) for joint in joints)
+    in_time, functions = rough(fit.model.run.progress), RandomFunctions(fit)
+    wanders = (replace(one, basis=in_time) for one in sites(fit) if (one.site, one.coordinate) == (site, TIME))
+    by_site = (likelihood_ratio(functions.normal_equations(one), functions.gradient(one))[0] for one in wanders)
+    return max(*by_site, *(_ratio(in_time, *joint_equations(fit, joint)) for joint in joints))
 
 
 def chance_chi2(fit: Fit, joint: str) -> float:

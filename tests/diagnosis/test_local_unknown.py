@@ -23,6 +23,7 @@ from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.sparse_shapes import dents, plays, ramps, sparse_shape_chi2
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, FORM_SHARE
+from robolaser.model.effects.base_shift import BaseShift
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.hand_eye_sag import HandEyeSag
 from robolaser.model.effects.link_geometry import LinkGeometry
@@ -113,6 +114,19 @@ def test_a_joint_that_slipped_is_no_bumped_base() -> None:
     found = examine(world.dataset, seed=1)
     assert [one.name for one in found.classes] == ["unknown"]
     assert found.where[0].site == "joint_2"
+
+
+@pytest.mark.parametrize(("steps", "is_unknown"), [(True, False), (False, True)])
+def test_a_base_that_was_moved_once_is_no_base_that_wanders(steps: bool, is_unknown: bool) -> None:
+    made = simulate(find_robot("ur5"), kind="point", poses=40, noise=Noise(point_m=2e-5), seed=8).dataset
+    share = np.linspace(0.0, 1.0, 40)
+    moved = np.where(share > 0.45, 1.0, 0.0) if steps else np.sin(5.0 * share)
+    xyz = made.points["xyz"] + 5e-4 * moved[made.points.pose][:, None] * np.array([1.0, 0.5, 0.2])
+    shift = CandidateEffect(BaseShift, "base")
+    start = Preparation.of(replace(made, points=replace(made.points, xyz=xyz)), 1).fit([shift])
+    refits = Refits(start, [shift])
+    fit = refits.refit(start, refits.score_tests(start))
+    assert (refits.locally_unmodelled(fit, shift) > 0.9) is is_unknown
 
 
 def test_a_projector_that_turns_in_the_course_of_a_run_is_found_at_the_laser() -> None:

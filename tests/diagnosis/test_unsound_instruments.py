@@ -124,6 +124,15 @@ def test_a_measuring_system_that_distorts_space_is_an_unknown_cause_there_and_no
     assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
 
 
+def test_a_trackers_scale_that_drifts_is_an_unknown_cause_there_and_no_link_that_warms_up() -> None:
+    made = simulate(find_robot("panda"), kind="point", poses=40, noise=Noise(point_m=2e-5), seed=3).dataset
+    longer = 2e-4 * np.log1p(20.0 * made.points.pose / len(made.poses))
+    xyz = made.points["xyz"] * (1.0 + longer[:, None])
+    found = examine(replace(made, points=replace(made.points, xyz=xyz)), seed=0)
+    assert (found.where[0].site, found.where[0].coordinate) == ("measuring_system", "time")
+    assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
+
+
 def test_a_bearing_that_wobbles_twice_a_turn_is_an_unknown_cause_at_its_joint_and_no_error_of_lengths() -> None:
     made = simulate(find_robot("ur5"), kind="point", poses=40, noise=Noise(point_m=2e-5), seed=8)
     R = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))

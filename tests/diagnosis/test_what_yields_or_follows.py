@@ -97,3 +97,14 @@ def test_a_wrong_zero_beside_little_that_follows_another_joint_is_no_coupling() 
     sure = {str(one.candidate_effect) for one in found.findings if one.probability > 0.9}
     assert "joint_offset at panda_joint4" in sure
     assert not any(name.startswith("joint_coupling") for name in sure)
+
+
+def test_what_yields_to_the_load_of_another_joint_is_an_unknown_cause_that_depends_on_that_load() -> None:
+    made = simulate(find_robot("ur5"), kind="point", poses=40, noise=Noise(point_m=2e-5), seed=8).dataset
+    poses = made.poses
+    assert poses.q is not None
+    q = poses.q.copy()
+    q[:, 3] -= 5e-4 * np.cos(q[:, 1] + q[:, 2])
+    found = examine(replace(made, poses=replace(poses, q=q)), seed=0)
+    assert [one.name for one in found.classes] == ["unknown"]
+    assert (found.where[0].site, found.where[0].coordinate) == ("wrist_1_joint", "gravity torque at elbow_joint")
