@@ -29,6 +29,10 @@ from robolaser.model.effects.joints import moving_joints
 
 Announce = Callable[[str], None]
 """Called with what is being tried, in words."""
+Chi2By = Callable[..., float]
+"""Works out what a function of a fit and a site explains."""
+Rival = Callable[[Fit, Fit, str, Chi2By], float]
+"""The probability of something unknown at a site, by a fit with some effects and one without them."""
 
 
 @final
@@ -149,67 +153,48 @@ class Refits:
         return probability_of_unmodelled(self._beside_unmodelled(without), self._beside_unmodelled(fit))
 
     def locally_unmodelled(self, fit: Fit, candidate_effect: CandidateEffect) -> float:
-        """Probability that a function of unknown form at a joint explains what an effect there does, or its rest.
+        """Probability that something unknown at a joint explains what an effect there does, or its rest.
 
-        Or what all effects there do together. The rest of an effect elsewhere is no joint's. Nor is what may be scatter
-        of whole poses: that holds small errors elsewhere, too.
+        Or what all effects there do together. It is a function of unknown form, a sparse shape, or chance from pose to
+        pose. What would not be reported counts as none.
         """
         joint, without = candidate_effect.where, self.refit(fit, removed=candidate_effect)
         beside = [one for one in without.effects if one.where == joint and has_form(fit, one)]
-        bare = self.without(without, beside)
-        sets = (without,) if bare is without else (without, bare)
-        rivals = self._sparsely_unmodelled, self._by_chance
-        known = max(rival(fit, one, joint) for rival in rivals for one in sets)
-        final = self._cost_and_local_unknown(fit, joint)
-        if joint not in moving_joints(fit.model.dataset.robot):
-            final = final[0], 0.0
-        unknown = max(probability_of_local_unknown(*final, *self._cost_and_local_unknown(one, joint)) for one in sets)
-        if unknown < LEAST_PROBABILITY or (calm := fit.with_likeliest_scatter) is fit:
-            return max(known, unknown)
-        is_scatter = local_unknown_chi2(calm, joint) < CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
-        return known if is_scatter else max(known, unknown)
-
-    def _by_chance(self, fit: Fit, without: Fit, joint: str) -> float:
-        """Probability that a joint which scatters from pose to pose explains what the effects do.
-
-        And so it is if whole poses scatter as much as the effects leave. What would not be reported counts as none.
-        """
-
-        def probability(with_effects: Fit, instead: Fit, chance: float) -> float:
-            by_chance = instead.chi2 - chance + self._penalties(without) + CHI2_PER_EFFECT
-            return float(posterior_weights(np.array([with_effects.chi2 + self._penalties(fit), by_chance]))[1])
-
-        unknown = probability(fit, without, self._once(chance_chi2, without, joint))
-        if unknown >= LEAST_PROBABILITY and (calm := fit.with_likeliest_scatter) is not fit:
-            alike = Fit.of(without.problem.with_noise(calm.noise), without.x)
-            unknown = min(unknown, probability(calm, alike, chance_chi2(alike, joint)))
+        sets = dict.fromkeys((without, self.without(without, beside)))
+        rivals = self._of_any_form, self._of_sparse_shape, self._by_chance
+        unknown = max(self._beside_any_scatter(rival, fit, one, joint) for rival in rivals for one in sets)
         return unknown if unknown >= LEAST_PROBABILITY else 0.0
 
-    def _sparsely_unmodelled(self, fit: Fit, without: Fit, site: str) -> float:
-        """Probability that a sparse shape at a site explains what the effects do that only the first model has.
+    def _beside_any_scatter(self, rival: Rival, fit: Fit, without: Fit, joint: str) -> float:
+        """A rival's probability, whole poses scattering as assumed and as much as the effects leave: the lesser one."""
+        unknown = rival(fit, without, joint, self._once)
+        if unknown < LEAST_PROBABILITY or (calm := fit.with_likeliest_scatter) is fit:
+            return unknown
+        alike = Fit.of(without.problem.with_noise(calm.noise), without.x)
+        return min(unknown, rival(calm, alike, joint, lambda chi2_of, one, *site: chi2_of(one, *site)))
+
+    def _of_any_form(self, fit: Fit, without: Fit, joint: str, chi2_by: Chi2By) -> float:
+        """Of a function of unknown form at a joint, in the effects' place or beside them; elsewhere only in it."""
+        left = chi2_by(local_unknown_chi2, fit, joint) if joint in moving_joints(fit.model.dataset.robot) else 0.0
+        instead = chi2_by(local_unknown_chi2, without, joint)
+        return probability_of_local_unknown(self.cost_by_chi2(fit), left, self.cost_by_chi2(without), instead)
+
+    def _by_chance(self, fit: Fit, without: Fit, joint: str, chi2_by: Chi2By) -> float:
+        """Of a joint that scatters from pose to pose, in the effects' place."""
+        by_chance = self.cost_by_chi2(without) - chi2_by(chance_chi2, without, joint) + CHI2_PER_EFFECT
+        return float(posterior_weights(np.array([self.cost_by_chi2(fit), by_chance]))[1])
+
+    def _of_sparse_shape(self, fit: Fit, without: Fit, site: str, chi2_by: Chi2By) -> float:
+        """Of a sparse shape at a site, in the effects' place.
 
         They may be of a form that is a little different, with a function beside them, which is in no library either; or
-        the shape may be at work beside them. The same holds if whole poses scatter as much as the effects leave. What
-        would not be reported counts as none.
+        the shape may be at work beside them.
         """
-        other = CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
-        prices = self._penalties(fit), self._penalties(without) + other
-
-        def probability(final: float, form: float, beside: float, instead: float) -> float:
-            with_effects = final + prices[0] - max(0.0, form - CHI2_OF_UNMODELLED_CAUSE, beside - other)
-            return float(posterior_weights(np.array([with_effects, instead + prices[1]]))[1])
-
-        form, beside = self._once(local_unknown_chi2, fit, site), self._once(sparse_shape_chi2, fit, site)
-        unknown = probability(fit.chi2, form, beside, without.chi2 - self._once(sparse_shape_chi2, without, site))
-        if unknown >= LEAST_PROBABILITY and (calm := fit.with_likeliest_scatter) is not fit:
-            form, beside = local_unknown_chi2(calm, site), sparse_shape_chi2(calm, site)
-            alike = Fit.of(without.problem.with_noise(calm.noise), without.x)
-            instead = alike.chi2 - sparse_shape_chi2(alike, site)
-            unknown = min(unknown, probability(calm.chi2, form, beside, instead))
-        return unknown if unknown >= LEAST_PROBABILITY else 0.0
-
-    def _cost_and_local_unknown(self, fit: Fit, joint: str) -> tuple[float, float]:
-        return self.cost_by_chi2(fit), self._once(local_unknown_chi2, fit, joint)
+        price = CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
+        form, beside = chi2_by(local_unknown_chi2, fit, site), chi2_by(sparse_shape_chi2, fit, site)
+        final = self.cost_by_chi2(fit) - max(0.0, form - CHI2_OF_UNMODELLED_CAUSE, beside - price)
+        instead = self.cost_by_chi2(without) - chi2_by(sparse_shape_chi2, without, site) + price
+        return float(posterior_weights(np.array([final, instead]))[1])
 
     def cost_beside_posture_unknown(self, fit: Fit) -> float:
         """Cost of a fit beside a smooth function that turns several joints, which costs what an effect does."""
