@@ -1,4 +1,4 @@
-"""Why the robot in the cell does not do what the model says: where the gap lies, what causes it, how far it shrinks."""
+"""Why a robot does not do what its model predicts: where the gap is, what causes it, and how far it shrinks."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -29,7 +29,7 @@ FORCE = "force at the flange"
 SEVERAL = 2
 """Joints, from which on they are several."""
 DENTS = 80
-"""Basis functions that tell where in a target dents are."""
+"""Basis functions that locate dents in a target."""
 
 
 @final

@@ -1,7 +1,7 @@
-"""What kind of cause is at work: often certain where its members cannot be told apart.
+"""Classes of causes: often certain where their members cannot be distinguished.
 
-An arm that is off everywhere a little has a dozen effects that could each stand in for another one, but nothing outside
-the arm's geometry could stand in for all of them.
+An arm with small errors everywhere has a dozen effects that could replace one another, but nothing outside the arm's
+geometry could replace all of them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -93,7 +93,7 @@ def _kind(candidate_effect: CandidateEffect) -> type[Effect]:
 def cause_kinds(
     refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut
 ) -> tuple[CauseKind, ...]:
-    """Every effect that was found, with all of its places: it can be certain where no place is.
+    """Every effect that was found, with all of its locations: it can be certain where no location is.
 
     Those that are too improbable to be reported are left out, as of classes.
 
@@ -107,10 +107,10 @@ def cause_kinds(
     found: list[CauseKind] = []
     for kind in dict.fromkeys(one.candidate_effect.effect for one in evidence):
         own = [one for one in evidence if one.candidate_effect.effect is kind]
-        places = {one.where: p for one, p in probabilities.items() if one.effect is kind}
+        locations = {one.where: p for one, p in probabilities.items() if one.effect is kind}
         without = refits.without(final, [one.candidate_effect for one in own])
-        some = at_least_one(list(places.values()))
-        if some < CREDIBLE_MASS and len(places) > 1:
+        some = at_least_one(list(locations.values()))
+        if some < CREDIBLE_MASS and len(locations) > 1:
             others = min(
                 max((w for c, w in one.weights.items() if c and c.effect is not kind), default=0.0) for one in own
             )
@@ -128,8 +128,8 @@ def reweighed_classes(
     """The classes with other evidence for their members; what else their probabilities rest on is as it was.
 
     Args:
-        classes: As they were told.
-        before: The evidence that they were told by.
+        classes: As they were reported.
+        before: The evidence that they were based on.
         now: The evidence that is to count.
     """
     were, are = member_probabilities(before), member_probabilities(now)
@@ -169,13 +169,13 @@ def at_least_one(probabilities: Sequence[float]) -> float:
 def departs(site: str, evidence: Sequence[EffectEvidence]) -> float:
     """Probability that what is left at a site is more than a departure from the form of an effect named there.
 
-    A second cause in one place is far less likely: the effect and the unknown share what is certain.
+    A second cause at one location is far less likely: the effect and the unknown share one probability.
     """
     return 1.0 - max((one.credibility for one in evidence if one.candidate_effect.where == site), default=0.0)
 
 
 def unknown_at(classes: Sequence[CauseClass], where: Sequence[Localization]) -> tuple[CauseClass, ...]:
-    """The classes with the unknown where most of the gap, or of what is left of it, is; nowhere if nobody knows."""
+    """The classes, the unknown located where most of the remaining gap is; nowhere if that is not known."""
     site = where[0].site if where else ""
     return tuple(replace(one, site=site) if one.name == UNKNOWN else one for one in classes)
 
@@ -223,7 +223,7 @@ def _credible_sets(evidence: Sequence[EffectEvidence]) -> tuple[tuple[CandidateE
 def credible_set(evidence: EffectEvidence) -> tuple[CandidateEffect, ...]:
     """The fewest candidates in an effect's place that together have the credible mass; what is at work together, whole.
 
-    Empty where that takes the chance that none is at work, or something that nobody modelled.
+    Empty where the mass includes that none is at work, or an unmodelled cause.
     """
     chosen: list[CandidateEffect] = []
     mass = last = 0.0
@@ -240,7 +240,7 @@ def credible_set(evidence: EffectEvidence) -> tuple[CandidateEffect, ...]:
 def _probability(
     refits: Refits, final: Fit, without: Fit, of: Callable[[CandidateEffect], object], name: object
 ) -> float:
-    """Of effects that belong together, against the best that others, or an unmodelled cause, do in their place.
+    """Of effects that belong together, against the best replacement by other effects or an unmodelled cause.
 
     What is left beside it does not count: something else may be at work too. An unmodelled cause may be a function of
     one joint, where that is the only one of its effects.

@@ -67,5 +67,5 @@ def given_on_bound(diagnosis: Diagnosis) -> Bools:
 
 
 def corrected_json(calibration: Calibration) -> dict[str, Any]:
-    """What calibration.json holds of a corrected model: nobody counted its candidates."""
+    """calibration.json of a corrected model, for which no evaluations were counted."""
     return as_json(calibration) | {"evaluations": None}

@@ -24,7 +24,7 @@ MOST_POINTS = 3000
 """Points that parameters are checked with."""
 ASIDE = 0.02
 """Of the bounds' width: parameters are checked a little aside of their start values, which are often special (a right
-angle, a lens without distortion), so that less can be told there than at the parameters to be found. A judgement."""
+angle, a lens without distortion), where less can be determined than at the true values. A judgement."""
 EXTRACT = "There are no points yet: `robolaser extract` finds them in the images."
 NO_POINTS = "There are no points: points.csv says what was measured in each pose."
 
@@ -56,7 +56,7 @@ class DataCheck:
         dataset: It.
         hindrance: Why it cannot be calibrated; "" where nothing speaks against it.
         parameters: That a calibration finds.
-        inseparable: Groups of them that these data cannot tell apart near the start values.
+        inseparable: Groups of them that these data cannot separate near the start values.
         effects: Every effect.
         missing: What would have to be recorded or stated, and the effects that need it.
     """
@@ -98,7 +98,7 @@ class DataCheck:
 
 
 def check_data(dataset: Dataset, effects: Sequence[type[Effect]] = EFFECTS) -> DataCheck:
-    """Say what a data set allows; nothing is fitted, so a second is enough."""
+    """Check what a data set allows; nothing is fitted, so a second is enough."""
     hindrance, parameters, inseparable = _calibration(dataset)
     images = sum(map(bool, dataset.poses.image or ()))
     poses = len(np.unique(dataset.points.pose)) if len(dataset.points) else images
@@ -108,8 +108,8 @@ def check_data(dataset: Dataset, effects: Sequence[type[Effect]] = EFFECTS) -> D
         if one.remedy:
             missing[one.remedy] = (*missing.get(one.remedy, ()), one.effect)
     if dataset.points.repeat is None and not any(vars(dataset.noise).values()):
-        told = "shots repeated at unmoved poses (column repeat), or known noise ([noise])"
-        missing[told] = ("noise_floor",)
+        repeats = "shots repeated at unmoved poses (column repeat), or known noise ([noise])"
+        missing[repeats] = ("noise_floor",)
     return DataCheck(dataset, hindrance, parameters, inseparable, tested, missing)
 
 
@@ -128,7 +128,7 @@ def _testability(kind: type[Effect], dataset: Dataset, poses: int) -> Testabilit
 
 
 def _calibration(dataset: Dataset) -> tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]]:
-    """Why it cannot be calibrated, the parameters, and those that cannot be told apart."""
+    """Why it cannot be calibrated, the parameters, and those that cannot be separated."""
     if not len(dataset.points):
         return EXTRACT if dataset.poses.image is not None else NO_POINTS, (), ()
     try:

@@ -1,4 +1,4 @@
-"""The most promising of very many frequencies of a wave, or moments of a step: the same sums over poses tell of all.
+"""The most promising of very many frequencies of a wave, or moments of a step, all by the same sums over poses.
 
 Those at all frequencies are Fourier sums over a joint's angles; those at a moment are running sums in time.
 """
@@ -11,7 +11,7 @@ from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
 from robolaser.model.grouped_rows import group_sums
 
 SPREAD = 12
-"""Places of a grid on either side, over which a term of a Fourier sum is spread: twelve digits stay."""
+"""Grid cells on either side, over which a term of a Fourier sum is spread: twelve digits stay."""
 
 
 def gains_of_waves(

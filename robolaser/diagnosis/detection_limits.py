@@ -1,4 +1,4 @@
-"""The sizes of each effect that the data would have shown, told from others, and what it costs to overlook one.
+"""The size from which on each effect is detected, or identified, and the error at the tool if it is overlooked.
 
 Geodesy knows the three as minimal detectable bias, minimal separable bias, and external reliability (Baarda 1968, A
 testing procedure for use in geodetic networks; Förstner 1983).
@@ -29,7 +29,7 @@ def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()
 
     A size δ explains δ² |s|², s being its column without what the fitted parameters imitate. The square root of what is
     measured of that scatters by one standard deviation, and it must exceed the effect's complexity penalty. Beside a
-    rival at an angle c to it only (1 - cos² c) of that is left to tell the two apart. Sizes that no arm has are none.
+    rival at an angle c to it only (1 - cos² c) of that is left to distinguish the two. Implausible sizes count as none.
 
     Args:
         tests: All against the final model.

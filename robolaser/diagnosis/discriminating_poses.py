@@ -51,7 +51,7 @@ def spread_poses(fit: Fit, *, seed: int) -> tuple[Mapping[str, float], ...]:
 
 
 def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float], ...]:
-    """Configurations that would tell two fitted models apart best.
+    """Configurations that would distinguish two fitted models best.
 
     They are within the joint limits, have the target in sight, and the arm and its sensor do not hit themselves.
 

@@ -1,4 +1,4 @@
-"""How sure it is that an effect is the cause: what else could stand in its place."""
+"""How certain an effect is: what could replace it."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from robolaser.model.effects.effect import CandidateEffect
 @final
 @dataclass(frozen=True)
 class EffectEvidence:
-    """An effect of the final model against all that could stand in its place.
+    """An effect of the final model against everything that could replace it.
 
     Attributes:
         candidate_effect: The effect.

@@ -136,21 +136,21 @@ def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence], 
     excess = max(start.chi2 - start.freedoms, 1e-9)
     closed = float(np.clip((start.chi2 - final.chi2) / excess, 0.0, 1.0))
     total = max(sum(one.explained for one in evidence), 1e-9)
-    places = localize(start)
+    located = localize(start)
     by_site: dict[str, list[EffectEvidence]] = {}
     for one in sorted(evidence, key=lambda one: (_chance(one), -one.explained, one.candidate_effect.effect.name)):
         by_site.setdefault(one.candidate_effect.where, []).append(one)
     found = [
         Localization(
             site,
-            _coordinate(own[0].candidate_effect.effect, site, places),
+            _coordinate(own[0].candidate_effect.effect, site, located),
             closed * sum(one.explained for one in own) / total,
             own[0].explained,
             corrected(_chance(own[0]), tried),
         )
         for site, own in by_site.items()
     ]
-    return sorted(found, key=lambda place: -place.share)
+    return sorted(found, key=lambda one: -one.share)
 
 
 def _chance(one: EffectEvidence) -> float:
@@ -158,12 +158,12 @@ def _chance(one: EffectEvidence) -> float:
     return float(chdtrc(len(one.candidate_effect.effect.units()), max(one.explained, 0.0)))
 
 
-def _coordinate(kind: type[Effect], site: str, places: Sequence[Localization]) -> str:
-    """What a function of unknown form at an effect's place depends on, if the effect may too: else what the effect is.
+def _coordinate(kind: type[Effect], site: str, located: Sequence[Localization]) -> str:
+    """The coordinate of an unknown function at an effect's location, if the effect may depend on it; else its title.
 
     A constant of the arm depends on nothing, and on time only what drifts.
     """
-    own = [place.coordinate for place in places if place.site == site and kind.cause != GEOMETRY]
+    own = [one.coordinate for one in located if one.site == site and kind.cause != GEOMETRY]
     return next((one for one in own if one != TIME or kind.depends_on_trajectory), kind.title)
 
 

@@ -22,7 +22,7 @@ from robolaser.model.noise.covariance import NoiseModel
 from robolaser.parameters import Parameters
 
 SEEN, LEAST_SHARE = 1e-3, 0.1
-"""Variance by whole poses' scatter, over the largest, from which on a direction tells of it; and the least share of
+"""Variance by whole poses' scatter, over the largest, from which on a direction shows it; and the least share of
 those directions that the sensor's parameters leave. Effects count by their penalties."""
 LEAST_FACTOR = 1e-2
 """The least factor on an assumed scatter."""
@@ -110,7 +110,7 @@ class Fit:
     def has_optics(self) -> bool:
         """Whether the sensor sees pixels: then its own parameters imitate much of an arm's geometry.
 
-        Without optics a few fixed places are all that is fitted beside the arm, and a pose has few rows.
+        Without optics only a few fixed positions are fitted beside the arm, and a pose has few rows.
         """
         return self.model.dataset.points.pixel is not None
 
@@ -132,8 +132,8 @@ class Fit:
     @cached_property
     def _profile(self) -> tuple[float, float]:
         noise = self.noise
-        telling = int(np.count_nonzero(noise.scatter > SEEN * noise.scatter.max(initial=0.0)))
-        share = max(LEAST_SHARE, 1.0 - len(self.sensor) / max(1, telling))
+        showing = int(np.count_nonzero(noise.scatter > SEEN * noise.scatter.max(initial=0.0)))
+        share = max(LEAST_SHARE, 1.0 - len(self.sensor) / max(1, showing))
         return profile(noise.scatter_squares(self.at.white), noise.scatter, share)
 
     @property
@@ -227,7 +227,7 @@ class Fit:
         return self.model.dataset.points.pose[self.problem.row_of_number]
 
     def in_metres(self, residuals: Array) -> Array:
-        """Residuals (m, k) as they are at the point's place, (m, j) [m]."""
+        """Residuals (m, k) as errors at the point, (m, j) [m]."""
         return self.model.in_metres(self.x, residuals)
 
     def size_of(self, noise: NoiseModel) -> float:

@@ -1,4 +1,4 @@
-"""Arms that hang or stand otherwise than stated: their joints give way along another direction of gravity."""
+"""Arms mounted otherwise than stated: their joints deflect under another direction of gravity."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,7 +11,7 @@ from robolaser.data.subsampling import evenly
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
 from robolaser.diagnosis.summary_text import millimetres
 from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
-from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, told
+from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, with_fault
 from robolaser.estimation.certainty import CERTAIN
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects.effect import CandidateEffect
@@ -67,7 +67,7 @@ def with_gravity_turned(found: Diagnosis, examine: Callable[[Dataset], Diagnosis
         f" {_vector(turned)} m/s². Correct gravity under [robot] in dataset.toml: the error on new poses is then"
         f" {millimetres(mended.gap.after_m)} instead of {millimetres(found.gap.after_m)}."
     )
-    return told(found, mended, wrong, text, "gravity torque")
+    return with_fault(found, mended, wrong, text, "gravity torque")
 
 
 def _turned(found: Diagnosis) -> Array | None:

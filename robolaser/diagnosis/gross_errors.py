@@ -36,7 +36,7 @@ def probability(dataset: Dataset, rows: Ints, verdict: str) -> float:
 
 
 def rows_sentence(final: Fit, noise: NoiseModel, verdict: str, dataset: Dataset, outliers: Ints) -> str:
-    """What is said of rows, and known distances, that do not agree with a model's others; may be empty.
+    """A sentence on rows, and known distances, that do not agree with the others; may be empty.
 
     Args:
         final: The model.
@@ -52,7 +52,7 @@ def rows_sentence(final: Fit, noise: NoiseModel, verdict: str, dataset: Dataset,
 
 
 def gross_sentence(dataset: Dataset, rows: Ints) -> str:
-    """What is said of rows that are far off; may be empty."""
+    """A sentence on rows that are far off; may be empty."""
     if not len(rows):
         return ""
     if _are_whole(dataset, rows):
@@ -69,7 +69,7 @@ def gross_sentence(dataset: Dataset, rows: Ints) -> str:
 
 
 def _uneven(final: Fit) -> str:
-    """What is said of rows that hold most of the error and are too many to be left out; may be empty."""
+    """A sentence on rows that hold most of the error and are too many to be left out; may be empty."""
     if final.spread < NO_NOISE:
         return ""
     dataset, squares = final.model.dataset, final.row_squares
@@ -81,7 +81,7 @@ def _uneven(final: Fit) -> str:
 
 
 def _beyond_stated(noise: NoiseModel) -> str:
-    """What is said of rows that scatter far more than is stated; may be empty."""
+    """A sentence on rows that scatter far more than is stated; may be empty."""
     if (times := over_stated(noise)) < MOST_OVER_STATED:
         return ""
     return f" Rows scatter {times:.0f} times as much as [noise] states: correct it, or look for what else moves them."

@@ -1,4 +1,4 @@
-"""What is so wrong with files that it shows before anything is diagnosed: said where they are imported."""
+"""Faults of files that show before anything is diagnosed: reported where the files are imported."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ def gross_mistakes(dataset: Dataset) -> tuple[str, ...]:
     """Sentences on data that are centimetres off, or images that are exchanged, and fit when they are read otherwise.
 
     Args:
-        dataset: With points; nothing is said of one that cannot be calibrated for other reasons.
+        dataset: With points; none is reported where it cannot be calibrated for other reasons.
     """
     try:
         preparation = Preparation.of(dataset, seed=0)

@@ -25,7 +25,7 @@ RESAMPLES = 2000
 class _Errors:
     """On held-out poses, of a model."""
 
-    in_metres: Array  # at the points' places, (m, j) [m]
+    in_metres: Array  # at the points, (m, j) [m]
     rows: Array  # in the sensor's unit, (m, k)
     folds: FoldFits | None  # the fits without each fold, where they were made
     x: Array  # the model's parameters, (d,)
@@ -104,7 +104,7 @@ class HeldOut:
         return self._of(fit).rows[:, row_format.numbers - row_format.angles :]
 
     def gap(self, fit: Fit) -> float:
-        """Root mean square of those at the points' places [m]."""
+        """Root mean square of those at the points [m]."""
         return rms(self.errors(fit))
 
     def _all_errors(self, fit: Fit) -> Array:

@@ -15,7 +15,7 @@ from robolaser.diagnosis.cause_words import listed, members
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
 from robolaser.diagnosis.summary_text import NAMED, millimetres
 from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
-from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, told
+from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, with_fault
 from robolaser.errors import RobolaserError
 from robolaser.estimation.certainty import CERTAIN, EVEN
 from robolaser.estimation.linearization import TOUCH
@@ -52,7 +52,7 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
     free = examine(freed[part].model.dataset)
     moved = _moved(free, held[part])
     probability = probability_of(found, free) if max(moved.values()) > NOISE_CONTRADICTED_SIGMA else 0.0
-    return _told(found, free, part, held[part], moved, probability) if probability > EVEN else found
+    return _reported(found, free, part, held[part], moved, probability) if probability > EVEN else found
 
 
 def _held(found: Diagnosis) -> dict[str, dict[str, float]]:
@@ -106,7 +106,7 @@ def _freed(found: Diagnosis, part: str, names: Iterable[str], seed: int) -> Cali
 def _is_suspect(found: Diagnosis, freed: Calibration) -> bool:
     """Whether free parameters predict certainly better than what was found.
 
-    As well is not enough: an effect of the same part, a decentred lens say, is the more telling name then.
+    As well is not enough: an effect of the same part, such as a decentred lens, is then the better name.
     """
     if freed.held_out is None:
         return False
@@ -120,7 +120,7 @@ def _moved(free: Diagnosis, held: Mapping[str, float]) -> dict[str, float]:
     return {name: abs(would_be[name].value - held[name]) / (would_be[name].std or np.inf) for name in held}
 
 
-def _told(
+def _reported(
     found: Diagnosis,
     free: Diagnosis,
     part: str,
@@ -144,11 +144,11 @@ def _told(
         () if probability >= CERTAIN else tuple(one.candidate_effect for one in found.findings),
     )
     text = _sentence(wrong, {name: held[name] for name in shown}, _radii(found).keys())
-    return told(found, free, wrong, text, "parameters that the data set holds")
+    return with_fault(found, free, wrong, text, "parameters that the data set holds")
 
 
 def _sentence(wrong: WrongInput, held: Mapping[str, float], radii: Set[str]) -> str:
-    """What is held, what it would be, and what that does to the error; radii stand elsewhere than other parameters."""
+    """What is held, what it would be, and what that does to the error; radii are in another table than parameters."""
     numbers = list(wrong.parameters.items())[:NAMED]
     are = listed([f"{name} at {held[name]:.4g} {number.unit}".rstrip() for name, number in numbers])
     would_be = listed([f"{number.value:.4g} {number.unit}".rstrip() for _, number in numbers])

@@ -95,7 +95,7 @@ def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, no
     return Evidence(
         chi2_before=start.chi2,
         chi2_after=final.with_likeliest_scatter.chi2,
-        localized=sum(place.likelihood_ratio for place in left),
+        localized=sum(one.likelihood_ratio for one in left),
         floor_m=gap.noise_floor_m,
         expected_m=expected_gap(final, noise),
         gap_m=gap.after_m,

@@ -51,11 +51,11 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
 
     Args:
         fit: The model.
-        site: A joint that moves; or another site, which may wander in time, or in its place any joint.
+        site: A joint that moves; or another site, which may wander in time, or any joint instead of it.
     """
     joints = moving_joints(fit.model.dataset.robot)
     if site == TARGET:
-        return 0.0  # `unmodelled_chi2` has functions of the place on it
+        return 0.0  # `unmodelled_chi2` has functions of the position on it
     if site in joints:
         sums = joint_equations(fit, site)
         return max(chance_ratio(*sums), *(_ratio(basis, *sums) for basis in _bases(fit.model.run, site)))

@@ -1,4 +1,4 @@
-"""The share of a gap that lies at each site: random functions there, their size by maximum likelihood."""
+"""The share of a gap at each site: random functions there, their size by maximum likelihood."""
 
 import math
 import sys
@@ -21,7 +21,7 @@ SIZES = np.exp(np.linspace(np.log(1e-2), np.log(1e4), 60))
 @final
 @dataclass(frozen=True)
 class Localization:
-    """A site where the gap, or a part of it, lies.
+    """A site where the gap, or a part of it, is.
 
     Attributes:
         site: A joint's name, or another of `Site.site`.
@@ -40,7 +40,7 @@ class Localization:
     unknown: bool = True
 
     def beside(self, other: "Localization") -> "Localization":
-        """Both as one place."""
+        """Both as one."""
         return replace(
             self,
             share=min(1.0, self.share + other.share),
@@ -142,10 +142,10 @@ def localize(fit: Fit) -> list[Localization]:
     return sorted(found, key=lambda one: -one.share)
 
 
-def merged(places: Iterable[Localization]) -> list[Localization]:
-    """Each site and coordinate once, with all that lies there."""
+def merged(located: Iterable[Localization]) -> list[Localization]:
+    """Each site and coordinate once, with its whole share."""
     whole: dict[tuple[str, str], Localization] = {}
-    for one in places:
+    for one in located:
         before = whole.get(key := (one.site, one.coordinate))
         whole[key] = one if before is None else before.beside(one)
     return sorted(whole.values(), key=lambda one: -one.share)

@@ -57,7 +57,7 @@ def examine(
     validate: Sequence[Dataset] = (),
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """Say where the gap lies, which effects cause it, and how far it shrinks, with all that a report shows.
+    """Determine where the gap is, which effects cause it, and how far it shrinks, with all that a report shows.
 
     Args:
         dataset: The measurements, with the nominal parameters.
@@ -79,17 +79,17 @@ def examine(
     began = time.perf_counter()
     for other in validate:
         check_same_arm(dataset, other, f"predicted with what is found on {dataset.name}")
-    tell = progress or (lambda what, share: None)
+    announce = progress or (lambda what, share: None)
     with threadpool_limits(limits=1, user_api="blas"):
         kinds = _kinds(effects, without)
 
         def examined(data: Dataset) -> Diagnosis:
-            return _examine(data, kinds, seed, tell, began)
+            return _examine(data, kinds, seed, announce, began)
 
         found = with_gravity_turned(with_parameters_free(examined(dataset), examined, seed), examined)
         if not validate:
             return found
-        tell("predicting other data", 0.9)
+        announce("predicting other data", 0.9)
         found = validated(found, validate, seed)
     return replace(found, seconds=time.perf_counter() - began)
 
@@ -222,7 +222,7 @@ def _only_imitate(
     """Whether the effects explain nothing: neither they nor their classes are probable enough to be named.
 
     Or something else is left, and they do not lower the held-out error for certain: there chi-squared is not that of
-    noise, and only other poses can tell.
+    noise, and only other poses can decide.
     """
     likely = {one.name for one in classes if one.probability >= EVEN}
     if not any(one.probability >= LEAST_PROBABILITY or class_of(one.candidate_effect) in likely for one in evidence):

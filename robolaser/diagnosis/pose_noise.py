@@ -31,7 +31,7 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: 
     Args:
         fit: The model without effects, its noise that of rows.
         effects: All effects that may be at work; nonlinear parameters have their first values.
-        poses_scatter: Whether that of whole poses is asked for, not of rows alone.
+        poses_scatter: Whether the scatter of whole poses is wanted, not of rows alone.
     """
     columns, parts = Columns(), [fit.at.slopes * UNIFORM]
     for one in effects:
@@ -39,8 +39,8 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: 
         grid = one.effect.grid(fit.model.dataset, one.where)[:1]
         parts.append(columns.by_effect(fit, one, grid) * (2.0 * UNIFORM * bounds / prior_scales(one)))
     white = np.hstack(parts)
-    told = min(len(white), MOTIONS * len(fit.poses)) if poses_scatter else len(white)
-    if told < MOTIONS_PER_PARAMETER * white.shape[1]:
+    independent = min(len(white), MOTIONS * len(fit.poses)) if poses_scatter else len(white)
+    if independent < MOTIONS_PER_PARAMETER * white.shape[1]:
         return fit.noise.correlate(_beside_cause(fit, effects).at.slopes.T).T
     U, s, _ = np.linalg.svd(white, full_matrices=False)
     e = fit.at.white
@@ -67,7 +67,7 @@ def _beside_cause(fit: Fit, effects: Sequence[CandidateEffect]) -> Fit:
 def explained(fit: Fit, *, smooth: bool) -> Array:
     """Directions of the plain residuals that a model's parameters explain, those that can move, (K, n).
 
-    A direction of which known distances and priors tell more than the data do explains nothing: an arm that shrinks
+    A direction that known distances and priors determine more than the data do explains nothing: an arm that shrinks
     with all its sockets would leave no residuals at all.
 
     Args:

@@ -1,4 +1,4 @@
-"""What poses could tell, before anything is measured in them: which effects apart, and from which size on."""
+"""What poses could show, before anything is measured in them: which effects, and from which size on."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -32,17 +32,17 @@ FORMAT = "robolaser-plan/1"
 @final
 @dataclass(frozen=True)
 class PosePlan:
-    """What planned poses could tell.
+    """What planned poses could show.
 
     Attributes:
         dataset: The poses, and what would be seen in them.
         seeing: How many of them see something.
         noise: The errors that are reckoned with.
         silent: Sources of error of which nothing is stated: they are taken to be none.
-        limits: The smallest size of each effect that would be found, and told from its nearest rival.
+        limits: The smallest size of each effect that would be detected, and distinguished from its nearest rival.
         candidates: Effects at their locations, in the order of `alike`.
         alike: |cosine| of the angle between what each does to the measurements and what the other can do, the sensor's
-            parameters fitted; 1: these poses cannot tell them apart, (e, e).
+            parameters fitted; 1: these poses cannot distinguish them, (e, e).
         untestable: Why an effect could not be tested, by its name.
     """
 
@@ -93,7 +93,7 @@ def examine_plan(
     mount: Mount = "flange",
     seed: int = 0,
 ) -> PosePlan:
-    """Say what poses could tell, from the Fisher information of what is seen in them.
+    """Determine what poses could show, from the Fisher information of what is seen in them.
 
     Args:
         dataset: The poses of a robot, the kind of sensor and the expected noise. If it has points, these are what is

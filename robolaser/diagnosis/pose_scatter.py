@@ -107,8 +107,8 @@ class _Part:
 
 def beside(where: Iterable[Localization], scattered: Localization) -> list[Localization]:
     """All locations of the gap, the largest share first; those of the rest divide what the scatter leaves."""
-    rest = [replace(lies, share=(1.0 - scattered.share) * lies.share) for lies in where]
-    return sorted([scattered, *rest], key=lambda lies: -lies.share)
+    rest = [replace(one, share=(1.0 - scattered.share) * one.share) for one in where]
+    return sorted([scattered, *rest], key=lambda one: -one.share)
 
 
 def pose_scatter(fit: Fit, found: NoiseEstimate) -> PartScatter | None:

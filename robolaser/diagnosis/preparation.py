@@ -182,7 +182,7 @@ def _calibrated(dataset: Dataset, seed: int) -> tuple[Calibration, NoiseWeighted
 
 
 def _scatter_is_seen(fit: Fit) -> bool:
-    """Whether the scatter of whole poses can be told from what the sensor's model lacks.
+    """Whether the scatter of whole poses can be distinguished from what the sensor's model lacks.
 
     Not where a camera moves with flange poses of unknown joints: poses that are free in all six ways explain any error
     of a lens or a laser plane, and weights that allow for them trust the model within each pose, where it fails.

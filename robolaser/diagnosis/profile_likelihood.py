@@ -1,4 +1,4 @@
-"""The likelihood of residuals when nobody knows how much whole poses scatter: profiled over that scatter.
+"""The likelihood of residuals where the scatter of whole poses is unknown: profiled over that scatter.
 
 With ν residuals that scatter alone moves, a gain g of chi-squared counts as ν log(1 + g/ν): few poses give no
 certainty. Cox, Reid 1987, J. R. Stat. Soc. B 49.

@@ -47,7 +47,7 @@ def prune(
     located, rivals = cache(localize), cache(lambda fit: PostureRivals.of(refits, fit))
 
     def unexplained(fit: Fit) -> float:
-        return sum(place.likelihood_ratio for place in located(fit))
+        return sum(one.likelihood_ratio for one in located(fit))
 
     @cache
     def instead_of(fit: Fit, one: CandidateEffect) -> float:
@@ -214,7 +214,7 @@ def probable_remainder(
     classes: Sequence[CauseClass],
     left: list[Localization],
 ) -> list[Localization]:
-    """Where the rest of the gap lies without effects that, like their class, are less likely than not."""
+    """Where the rest of the gap is without effects that, like their class, are less likely than not."""
     likely = {one.name for one in classes if one.probability >= EVEN}
     doubted = [one.candidate_effect for one in evidence if one.probability < EVEN]
     doubted = [one for one in doubted if class_of(one) not in likely]

@@ -148,7 +148,7 @@ class Refits:
     def unmodelled(self, fit: Fit, without: Fit) -> float:
         """Probability that an unmodelled cause explains what some effects do, with no need of them.
 
-        Smooth functions of any form at any site stand for that cause, beside the effects and in their place.
+        Smooth functions of any form at any site represent that cause, beside the effects and instead of them.
         """
         return probability_of_unmodelled(self._beside_unmodelled(without), self._beside_unmodelled(fit))
 
@@ -174,18 +174,18 @@ class Refits:
         return min(unknown, rival(calm, alike, joint, lambda chi2_of, one, *site: chi2_of(one, *site)))
 
     def _of_any_form(self, fit: Fit, without: Fit, joint: str, chi2_by: Chi2By) -> float:
-        """Of a function of unknown form at a joint, in the effects' place or beside them; elsewhere only in it."""
+        """Of a function of unknown form at a joint, instead of the effects or beside them; elsewhere only instead."""
         left = chi2_by(local_unknown_chi2, fit, joint) if joint in moving_joints(fit.model.dataset.robot) else 0.0
         instead = chi2_by(local_unknown_chi2, without, joint)
         return probability_of_local_unknown(self.cost_by_chi2(fit), left, self.cost_by_chi2(without), instead)
 
     def _by_chance(self, fit: Fit, without: Fit, joint: str, chi2_by: Chi2By) -> float:
-        """Of a joint that scatters from pose to pose, in the effects' place."""
+        """Of a joint that scatters from pose to pose, instead of the effects."""
         by_chance = self.cost_by_chi2(without) - chi2_by(chance_chi2, without, joint) + CHI2_PER_EFFECT
         return float(posterior_weights(np.array([self.cost_by_chi2(fit), by_chance]))[1])
 
     def _of_sparse_shape(self, fit: Fit, without: Fit, site: str, chi2_by: Chi2By) -> float:
-        """Of a sparse shape at a site, in the effects' place.
+        """Of a sparse shape at a site, instead of the effects.
 
         They may be of a form that is a little different, with a function beside them, which is in no library either; or
         the shape may be at work beside them.

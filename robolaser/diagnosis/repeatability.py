@@ -45,7 +45,7 @@ class Repeatability:
     is_stated: bool = False
 
     def is_most_of(self, floor_m: float) -> bool:
-        """Whether it is worth saying: nobody stated it, and it is most of what noise alone makes of a row.
+        """Whether it is worth reporting: it was not stated, and it is most of the noise of a row.
 
         Where poses do not scatter, chance makes a third of the noise look as if they did.
         """

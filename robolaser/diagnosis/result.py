@@ -1,4 +1,4 @@
-"""What a diagnosis says: the verdict, the gap step by step, the places, the effects, and what to do next."""
+"""The result of a diagnosis: the verdict, the gap step by step, the locations, the effects, and what to do next."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -40,12 +40,12 @@ class Estimate:
 @final
 @dataclass(frozen=True)
 class Alternative:
-    """An effect that these poses cannot tell from one that was found.
+    """An effect that these poses cannot distinguish from one that was found.
 
     Attributes:
         candidate_effect: Which, and where.
-        parameters: Its parameters in the other's place, by name.
-        gap_m: Held-out gap with it in the other's place.
+        parameters: Its parameters instead of the other's, by name.
+        gap_m: Held-out gap with it instead of the other.
     """
 
     candidate_effect: CandidateEffect
@@ -60,12 +60,12 @@ class Finding:
 
     Attributes:
         candidate_effect: Which, and where.
-        probability: Of it, at this place, against every other candidate, none, and something unknown.
+        probability: Of it, at this location, against every other candidate, none, and something unknown.
         parameters: By name.
         gap_before_m: Held-out gap with the effects found before it in the model.
         gap_after_m: With this one too.
         gap_without_m: With all but this one.
-        alternatives: Effects that these poses cannot tell from it, the nearest first.
+        alternatives: Effects that these poses cannot distinguish from it, the nearest first.
     """
 
     candidate_effect: CandidateEffect
@@ -80,11 +80,11 @@ class Finding:
 @final
 @dataclass(frozen=True)
 class CauseKind:
-    """An effect at all the places where it seems to be at work.
+    """An effect at all locations where it seems to be at work.
 
     Attributes:
         effect: Its name.
-        where: The places.
+        where: The locations.
         probability: That it is at work somewhere.
         gap_without_m: Held-out gap of the final model without it [m].
     """
@@ -196,7 +196,7 @@ class DetectionLimit:
         parameter: Name of its principal parameter.
         size: In its unit; None where no plausible size shows.
         unit: SI.
-        identifiable: The smallest size at which it is told from its nearest rival; None where no plausible size is.
+        identifiable: The smallest plausible size at which it is distinguished from its nearest rival; None without one.
         rival: The candidate, of no higher complexity penalty, that looks most like it; None where none does.
         at_tool_m: By how much an effect of just the detectable size moves what is measured, root mean square over these
             data, nothing refitted [m].
@@ -216,7 +216,7 @@ class DetectionLimit:
 @final
 @dataclass(frozen=True)
 class Validation:
-    """Other data of the same arm, predicted with what was found; only where things stand was fitted anew.
+    """Other data of the same arm, predicted with what was found; only the positions of things in the cell are refitted.
 
     Errors are root-mean-square 3-D errors on poses held out from that fit, gross errors left out [m].
 

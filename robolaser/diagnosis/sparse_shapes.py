@@ -25,7 +25,7 @@ from robolaser.model.grouped_rows import GroupedRows
 from robolaser.model.stages import Stage
 
 KNOTS: Final = 50
-"""Places of a ramp's ends over its coordinate's range."""
+"""Positions of a ramp's ends over its coordinate's range."""
 WIDTHS: Final = 12
 """Widths of play, up to its coordinate's range."""
 DENT_WIDTHS: Final = (0.06, 0.08, 0.1, 0.13, 0.18, 0.25)
@@ -35,7 +35,7 @@ DENT_WIDTHS: Final = (0.06, 0.08, 0.1, 0.13, 0.18, 0.25)
 def sparse_shape_chi2(fit: Fit, site: str) -> float:
     """Chi-squared that one of the shapes explains, beyond the cost of choosing it: at a joint, or in the target.
 
-    In the place of another site, joints or what the flange carries, may have slipped at a moment of the run.
+    Instead of another site, joints or what the flange carries may have slipped at a moment of the run.
 
     Twice the logarithm of the marginal likelihood over a family's shapes, all alike probable, the amplitude of each
     normal with the variance that has the largest likelihood; of the best family.
@@ -120,13 +120,13 @@ def plays(coordinate: Array, order: Ints) -> Array:
     return np.vstack([followed - coordinate.mean(), coordinate - followed])
 
 
-def dents(places: Array) -> Iterator[Array]:
-    """Bells around places on a plane (n, 2), those of each width, (s, n)."""
-    low, sides = places.min(axis=0), np.ptp(places, axis=0)
+def dents(positions: Array) -> Iterator[Array]:
+    """Bells around positions on a plane (n, 2), those of each width, (s, n)."""
+    low, sides = positions.min(axis=0), np.ptp(positions, axis=0)
     for width in max(float(sides.max()), 1e-300) * np.array(DENT_WIDTHS):
         steps = [np.arange(0.0, side + 0.5 * width, 0.5 * width) for side in sides]
-        x, y = (np.exp(-0.5 * ((places[:, i] - low[i] - steps[i][:, None]) / width) ** 2) for i in range(2))
-        yield (x[:, None] * y).reshape(-1, len(places))
+        x, y = (np.exp(-0.5 * ((positions[:, i] - low[i] - steps[i][:, None]) / width) ** 2) for i in range(2))
+        yield (x[:, None] * y).reshape(-1, len(positions))
 
 
 def _along(

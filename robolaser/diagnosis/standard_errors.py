@@ -28,7 +28,7 @@ def standard_errors(
 ) -> Array:
     """One standard deviation of each parameter, (d,): the larger of noise and poses, and what other effects may add.
 
-    What may be at work in the place of each effect found, or that nothing is, counts with its weight (model averaging:
+    What may be at work instead of each effect found, or that nothing is, counts with its weight (model averaging:
     Hoeting, Madigan, Raftery, Volinsky 1999).
 
     Known distances and priors count as they are stated. With few poses the scatter itself is little known: Student's t
@@ -79,7 +79,7 @@ def _influence(fit: Fit) -> Array:
 
 
 def between_models(fit: Fit, evidence: Sequence[EffectEvidence]) -> Array:
-    """Squares by which parameters move with something else, or nothing, in the place of an effect, weighted, (d,)."""
+    """Squares by which parameters move with something else, or nothing, instead of an effect, weighted, (d,)."""
     moved = np.zeros(len(fit.x))
     for one in evidence:
         for candidate, other in ((None, one.without), *one.alternatives):

@@ -28,16 +28,16 @@ def sentence(
     scatter: PartScatter | None = None,
     hindrance: str = "",
 ) -> str:
-    """Say the verdict.
+    """The verdict in sentences.
 
     Args:
         verdict: `no_gap`, `explained` or `unexplained`.
         findings: Effects of the final model, most important first.
         classes: Classes of causes, most important first.
-        where: Places of the gap, the largest share first; for `unexplained`, of what is left.
+        where: Locations of the gap, the largest share first; for `unexplained`, of what is left.
         gap: How far the gap shrinks.
         repeatability: How much whole poses scatter.
-        gross: What is said of gross errors.
+        gross: The sentence on gross errors.
         scatter: Of whole poses, beyond what counts as noise.
         hindrance: Why no effect was looked for; empty where they were.
     """
@@ -72,7 +72,7 @@ def sentence(
 
 
 def scatters(scatter: PartScatter) -> str:
-    """Say by how much whole poses scatter beyond noise, and what to ask."""
+    """State by how much whole poses scatter beyond noise, and what to check."""
     limit = "the stated repeatability" if scatter.is_stated else "is usual for arms"
     if scatter.where == FLANGE:
         by = listed([_size(one.value, one.unit) for one in scatter.sizes.values() if one.value > one.limit])
@@ -93,7 +93,7 @@ def _size(value: float, unit: str) -> str:
 
 
 def imitated_sentence(limits: Sequence[DetectionLimit], classes: Sequence[CauseClass]) -> str:
-    """Say which causes of other classes what was found may stand for; may be empty."""
+    """State which causes of other classes the effects found may imitate; may be empty."""
     named_classes = {one.name for one in classes}
     hidden = [one.candidate_effect for one in limits if one.is_imitated]
     hidden = [one for one in hidden if class_of(one) not in named_classes]
@@ -106,7 +106,7 @@ def imitated_sentence(limits: Sequence[DetectionLimit], classes: Sequence[CauseC
 
 
 def exchanged_sentence(belongs: Mapping[int, int], names: Sequence[str]) -> str:
-    """Say which poses' rows belong to each other, and what a diagnosis does; may be empty. See `exchanged`."""
+    """State which poses' rows belong to each other, and what a diagnosis does; may be empty. See `exchanged`."""
     if not belongs:
         return ""
     return f" {exchanged(belongs, names)}; this diagnosis uses them in the right order. Correct the data set."
@@ -128,7 +128,7 @@ def exchanged(belongs: Mapping[int, int], names: Sequence[str]) -> str:
 
 
 def transfer_sentences(validation: Sequence[Validation], *, has_effects: bool) -> str:
-    """Say whether what was found holds for other data of the same arm; may be empty.
+    """State whether what was found holds for other data of the same arm; may be empty.
 
     Args:
         validation: Errors on each of these.
@@ -179,7 +179,7 @@ def _with_noise(gap: Gap) -> str:
 def _unexplained(
     findings: Sequence[Finding], classes: Sequence[CauseClass], where: Sequence[Localization], gap: Gap
 ) -> str:
-    first = next((lies for lies in where if lies.coordinate != BY_CHANCE), None)
+    first = next((one for one in where if one.coordinate != BY_CHANCE), None)
     lies = f" The remaining error is at {site_phrase(first.site)} ({first.coordinate})." if first else ""
     if findings:
         is_closed = gap.after_m <= NO_DIFFERENCE * gap.noise_floor_m
@@ -261,7 +261,7 @@ def _class(one: CauseClass, findings: Sequence[Finding]) -> str:
 
 
 def _doubts(doubtful: Sequence[Finding], sure: Sequence[CauseClass], *, is_all: bool) -> str:
-    """What is not certain of single effects: sets of which one is, or that these poses do not tell."""
+    """What is not certain of single effects: sets of which one is, or that these poses do not show."""
     open_ones = {found.candidate_effect for found in doubtful}
     sets = [some for one in sure for some in one.credible_sets if 1 < len(some) <= NAMED and open_ones & set(some)]
     distinct = {frozenset(some): some for some in sets}.values()

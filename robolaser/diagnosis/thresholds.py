@@ -76,7 +76,7 @@ SMOOTH_POSTURE: Final = 0.6
 """The same for functions of all joints at once, of the posture's spread. A judgement: with 0.35 a compliance, too rough
 for such a function, leaves a part of itself to an eccentricity of its joint."""
 SMOOTH_LOAD: Final = 2.0
-"""The same for loads: a force at the flange, of the extent of the flange's places, since a cable that hangs from afar
+"""The same for loads: a force at the flange, of the extent of the flange's positions, since a cable fixed far away
 pulls nearly alike everywhere; the direction of gravity in the flange and the overturning moment, of their ranges, since
 what yields does so nearly in proportion. A judgement: 1 and 4 change twice the log-likelihood of seven cables by 25 at
 most."""
@@ -91,7 +91,7 @@ DENT: Final = 0.08
 """The same for dents in a target, as a share of its extent. A judgement."""
 MAX_DISTORTION_PX: Final = 0.1
 """Largest plausible distortion of a lens beyond the model's, as a standard deviation over the image. A judgement:
-without a limit, scatter of a camera's poses by 0.1 mrad is told as a gap in its lens."""
+without a limit, scatter of a camera's poses by 0.1 mrad is reported as a gap in its lens."""
 
 # How sure an effect is, and what else it may be.
 
@@ -132,7 +132,7 @@ gaps blind worlds whose effects are all known stay below 1.5, a real scanner wit
 MOST_OVER_STATED: Final = 3.0
 """Size of rows' noise that residuals give over the stated one, from which on it is no noise. A judgement: in blind
 worlds it is 2.6 at most; a rolling shutter makes it 3.4, a tracked body whose angles are biased by where it is seen
-from 5, a slipped reflector, half of it told as a moved base, 20."""
+from 5, a slipped reflector, half of it reported as a moved base, 20."""
 LEAST_TYPICAL: Final = 0.25
 """What that median is at least: rows without noise are left to rounding."""
 OPEN_SHARE: Final = 0.005

@@ -148,7 +148,7 @@ class Transfer:
             course: How far the run had come at the poses of a data set.
             effects: In the model.
             held: Values of parameters by name.
-            sizes: Of the noise's sources by name; without them, those that the rows tell.
+            sizes: Of the noise's sources by name; without them, estimated from the rows.
         """
         whole = Model(data.raw, effects, course(data.raw))
         nominal = {item.name: item.nominal for item in whole.parameters.items}

@@ -66,7 +66,7 @@ def credibility(unmodelled: float, unexplained: float, explained: float) -> floa
 
 
 def is_indistinguishable(chi2: float, chi2_of_alternative: float) -> bool:
-    """Whether an alternative in an effect's place fits nearly as well."""
+    """Whether an alternative to an effect fits nearly as well."""
     return chi2_of_alternative - chi2 < CHI2_PER_EFFECT
 
 

@@ -1,4 +1,4 @@
-"""Faults of the data set rather than of the cell: whether they explain a gap, and how a diagnosis tells them."""
+"""Faults of the data set rather than of the cell: whether they explain a gap, and how a diagnosis reports them."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -22,7 +22,7 @@ def mispaired(poses: int, gap_m: float) -> WrongInput:
 
 
 def at_other_poses(share: float) -> Localization:
-    """Where the gap of such rows lies."""
+    """Where the gap of such rows is."""
     return Localization("image", "order of the poses", share, 0.0, 1.0 - MISREAD, unknown=False)
 
 
@@ -55,7 +55,7 @@ def probability_of(found: Diagnosis, mended: Diagnosis) -> float:
     return probability if sure or probability < 0.5 else min(probability, LIKELY)
 
 
-def told(found: Diagnosis, mended: Diagnosis, wrong: WrongInput, text: str, coordinate: str) -> Diagnosis:
+def with_fault(found: Diagnosis, mended: Diagnosis, wrong: WrongInput, text: str, coordinate: str) -> Diagnosis:
     """The diagnosis of the mended data set, as one of the data set as it is.
 
     Args:

@@ -29,10 +29,10 @@ SIZES: Final = np.geomspace(0.1, 100.0, 13)
 @final
 @dataclass(frozen=True)
 class SetRival:
-    """A model with zeros in the place of a placement, or a placement in that of zeros.
+    """A model with zeros instead of a placement, or a placement instead of zeros.
 
     Attributes:
-        effects: What it has in the other's place.
+        effects: What it has instead of the other's.
         fit: It.
         probability: Of it, against the model that it is a rival of.
     """
@@ -85,7 +85,7 @@ def _limits(fit: Fit, rival: Fit, held_out: HeldOut) -> tuple[float, float]:
 def _exchanged(
     refits: Refits, fit: Fit, removed: Sequence[CandidateEffect], added: Sequence[CandidateEffect]
 ) -> Fit | None:
-    """The fit with some effects in the place of others; None where these are no candidates."""
+    """The fit with some effects instead of others; None where these are no candidates."""
     fit = refits.without(fit, removed)
     tests = {test.candidate_effect: test for test in refits.score_tests(fit)}
     if not all(one in tests for one in added):
