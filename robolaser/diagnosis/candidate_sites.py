@@ -137,7 +137,7 @@ def of_several_joints(fit: Fit) -> Iterator[Site]:
     """Where one cause turns several joints: what pulls at the flange turns the last ones most.
 
     It is a function of the posture, one for each of these joints, all of one size; or a force, a function of where the
-    flange is, to which they give way alike. The joint in their middle is named.
+    flange is, to which they yield alike. The joint in their middle is named.
     """
     dataset, poses, derivatives = fit.model.dataset, fit.pose_of_number, stage_derivatives(fit)
     joints = moving_joints(dataset.robot)[::-1]

@@ -28,7 +28,7 @@ more."""
 
 
 def with_gravity_turned(found: Diagnosis, examine: Callable[[Dataset], Diagnosis]) -> Diagnosis:
-    """The diagnosis under another gravity, where joints that give way explain what the stated one leaves unexplained.
+    """The diagnosis under another gravity, where joints that deflect explain what the stated one does not.
 
     Args:
         found: Under the gravity that the data set states.

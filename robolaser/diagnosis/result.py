@@ -327,8 +327,8 @@ class Diagnosis:
     def robot(self) -> Robot | None:
         """The corrected arm, as the exported URDF has it: `forward`, `jacobian` and `inverse`, in batches.
 
-        With the offsets and placements of joints in the model. What no URDF can say, such as joints that give way, is
-        not in it. None for a data set of measured flange poses.
+        With the offsets and placements of joints in the model, but without what a URDF cannot hold, such as compliance.
+        None for a data set of measured flange poses.
         """
         return self.model.robot_at(self.x)
 

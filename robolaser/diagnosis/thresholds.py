@@ -68,8 +68,8 @@ poses is first estimated: it would explain anything. A judgement."""
 # An unmodelled cause: a smooth function of unknown form at some site.
 
 CHI2_OF_UNMODELLED_CAUSE: Final = 12.0
-"""Chi-squared that it costs to say that the cause is not in the library. A prior: odds of 1 to 400. With 6 or 24
-no answer changes on six blind worlds; 4 no longer finds some weak true causes, and -12 loses 5 of 18."""
+"""Chi-squared that a cause outside the library costs. A prior: odds of 1 to 400. With 6 or 24 no answer changes on six
+blind worlds; 4 no longer finds some weak true causes, and -12 loses 5 of 18."""
 SMOOTH: Final = 0.35
 """Length over which a smooth function keeps its value, as a share of its coordinate's range. A judgement."""
 SMOOTH_POSTURE: Final = 0.6
@@ -102,8 +102,8 @@ SMALL_SHARE: Final = 0.05
 blind trials."""
 
 LARGEST_PLAUSIBLE: Final = 10.0
-"""Size of an effect, in units of what is usual in industry, beyond which a limit says nothing: no arm errs so much. A
-judgement; a joint's zero may be off by 1°."""
+"""Largest plausible size of an effect, in units of those usual in industry. A judgement; a joint's zero may be off by
+1°."""
 
 LARGEST_USUAL: Final = 3.0
 """Size of the errors of an arm that was never calibrated, in units of those usual in industry. A judgement."""
@@ -123,12 +123,11 @@ LEAST_PROBABILITY: Final = 0.01
 # The verdict.
 
 NO_NOISE: Final = 2.0
-"""Error over what noise lets expect, from which on it is none: the root mean square of whitened rows, over what their
-median lets expect; the squares of a fit's residuals, over those of the noise that was estimated from them, where the
-search for it ended in a lesser optimum; a held-out gap over its noise floor, of which no share is small enough then. A
-judgement: of rows it is 1.08 at most on 84 data sets, a reflector that slips by ten times the noise makes it 2.5; of
-gaps blind worlds whose effects are all known stay below 1.5, a real scanner with a remainder of unknown cause is at
-5."""
+"""Ratio of an error to that expected from noise, from which on it is not noise: the root mean square of whitened rows,
+to that expected from their median; the squares of a fit's residuals, to those of the noise estimated from them, where
+the search ended in a lesser optimum; a held-out gap, to its noise floor. A judgement: of rows it is 1.08 at most on 84
+data sets, and 2.5 where a reflector slips by ten times the noise; of gaps it is below 1.5 in blind worlds whose effects
+are all known, and 5 for a real scanner with a remainder of unknown cause."""
 MOST_OVER_STATED: Final = 3.0
 """Size of rows' noise that residuals give over the stated one, from which on it is no noise. A judgement: in blind
 worlds it is 2.6 at most; a rolling shutter makes it 3.4, a tracked body whose angles are biased by where it is seen

@@ -71,7 +71,7 @@ def is_indistinguishable(chi2: float, chi2_of_alternative: float) -> bool:
 
 
 def spread_of(squares: Array, numbers: Ints) -> float:
-    """Root mean square of whitened rows over what their median lets expect: 1 for normal noise.
+    """Root mean square of whitened rows over that expected from their median: 1 for normal noise.
 
     More where some rows hold most of the error: noise that was estimated from them is no noise of all rows.
 
@@ -101,7 +101,7 @@ class Evidence:
         estimated_m: Size of noise that is estimated from residuals alone [m]; centimetres mean that the model is wrong.
         rotations: Held-out error of rotations over that of a row by noise; 0 where none are measured.
         least_rotations: The lower end of its interval.
-        spread: Root mean square of whitened rows over what their median lets expect, see `spread_of`.
+        spread: Root mean square of whitened rows over that expected from their median, see `spread_of`.
         over_stated: Largest ratio of a size of rows' noise that residuals gave to the stated one; 0 where none is.
     """
 
