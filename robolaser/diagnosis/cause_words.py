@@ -31,8 +31,10 @@ FEW: Final = 3
 
 
 def spoken(name: str) -> str:
-    """A name in words: "hand-eye sag"."""
-    return name.replace("hand_eye", "hand-eye").replace("_", " ")
+    """A name in words: "hand-eye sag", "Coulomb friction"."""
+    for part, word in (("hand_eye", "hand-eye"), ("coulomb", "Coulomb"), ("stribeck", "Stribeck")):
+        name = name.replace(part, word)
+    return name.replace("_", " ")
 
 
 def sentence_case(text: str) -> str:

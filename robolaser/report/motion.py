@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.diagnosis.cause_words import sentence_case
+from robolaser.diagnosis.cause_words import sentence_case, spoken
 from robolaser.motion.calibration import MotionFit
 from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.effect import At
@@ -93,7 +93,7 @@ def _kinds(found: MotionDiagnosis) -> Table:
     clauses = {one.at.effect.name: one.at.effect.clause for one in found.fit.findings}
     rows = [
         (
-            TableCell(kind["effect"].replace("_", " "), below=[clauses[kind["effect"]]]),
+            TableCell(spoken(kind["effect"]), below=[clauses[kind["effect"]]]),
             ", ".join(kind["where"]),
             TableCell(percent(kind["probability"]), order=kind["probability"]),
         )
@@ -118,7 +118,7 @@ def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
 
 
 def _at(at: At) -> str:
-    name = at.effect.name.replace("_", " ")
+    name = spoken(at.effect.name)
     return f"{name} at {at.where}" if at.effect.site == "joint" else name
 
 
@@ -238,7 +238,7 @@ def _limit_row(group: Sequence[MotionLimit], joints: Sequence[str]) -> tuple[str
     alike: dict[str, dict[str, None]] = {}
     for one in group:
         for rival in one.alike:
-            alike.setdefault(rival.effect.name.replace("_", " "), {})[one.at.where] = None
+            alike.setdefault(spoken(rival.effect.name), {})[one.at.where] = None
     rivals = [name if list(at) == places else f"{name} at {', '.join(at)}" for name, at in alike.items()]
-    name = effect.name.replace("_", " ") + (f" ({number.name})" if number is not effect.numbers[0] else "")
+    name = spoken(effect.name) + (f" ({number.name})" if number is not effect.numbers[0] else "")
     return name, where, SHOWN_BY[effect.rows], size, "; ".join(rivals)
