@@ -23,7 +23,7 @@ class CameraDrift(Effect):
     r"""A pixel at :math:`p` from the image's middle moves by :math:`g (t + \mathrm{growth}\,p + \mathrm{turn}\,Jp)`.
 
     J turns from u to v, and t is (x, y); g is the measured rise of temperature over its largest (`temperature_c` in the
-    data), else that of a creep with `settling`: even with 0. The amplitudes are what has accumulated at the end.
+    data), else of a creep with `settling`: even with 0. The amplitudes are the accumulated drift at the end.
     """
 
     name = "camera_drift"
@@ -49,7 +49,7 @@ class CameraDrift(Effect):
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
-        """Only one where temperatures were measured, which do without."""
+        """Only one where temperatures were measured: these need no settling."""
         tried = super().grid(dataset, where)
         return tried if temperature_rise(dataset.poses) is None else tried[:1]
 
