@@ -21,7 +21,7 @@ from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
 Seen = tuple[Points, Bools] | None
-"""Rows of one pose after the other, as many of each, numbered from 0; and which poses see all of theirs, (p,)."""
+"""Rows pose by pose, the same number of each, numbered from 0; and which poses see all of theirs, (p,)."""
 
 
 @final
