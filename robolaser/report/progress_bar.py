@@ -1,4 +1,4 @@
-"""A bar that shows how far long work is: in a notebook, or on a terminal."""
+"""A progress bar of long work: in a notebook, or on a terminal."""
 
 import sys
 import time
