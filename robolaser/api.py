@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from robolaser.results.motion import MotionCalibrationResult, MotionResult
 
 Data = Dataset | str | Path
-"""A data set, or the folder that it is in."""
+"""A data set, or its folder."""
 Named = type[Effect] | str
 """An effect's class or its name."""
 
@@ -110,7 +110,7 @@ def diagnose(
     validate: Sequence[Data] = (),
     progress: Progress | None = None,
 ) -> "DiagnosisResult | MotionResult":
-    """Say where the gap lies, which effects cause it, and how far it shrinks.
+    """Locate the gap, its causes, and how far they reduce it.
 
     Args:
         data: A data set, or the log of a moving arm; or its folder.
@@ -153,7 +153,7 @@ def compare(
     algorithms: Sequence[object] | Mapping[str, object] | None = None,
     **options: Any,
 ) -> "ComparisonResult":
-    """Run algorithms side by side, and say which is better, by how much, and how certain that is.
+    """Run algorithms side by side, and determine which is better, by how much, and with what certainty.
 
     Args:
         problems: Data sets or their folders, other names as in `robolaser compare`, or pymoo problems (class,
