@@ -70,9 +70,9 @@ def calibrate(
     Args:
         data: A data set or its folder; of the log of a moving arm, only the effects are estimated.
         plan: The options; the defaults when absent. A log takes only effects and seed.
-        effects: Effects to add to the model: names, `NAME:WHERE` or classes; default: those of the plan.
-        weights: "plain" or "noise", see `Plan`; default: those of the plan.
-        seed: Seed of the search; default: that of the plan.
+        effects: Effects to add to the model: names, `NAME:WHERE` or classes; default: the plan's.
+        weights: "plain" or "noise", see `Plan`; default: the plan's.
+        seed: Seed of the search; default: the plan's.
         progress: Called with the current step and its finished share.
 
     Raises:

@@ -14,7 +14,7 @@ Values = Mapping[str, Array]  # one array (c,) for each parameter's name: the sa
 
 
 def as_batch(numbers: Mapping[str, float]) -> dict[str, Array]:
-    """Numbers by name as those of one candidate, (1,) each."""
+    """Numbers by name as arrays of one candidate, (1,) each."""
     return {name: np.array([number]) for name, number in numbers.items()}
 
 

@@ -25,7 +25,7 @@ def imported(spec: AlgorithmSpec) -> Any:
     except (Exception, SystemExit) as error:  # any exception of a user's module
         raise UsageError(
             f"{spec.text}: module {spec.name} cannot be imported ({type(error).__name__}: {error})."
-            " It has to lie in the current directory or be installed. Settings are written :key=value."
+            " It must be in the current directory or be installed. Settings are written :key=value."
         ) from error
     for name in str(spec.attribute).split("."):
         if not hasattr(found, name):

@@ -1,4 +1,4 @@
-"""Where the fit starts: near the global optimum, found on a subsample."""
+"""The start of the fit: near the global optimum, found on a subsample."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -255,6 +255,6 @@ def _sentence(place: str, nominal: Mapping[str, Array], found: Mapping[str, floa
         shift = float(np.linalg.norm([found[name] - nominal[name][0] for name in parts]))
         far = f"{1e3 * shift:.0f} mm"
     return (
-        f"The data put {place} {far} from its nominal value, outside the bounds: it is not where [parameters] says."
+        f"The data put {place} {far} from its nominal value, outside the bounds that [parameters] states."
         f" Delete {place}.* there, or correct it."
     )

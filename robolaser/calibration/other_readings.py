@@ -142,7 +142,7 @@ def _of_lengths(dataset: Dataset) -> Iterator[Hypothesis]:
     for unit, factor in LENGTHS.items():
         fault = f"The positions of the flange seem to be {unit}"
         yield Hypothesis(_with_flange(dataset, turned, placed * factor), fault, alike=f"{1.0 / factor:.6g}")
-    for axis in range(3) if dataset.placed else (1,):  # about a target that has no place, mirrored axes are alike
+    for axis in range(3) if dataset.placed else (1,):  # with an unplaced target, all mirrored axes are equivalent
         side = np.where(np.arange(3) == axis, -1.0, 1.0)
         fault = "The flange poses seem to be in a left-handed frame, one axis mirrored"
         yield Hypothesis(_with_flange(dataset, turned * side[:, None] * side, placed * side), fault, alike=MIRRORED)

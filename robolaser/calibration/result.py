@@ -33,7 +33,7 @@ class RowErrors:
     sensor: str  # the sensor's kind, of several its name, or `distances`
     rows: int  # how many rows there are
     rms: float  # root-mean-square length of a fitted row's residual
-    # the same on poses left out of the fit; None with too few poses, and for known distances, which belong to no pose
+    # the same on poses held out of the fit; None with too few poses, and for known distances, which belong to no pose
     held_out_rms: float | None
     unit: str  # "m", "px" …
 
@@ -139,7 +139,7 @@ class Calibration:
 
     @cached_property
     def held_out_rms_m(self) -> float | None:
-        """The same on poses left out of the fit."""
+        """The same on poses held out of the fit."""
         return None if self.held_out is None else rms(self.held_out)
 
     @cached_property
@@ -219,7 +219,7 @@ def _effect_entries(calibration: Calibration) -> Sequence[dict[str, Any]]:
 
 
 def as_json(calibration: Calibration) -> dict[str, Any]:
-    """What calibration.json holds: format `robolaser-calibration/1`."""
+    """The contents of calibration.json: format `robolaser-calibration/1`."""
     dataset, model = calibration.model.dataset, calibration.model
     robot = dataset.robot
     sensor = len(model.parameters) - len(model.effect_parameters)

@@ -107,7 +107,7 @@ def lengths(J: Array) -> Array:
 
 
 def information(problem: Problem, x: Array, sigmas: Mapping[str, float], shots: Ints | None = None) -> Information:
-    """The information of all rows at the optimum, those of known distances included.
+    """The information of all rows at the optimum, known distances included.
 
     Args:
         problem: What was minimised.

@@ -26,15 +26,15 @@ acceleration end so near the fit of all rows that the scanner seems to have 0.77
 
 ONE_GROUP = (
     "There is only one socket, which cannot be held out: the error on new poses is that of poses in this socket, which"
-    " the others locate. Poses in a second one would tell more."
+    " the others locate. Measure poses in a second one."
 )
 DIVIDED = (
     "Known distances connect all sockets, so that none can be held out with all those connected to it: each is held out"
     " alone or with its nearest neighbour, and {} known distances lead from sockets that are held out to others."
 )
 COPIES = (
-    "{} poses repeat the configuration of another pose. They are held out together with it, since a pose says nothing"
-    " about how well its own copy is predicted."
+    "{} poses repeat the configuration of another pose. They are held out together with it, since a pose is no test"
+    " of the prediction of its own copy."
 )
 
 

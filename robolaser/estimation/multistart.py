@@ -100,7 +100,7 @@ def _sampled(problem: Problem, rng: np.random.Generator, times: int) -> Array:
 
 
 def _descended(problem: Problem, starts: Array) -> tuple[Array, Array, int]:
-    """Where starts end (k, d), their costs (k,), and the candidates evaluated."""
+    """The ends of starts (k, d), their costs (k,), and the candidates evaluated."""
     starts = np.array([problem.model.fix_gauge(start) for start in starts]).reshape(starts.shape)
     ends = solve(problem, starts, tol=TOLERANCE, hopeless=_hopeless)
     return ends.x, ends.cost, ends.evaluations

@@ -193,7 +193,7 @@ def _without_scatter(noise: NoiseModel) -> NoiseModel:
 
 
 def row_excess(noise: NoiseModel, white: Array, freedoms: int) -> Excess:
-    """How much rows scatter within their poses, beyond their noise.
+    """Scatter of rows within their poses relative to their noise.
 
     By the whitened residuals (K,) of a fit, with so many degrees of freedom.
     """

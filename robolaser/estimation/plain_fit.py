@@ -31,7 +31,7 @@ CROWDED = 1e-11
 
 
 def fit(model: Model, start: Array) -> tuple[Problem, Array, int]:
-    """Fit all rows from a good start (d,); rows weigh alike, numbers of two units within them by their sizes.
+    """Fit all rows from a good start (d,) with equal weights, numbers of two units within them by their sizes.
 
     Returns:
         The problem that was solved last, its optimum (d,), and the residual vectors evaluated.

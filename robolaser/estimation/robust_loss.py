@@ -67,7 +67,7 @@ class Loss:
 
 
 def of_numbers(of_rows: Array, residuals: Array, starts: Ints) -> Array:
-    """What each row has, (..., m), for each of its numbers, (..., K)."""
+    """Values of rows, (..., m), repeated for each of their numbers, (..., K)."""
     return np.repeat(of_rows, np.diff(starts, append=residuals.shape[1]), axis=-1)
 
 

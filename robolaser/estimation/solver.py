@@ -45,7 +45,7 @@ KEPT = 4_000_000
 @final
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Where the solver ended, for each of c candidates."""
+    """The solver's result for each of c candidates."""
 
     x: Array  # the parameters, (c, d)
     cost: Array  # their cost, (c,); infinite where it is not finite at the start, which is then x

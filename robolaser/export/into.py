@@ -205,8 +205,8 @@ def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, An
         turn = float(np.arccos(np.clip((np.trace(T[:3, :3].T @ there[name][:3, :3]) - 1.0) / 2.0, -1.0, 1.0)))
         if shift > FARTHEST_M or turn > FARTHEST_RAD:
             raise RobotError(
-                f"{source}: {name} stands {1e3 * shift:.3g} mm and {np.degrees(turn):.3g}° from where the calibrated"
-                " arm has it. Is it another robot, or does it count its joints from other zeros?"
+                f"{source}: {name} is {1e3 * shift:.3g} mm and {np.degrees(turn):.3g}° off its placement in the"
+                " calibrated arm. Is it another robot, or does it count its joints from other zeros?"
             )
     return Written(with_placements(text, shared), written, tuple(pair for pair in pairs if pair not in written))
 

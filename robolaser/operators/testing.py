@@ -28,7 +28,7 @@ from robolaser.arrays import Array
 from robolaser.errors import AlgorithmError
 
 SLOTS = {Crossover: "crossover", Mutation: "mutation", Selection: "selection", Survival: "survival"}
-"""Where pymoo's algorithms take an operator, by its base class."""
+"""The argument of pymoo's algorithms for an operator, by its base class."""
 
 WORKS, REFUSED, FAILS, IGNORED, NO_PLACE = "works", "refused", "fails", "ignored", "no place"
 MISSING = "not installed"  # required by the algorithm itself
@@ -220,7 +220,7 @@ def _outcome(operator: Any, slot: str, name: str) -> tuple[str, str]:
 def _class(module: str, name: str) -> Any:
     try:
         return getattr(import_module(f"pymoo.algorithms.{module}"), name)
-    except Exception as error:  # pymoo asks for some libraries with a plain Exception
+    except Exception as error:  # pymoo reports some missing libraries by a plain Exception
         raise ImportError(str(error)) from error
 
 

@@ -107,7 +107,7 @@ class ErrorAnalysis:
                 " of the model."
             )
         elif error is None:
-            sentences.append("Measure more poses: the training error says little.")
+            sentences.append("Measure more poses: the training error is optimistic.")
         else:
             sentences.append(_against_noise(*self.excess(noise), error / noise))
         if error is not None and error > OVERFITTED * calibration.rms_m:

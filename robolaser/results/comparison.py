@@ -43,7 +43,7 @@ class ComparisonResult(Result):
         return getattr(self.benchmark, name)
 
     def to_dict(self) -> dict[str, Any]:
-        """What comparison.json holds."""
+        """The contents of comparison.json."""
         read: dict[str, Any] = json.loads(comparison_json(self.benchmark, self.standings))
         return read
 

@@ -43,7 +43,7 @@ class Difference(dict[str, Any]):
         write_text(Path(path), render(document(self)))
 
     def __repr__(self) -> str:
-        """What `robolaser diff` prints."""
+        """The output of `robolaser diff`."""
         return printed(document(self)).rstrip("\n")
 
 

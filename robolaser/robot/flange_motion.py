@@ -1,4 +1,4 @@
-"""How the flange moves with the joints and with their placements: the geometric Jacobian of a serial arm.
+"""Motion of the flange with the joints and with their placements: the geometric Jacobian of a serial arm.
 
 Siciliano, Khatib 2016, Springer Handbook of Robotics, ch. 2.8.
 """

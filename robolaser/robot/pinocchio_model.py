@@ -203,7 +203,7 @@ class PinocchioModel:
 
 
 def _candidates(q: Array, placements: Array | None) -> tuple[int, int]:
-    """How many candidates, and postures of each, there are."""
+    """Numbers of candidates, and of postures of each."""
     c, n = np.broadcast_shapes(q.shape[:2], (1, 1) if placements is None else placements.shape[:2])
     return c, n
 

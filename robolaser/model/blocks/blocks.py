@@ -146,7 +146,7 @@ class Blocks:
         )
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Where each row's point is known or measured to be, (c, m, 3) [m]; None where rows are no points."""
+        """Known or measured position of each row's point, (c, m, 3) [m]; None where rows are no points."""
         return self.or_none([block.sensor.known(*block.at(values, T_base_flange, perturb)) for block in self])
 
     def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:

@@ -40,7 +40,7 @@ class BaseCompliance(Effect):
     depends_on_trajectory = True
 
     compliance: Array = parameter(unit="rad/Nm", bound=1e-3, prior_scale=1e-5, lower=0.0)
-    # alike about both axes, and stiffer about either
+    # equal about both axes, and stiffer about either
     anisotropy: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0, tried=(0.0, -0.7, 0.7))
     hardening: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
@@ -50,7 +50,7 @@ class BaseCompliance(Effect):
         return pose(exp_so3(turn), np.zeros(3)) @ T_base_flange
 
     def _turn(self, run: Run) -> Array:
-        """How far the base turns about each horizontal axis, (c, n, 2)."""
+        """Turn of the base about each horizontal axis, (c, n, 2)."""
         compliance = self.compliance[:, None] * np.stack([1.0 + self.anisotropy, 1.0 - self.anisotropy], axis=-1)
         turn, reference = (compliance[:, None] * _moment(each) for each in (run, run.reference))
         return hardened(turn, reference, self.hardening)

@@ -139,7 +139,7 @@ class Effect(ABC):
     def locations(cls, dataset: Dataset) -> tuple[str, ...]:
         """Locations at which these data can test it; empty if something is missing.
 
-        Where several sensors each have its site, that of each is a location: `left.laser`.
+        If several sensors have its site, each sensor's is a location: `left.laser`.
         """
         if cls.missing(dataset):
             return ()
@@ -231,7 +231,7 @@ class CandidateEffect:
 
     @property
     def remedy(self) -> str:
-        """What to do about it."""
+        """Its remedy."""
         return self.effect.remedy.format(where=self.where)
 
     @cached_property

@@ -15,7 +15,7 @@ class FocusBreathing(Effect):
     """The image grows with the distance of the object: u' = u (1 + breathing (d / d0 - 1)).
 
     d is the distance of a row's point from the camera by the nominal model, d0 its mean over all rows. A lens that
-    focuses anew on each image moves along its axis, and with it changes the focal length.
+    focuses on each image moves along its axis, which changes the focal length.
     """
 
     name = "focus_breathing"

@@ -27,7 +27,7 @@ RUN = "_run"
 @final
 @dataclass(frozen=True)
 class Course:
-    """How far a run had come at each pose."""
+    """Progress of a run at each pose."""
 
     progress: Array  # share of the run that had passed, (n,), from 0 to 1
     # temperature above the lowest over the largest such rise, (n,); None where it is unknown or constant
@@ -131,7 +131,7 @@ class Run:
         return self.course.rise if self.course is not None else temperature_rise(self.poses)
 
     def course_at(self, chosen: Bools) -> Course | None:
-        """How far the run had come at some of its poses, (n,); None where their order is not known."""
+        """Progress of the run at some of its poses, (n,); None where their order is unknown."""
         if self.poses.time_s is None:
             return None
         rise = None if self.rise is None else self.rise[chosen]

@@ -15,7 +15,7 @@ from robolaser.model.stages import Perturbation
 THIN = 0.05  # a target is flat where its planes are less thick than this share of their breadth
 STEP = 0.01  # of the target's size along the normal: points farther apart are on different steps
 GRAZING = 0.05  # cosine of the steepest tilt that is distinguished: 87°
-FEWEST = 8  # points on each plane on average: any three lie on one
+FEWEST = 8  # points on each plane on average: any three are on one
 
 
 @final

@@ -1,4 +1,4 @@
-"""How much of a residual is measurement error: its sources, their sizes, and residuals made comparable by them."""
+"""Measurement errors in residuals: their sources and sizes, and residuals whitened by them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace

@@ -57,7 +57,7 @@ class CameraSensor(Sensor):
         self._rides = not stands(dataset)
         if not self._rides and dataset.placed:
             raise DataError(
-                "dataset.toml, [target] placed: the target of a camera that stands in the cell is on the flange, so"
+                "dataset.toml, [target] placed: the target of a camera that is fixed in the cell is on the flange, so"
                 " that its points cannot be given in the base frame. Write placed = false, and give them in the"
                 " target's own frame.",
                 file="dataset.toml",

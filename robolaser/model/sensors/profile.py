@@ -34,7 +34,7 @@ ROWS = 24  # of a profile that would be seen
 
 @final
 class Profile(Sensor):
-    """Points (x, 0, z) of a profile lie on the ball: their distance from its centre is its radius.
+    """Points (x, 0, z) of a profile are on the ball: their distance from its centre is its radius.
 
     That distance less the radius is a row's one number. An isotropic error of a point moves it by the part of the
     ball's normal in the profile's plane: where the plane cuts the ball near its rim, rows weigh more. So the fit of
@@ -45,7 +45,7 @@ class Profile(Sensor):
         kind="profile",
         title="profile sensor",
         columns={"profile": ("x_m", "z_m")},
-        absent={"y_m": "a profile lies in the sensor's plane y = 0"},
+        absent={"y_m": "a profile is in the sensor's plane y = 0"},
         numbers=1,
         options=Mounting,
         many_rows=True,
@@ -152,7 +152,7 @@ class Profile(Sensor):
         return motion(values, "hand_eye")[:, None] if self.stands else T_base_flange @ self._mount(values, perturb)
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
-        """`point` [m], alike along x and z of the sensor, each row's own."""
+        """`point` [m], equal along x and z of the sensor, each row's own."""
         normals = self._normals(values, T_base_flange, perturb)[0]
         axes = self._sensor_in_base(values, T_base_flange, perturb)[0, :, :3, :3:2]
         effect = normals[:, None] @ (axes if self.stands else axes[self.dataset.points.pose])

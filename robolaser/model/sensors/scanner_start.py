@@ -93,7 +93,7 @@ def laser_start(stripe: Dataset, known: Values, T_base_flange: Array) -> dict[st
     _, breadth, axes = np.linalg.svd(np.stack([x, z], axis=-1) - middle, full_matrices=False)
     if breadth[0] <= 0.0:
         raise EstimationError(
-            "The stripe's points lie on one line before the camera: the laser plane cannot be found from them. Take"
+            "The stripe's points are on one line in front of the camera: they do not determine the laser plane. Take"
             " images of the board at several distances."
         )
     normal = axes[1] * np.sign(axes[1][0] or 1.0)
@@ -101,7 +101,7 @@ def laser_start(stripe: Dataset, known: Values, T_base_flange: Array) -> dict[st
 
 
 def spans(values: Mapping[str, float], image_px: tuple[int, int] | None) -> dict[str, float]:
-    """How far parameters of lens and laser plane may be from their start values, by name."""
+    """Largest distance of parameters of lens and laser plane from their start values, by name."""
     width, height = image_px or scanner_geometry.USUAL_IMAGE_PX
     corner = float(np.hypot(width * values["s_u"], height * values["s_v"])) / 2.0
     return {

@@ -89,7 +89,7 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
         series=[row.label for row in rows],
         after=[row.after for row in rows],
         before=[row.after if row.before is None else row.before for row in rows],
-        label=["< 1 nm" if row.after == LEAST else millimetres(row.after / 1e3) for row in rows],
+        said=["< 1 nm" if row.after == LEAST else millimetres(row.after / 1e3) for row in rows],
     )
     x = quantity("after", "error on new poses, RMS [mm]", log=True)
     x["scale"] |= {"padding": AROUND_PX}  # room for the numbers
@@ -118,7 +118,7 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
             layer({"type": "rule", "color": INK, "strokeWidth": 1.6}, records(step=LEFT, low=low, high=high),
                   tooltip=hover(low="95 % from [mm]", high="to [mm]"),
                   x=x | {"field": "low"}, x2={"field": "high"}, y=y),
-            layer({"type": "text", "dy": -13}, data, x=x, y=y, text={"field": "label"}),
+            layer({"type": "text", "dy": -13}, data, x=x, y=y, text={"field": "said"}),
         ],
         height=AROUND_PX + STEP_PX * len(rows),
         zoomable=False,

@@ -178,7 +178,7 @@ def _board(points: int) -> tuple[int, int]:
 
 
 def _inside(pixel: Array) -> Bools:
-    """Whether pixels (..., 2) lie well in the image; those behind the camera do not."""
+    """Whether pixels (..., 2) are well inside the image; those behind the camera are not."""
     size = np.array(IMAGE_PX) - 1.0
     with np.errstate(invalid="ignore"):
         return np.asarray((np.abs(pixel - size / 2.0) <= (0.5 - MARGIN) * size).all(axis=-1))
