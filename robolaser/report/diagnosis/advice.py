@@ -194,7 +194,7 @@ def _sites(diagnosis: Diagnosis) -> list[Localization]:
 def _look(diagnosis: Diagnosis) -> str:
     where = _sites(diagnosis)
     if not where:
-        return "The remaining error is at no single part. More, and more varied, poses may locate it."
+        return "The remaining error is at no single location. More, and more varied, poses may locate it."
     largest = where[0].share
     alike = {part.site: part.coordinate for part in reversed(where) if part.share >= ALIKE * largest}
     sites = list(reversed(alike))
