@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from robolaser.results.motion import MotionCalibrationResult, MotionResult
 
 Data = Dataset | str | Path
-"""A data set, or the folder that it is in."""
+"""A data set, or its folder."""
 Named = type[Effect] | str
 """An effect's class or its name."""
 
@@ -70,9 +70,9 @@ def calibrate(
     Args:
         data: A data set or its folder; of the log of a moving arm, only the effects are estimated.
         plan: The options; the defaults when absent. A log takes only effects and seed.
-        effects: Effects to add to the model: names, `NAME:WHERE` or classes; default: those of the plan.
-        weights: "plain" or "noise", see `Plan`; default: those of the plan.
-        seed: Seed of the search; default: that of the plan.
+        effects: Effects to add to the model: names, `NAME:WHERE` or classes; default: the plan's.
+        weights: "plain" or "noise", see `Plan`; default: the plan's.
+        seed: Seed of the search; default: the plan's.
         progress: Called with the current step and its finished share.
 
     Raises:
@@ -110,7 +110,7 @@ def diagnose(
     validate: Sequence[Data] = (),
     progress: Progress | None = None,
 ) -> "DiagnosisResult | MotionResult":
-    """Say where the gap lies, which effects cause it, and how far it shrinks.
+    """Locate the gap, its causes, and how far they reduce it.
 
     Args:
         data: A data set, or the log of a moving arm; or its folder.
@@ -153,7 +153,7 @@ def compare(
     algorithms: Sequence[object] | Mapping[str, object] | None = None,
     **options: Any,
 ) -> "ComparisonResult":
-    """Run algorithms side by side, and say which is better, by how much, and how certain that is.
+    """Run algorithms side by side, and determine which is better, by how much, and with what certainty.
 
     Args:
         problems: Data sets or their folders, other names as in `robolaser compare`, or pymoo problems (class,

@@ -10,4 +10,4 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 Image = NDArray[np.uint8]
 Progress = Callable[[str, float], None]
-"""Called by long work with what is being done, in words, and the share that is done."""
+"""Called by long work with its current step, in words, and its finished share."""

@@ -1,6 +1,6 @@
-"""Files of strangers: regular ones, no larger than their kind ever is, parsed without running away.
+"""Untrusted files: regular ones of limited size, parsed in bounded time.
 
-All limits of size and depth stand here; each is some ten times what was ever seen.
+All limits of size and depth are here; each is some ten times the largest known file.
 """
 
 import io
@@ -31,9 +31,9 @@ XML_ATTRIBUTES = 100
 
 _PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+"""
 _CHAIN = re.compile(rf"(?<![\w.\\-])(?:{_PART}\.[ \t]*+){{{KEY_PARTS}}}")
-"""It begins neither inside a part nor after one, so that the search takes time in proportion to the text."""
+"""It begins neither inside a part nor after one, so that the search takes linear time."""
 _LONG_INTEGER = re.compile(r"(?<!\w)0[box]\w{3000}")
-"""Which could not be written out in decimals, by Python's own limit."""
+"""Too long for decimals, by Python's own limit."""
 
 
 @contextmanager
@@ -81,7 +81,7 @@ def read_text(path: Path, most_bytes: int = TEXT_BYTES) -> str:
 
 
 def read_json(path: Path) -> Any:
-    """What a JSON file says.
+    """The contents of a JSON file.
 
     Raises:
         DataError: As `opened`, or it is no JSON, or nested too deeply.
@@ -96,7 +96,7 @@ def read_json(path: Path) -> Any:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """What a TOML text says.
+    """The contents of a TOML text.
 
     Raises:
         ValueError: It is not TOML, or nested more deeply than any such file.
@@ -112,7 +112,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def pixels_of(data: bytes) -> tuple[int, int] | None:
-    """Width and height that an image's header states; None where it is none, or of more pixels than any camera's.
+    """Width and height in an image's header; None if it is no image, or of more pixels than any camera's.
 
     Nothing is decoded: some kilobytes can become gigabytes.
     """
@@ -127,7 +127,7 @@ def pixels_of(data: bytes) -> tuple[int, int] | None:
 
 
 def decoded(data: bytes, flags: int) -> Any:
-    """An image as OpenCV decodes it, (h, w) or (h, w, colours); None where it is damaged, or as `pixels_of`.
+    """An image decoded by OpenCV, (h, w) or (h, w, colours); None where it is damaged, or as `pixels_of`.
 
     Args:
         data: The file's.

@@ -1,4 +1,4 @@
-"""The command line: reads what was typed, lets one command run, and turns errors into sentences."""
+"""The command line: parses arguments, runs one command, and turns errors into messages."""
 
 import io
 import os
@@ -34,9 +34,9 @@ from robolaser.errors import RobolaserError, UsageError
 from robolaser.report.printable import printable, short
 
 LACKING = re.compile(r'^Command ".+" parameter (\S+) requires an argument')
-"""How cyclopts says that a value is missing."""
+"""cyclopts' message for a missing value."""
 USAGE = "Usage: robolaser"
-"""How the line begins for commands with arguments that are optional or repeated: cyclopts calls these [ARGS]."""
+"""Usage lines of commands with optional or repeated arguments: cyclopts calls these [ARGS]."""
 DATA_SAID_NO = 1
 WRONG_USAGE = 2
 
@@ -98,12 +98,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _sentence(error: BaseException) -> str:
-    """What a person reads of an error; nothing where whoever read the output went away."""
+    """The message of an error; nothing if the output's reader is gone."""
     match error:
         case CycloptsError():
             command = " ".join(["robolaser", *(error.command_chain or ())])
-            said = LACKING.sub(r"The value of \1 is missing", " ".join(str(error).split()))
-            return f"{said} See `{command} --help`."
+            message = LACKING.sub(r"The value of \1 is missing", " ".join(str(error).split()))
+            return f"{message} See `{command} --help`."
         case KeyboardInterrupt():
             return "Stopped. Nothing was written."
         case BrokenPipeError():
@@ -115,11 +115,11 @@ def _sentence(error: BaseException) -> str:
 
 
 def _run(tokens: Sequence[str]) -> None:
-    """Let the command that was typed run.
+    """Run the given command.
 
     Raises:
-        CycloptsError: What was typed has no meaning.
-        RobolaserError: The command's own, or that of a value that is empty.
+        CycloptsError: The arguments have no meaning.
+        RobolaserError: The command's own, or of an empty value.
     """
     for before, token in pairwise(["robolaser", *tokens]):
         if re.fullmatch(r"(--[\w-]+=)?", token):  # as a path it would be the current folder
@@ -140,10 +140,10 @@ def _speak_plainly() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
-    os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")  # a damaged image or a lost camera has a sentence of ours
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")  # a damaged image or a lost camera has its own message
 
 
 def _write_nowhere() -> None:
-    """Send to nowhere what is still to be written when Python ends."""
+    """Discard output that Python still has to write at exit."""
     with suppress(io.UnsupportedOperation):  # a stream in memory has no descriptor
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

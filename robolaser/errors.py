@@ -1,4 +1,4 @@
-"""Errors that a program may want to catch, and sentences that several files use; messages are for people."""
+"""Errors that a program may catch, and messages that several files use."""
 
 import difflib
 from collections.abc import Iterable
@@ -18,16 +18,16 @@ class RobolaserError(Exception):
 
 
 class UsageError(RobolaserError):
-    """What was typed has no meaning, whatever the data."""
+    """The arguments have no meaning, whatever the data."""
 
 
 class DataError(RobolaserError):
-    """A file, row or cell is not what the data format asks for.
+    """A file, row or cell does not conform to the data format.
 
     Attributes:
-        file: Which file, if it is known.
-        row: Which row of it, counted from 1, the header's.
-        column: Which column or key.
+        file: The file, if known.
+        row: Its row, counted from 1, the header's.
+        column: The column or key.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class DataError(RobolaserError):
 
 
 class OutputError(RobolaserError):
-    """A result cannot be written, or would overwrite what is there."""
+    """A result cannot be written, or would overwrite another one."""
 
 
 class RobotError(RobolaserError):
@@ -58,7 +58,7 @@ class AlgorithmError(RobolaserError):
 
 
 class BenchmarkError(RobolaserError):
-    """Algorithms cannot be compared as asked."""
+    """Algorithms cannot be compared as requested."""
 
 
 class TrialError(RobolaserError):
@@ -98,15 +98,15 @@ class PluginError(RobolaserError):
 
 
 class Interrupted(RobolaserError):
-    """It was stopped, by the user or by a failure; what was done so far is kept where the message says."""
+    """It was stopped, by the user or by a failure; the message states where earlier work is kept."""
 
 
 def near(name: str, known: Iterable[str], most: int | None = None) -> str:
-    """Name the likeliest meant and what there is: " Did you mean 'tool0'? There are: base, tool0.".
+    """Suggest the nearest of the known names: " Did you mean 'tool0'? There are: base, tool0.".
 
     Args:
-        name: What was written.
-        known: What could have been.
+        name: The given name.
+        known: The known names.
         most: How many are listed, the nearest; None: all.
     """
     names = list(known)
@@ -116,7 +116,7 @@ def near(name: str, known: Iterable[str], most: int | None = None) -> str:
 
 
 def meant(name: str, known: Iterable[str]) -> str:
-    """Name the likeliest meant, if there is one: " Did you mean 'tool0'?"."""
+    """Suggest the nearest name, if there is one: " Did you mean 'tool0'?"."""
     names = {known_name.casefold(): known_name for known_name in known}
     close = difflib.get_close_matches(name.casefold(), names, n=1)
     return f" Did you mean '{names[close[0]]}'?" if close else ""

@@ -1,4 +1,4 @@
-"""Named numbers with unit, nominal value and bounds, and the flat vector that an optimiser sees of them."""
+"""Named numbers with unit, nominal value and bounds, and the flat vector of an optimiser."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ Values = Mapping[str, Array]  # one array (c,) for each parameter's name: the sa
 
 
 def as_batch(numbers: Mapping[str, float]) -> dict[str, Array]:
-    """Numbers by name as those of one candidate, (1,) each."""
+    """Numbers by name as arrays of one candidate, (1,) each."""
     return {name: np.array([number]) for name, number in numbers.items()}
 
 
@@ -35,7 +35,7 @@ class Parameter:
         lower: Lower bound of the search.
         upper: Upper bound of the search.
         given: Whether nominal and bounds come from the user; otherwise from a closed form.
-        origin: What the closed form's value comes from: "the board's corners".
+        origin: Source of the closed form's value: "the board's corners".
 
     Bounds without room hold it at its nominal value.
     """
@@ -102,14 +102,14 @@ class Parameters:
         return {name: x[:, column] for column, name in enumerate(self.names)}
 
     def unbounded(self, names: Iterable[str]) -> tuple[str, ...]:
-        """Those of the named that nobody gave bounds for."""
+        """The named ones without given bounds."""
         return tuple(name for name in names if not self.items[self.names.index(name)].given)
 
     def without(self, names: Iterable[str]) -> "Parameters":
-        """Those that are not named."""
+        """All but the named ones."""
         gone = set(names)
         return Parameters(tuple(item for item in self.items if item.name not in gone))
 
     def columns(self, names: Iterable[str]) -> list[int]:
-        """Where the named parameters stand in the flat vector."""
+        """Indices of the named parameters in the flat vector."""
         return [self.names.index(name) for name in names]

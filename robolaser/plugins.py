@@ -1,4 +1,4 @@
-"""Other installed packages: the classes that they announce to a family of ours, and those that are extras."""
+"""Other installed packages: classes that they announce to our families, and optional extras."""
 
 import inspect
 from collections.abc import Iterable, Sequence
@@ -32,8 +32,8 @@ def announced(
         group: The family's group, such as `robolaser.effects`.
         base: The family's abstract class.
         taken: Names of our own members.
-        name: Attribute of a class that holds its name; where it is empty, the entry point's name is meant.
-        required: Further attributes that a complete class has, besides `name` and what is abstract.
+        name: Attribute of a class that holds its name; if it is empty, the entry point's name counts.
+        required: Further attributes of a complete class, besides `name` and abstract methods.
 
     Returns:
         The classes in the order of their names.
@@ -60,7 +60,7 @@ def announced(
 def _load(entry: EntryPoint, base: type[T], required: Sequence[str]) -> type[T]:
     try:
         member = entry.load()
-    except Exception as error:  # whatever that module does when it is imported
+    except Exception as error:  # any exception of that module
         raise _unusable(entry, base, f"{type(error).__name__}: {error}") from error
     if not (isinstance(member, type) and issubclass(member, base)):
         raise _unusable(entry, base, f"it is {member!r}, not a subclass of {base.__name__}")

@@ -10,7 +10,7 @@ __all__ = ["RCGA", "Stalled"]
 
 
 def __getattr__(name: str) -> Any:
-    """Load what needs pymoo only when it is used."""
+    """Load pymoo only when it is needed."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from robolaser.algorithms import rcga  # noqa: PLC0415

@@ -28,10 +28,10 @@ from robolaser.operators.non_uniform_mutation import non_uniform, step_size
 from robolaser.operators.roulette_selection import inverse_cost, roulette_wheel
 
 ELITES = 0.1
-"""Share of the population that stays. The paper keeps elites and does not say how many; from 1 to 20 of 100 it
-makes little difference, on Ackley's function 6 to 20 end three times closer than 1 or 2."""
+"""Share of elites in the population. The paper does not state it; from 1 to 20 of 100 it makes little difference, on
+Ackley's function 6 to 20 end three times closer than 1 or 2."""
 
-EVALUATED = ["F", "G", "H"]  # what pymoo's evaluator asks a problem for, unless it is told otherwise
+EVALUATED = ["F", "G", "H"]  # the values that pymoo's evaluator requests of a problem by default
 
 _BELONGS_TO = {  # the operator that takes each setting
     "prob_crossover": "crossover",
@@ -44,7 +44,7 @@ _BELONGS_TO = {  # the operator that takes each setting
 @final
 @dataclass(frozen=True, eq=False)
 class Generation:
-    """Individuals side by side, as long as nobody asks for pymoo's."""
+    """Individuals as arrays, until pymoo's are requested."""
 
     X: Array  # variables, (n, d)
     F: Array  # costs, (n,)
@@ -67,16 +67,16 @@ class RCGA(GeneticAlgorithm):
     `Stalled(500)` or `("fmin", 1e-6)`. The last generation T of the mutation is the termination's, see
     `NonUniformMutation`. A cost that is not a number counts as infinite.
 
-    A run is its seed. Draws, in this order, for N individuals, E elites, d variables and M = ⌈(N − E)/2⌉ pairs:
+    The seed determines a run. Draws, in this order, for N individuals, E elites, d variables and M = ⌈(N − E)/2⌉ pairs:
     first random((N, d)), the initial population; then in each generation random((M, 2)), the parents on the
     wheel; random(M), crossed where below `prob_crossover`; if any is, random((M, 1)), λ; random((2M, d)), moved
     where below `prob_var`, the first children of all pairs before the second ones; for the h genes that move,
-    row by row, random(h), up where below 0.5, and random(h), r; random(2M), which pymoo's mutation draws and
-    which changes nothing. The last child is left out where N − E is odd.
+    row by row, random(h), up where below 0.5, and random(h), r; random(2M), which pymoo's mutation draws without
+    effect. The last child is dropped where N − E is odd.
 
     Args:
         pop_size: Individuals N.
-        n_elites: Best individuals E that pass to the next generation untouched; a tenth of N by default.
+        n_elites: Best individuals E that pass to the next generation unchanged; a tenth of N by default.
         prob_crossover: Probability that a pair is crossed.
         prob_var: Mutation rate: probability that a gene is moved.
         b: Non-uniformity of the mutation.
@@ -165,7 +165,7 @@ class RCGA(GeneticAlgorithm):
 
     @property
     def off(self) -> Any:
-        """The offspring that this generation was made with, a pymoo Population."""
+        """The offspring of this generation, a pymoo Population."""
         self._make_individuals()
         return self._off
 
@@ -198,7 +198,7 @@ class RCGA(GeneticAlgorithm):
         self._rows = np.arange(len(arrays[0]))
 
     def _make_individuals(self) -> None:
-        """From now on generations are pymoo's, since somebody may keep and change their individuals."""
+        """From now on generations are pymoo's, since callers may keep and change their individuals."""
         if isinstance(self._pop, Generation):
             best, opt = int(self._pop.F.argmin()), self.opt[0]
             young = [self._off.individual(row) for row in range(len(self._off.F))]
@@ -209,14 +209,14 @@ class RCGA(GeneticAlgorithm):
             self._pop, self._off = Population(members), Population(young)
 
     def next(self) -> None:
-        """Make the next generation, from array to array unless somebody has asked for pymoo's individuals."""
+        """Make the next generation, as arrays unless pymoo's individuals have been requested."""
         if not (isinstance(self._pop, Generation) and self._is_itself()):
             super().next()
             return
         X, old = self._bred(), self._pop
-        said = self.problem.evaluate(X.copy(), return_values_of=EVALUATED, return_as_dictionary=True, algorithm=self)
+        values = self.problem.evaluate(X.copy(), return_values_of=EVALUATED, return_as_dictionary=True, algorithm=self)
         self.evaluator.n_eval += len(X)
-        X, F = said.get("X", X), said["F"][:, 0]
+        X, F = values.get("X", X), values["F"][:, 0]
         off = Generation(X, np.where(np.isnan(F), np.inf, F), np.full(len(X), self.n_iter))
         n = len(old.F)
         kept = survivors(old.F, off.F, self.survival.n_elites, min(self.pop_size, n + len(X)))

@@ -1,4 +1,4 @@
-"""Algorithms and operators by name: ours, pymoo's, those of installed packages, and anybody's by import path."""
+"""Algorithms and operators by name: ours, pymoo's, those of installed packages, and others by import path."""
 
 import copy
 import inspect
@@ -18,7 +18,7 @@ from robolaser.errors import AlgorithmError, UsageError, near
 from robolaser.plugins import announced
 
 SCREENING = "screening"
-"""The default: random candidates of the whole box, the best of them refined until enough end at one optimum."""
+"""The default: random candidates within the bounds, the best of them refined until enough end at one optimum."""
 POLISH_ONLY = "gauss-newton"  # no global search: straight from nominal values and closed forms to the polish
 GROUP, OPERATOR_GROUP = "robolaser.algorithms", "robolaser.operators"
 """Entry points under which installed packages announce algorithms, and operators of a slot (`.crossover`)."""
@@ -30,7 +30,7 @@ DIRECTIONS = {2: 99, 3: 12, 4: 7, 5: 5}
 @final
 @dataclass(frozen=True)
 class NamedAlgorithm:
-    """An algorithm with a name: what it is, and where its class lies, `module:class`."""
+    """A named algorithm: its description, and the path of its class, `module:class`."""
 
     title: str
     home: str
@@ -95,12 +95,12 @@ def algorithm_named(text: str) -> Any:
 
 
 def maker_of(spec: AlgorithmSpec, found: Any = None, expected: str = EXPECTED) -> Callable[[int], Any]:
-    """What makes an algorithm, given the number of objectives.
+    """A factory of an algorithm, given the number of objectives.
 
     Args:
         spec: Its name and settings.
-        found: Its class, an instance, or a function that returns one; what the name stands for when absent.
-        expected: What a complaint says instead of `found`.
+        found: Its class, an instance, or a function that returns one; the meaning of the name when absent.
+        expected: Description in error messages instead of `found`.
 
     Raises:
         UsageError: There is no such algorithm or operator.
@@ -163,7 +163,7 @@ def _made(
 
 
 def reference_directions(n_obj: int) -> Any:
-    """Das and Dennis's directions, about a hundred, for algorithms that want them (NSGA3, MOEAD, RVEA)."""
+    """Das and Dennis's directions, about a hundred, for algorithms that need them (NSGA3, MOEAD, RVEA)."""
     from pymoo.util.ref_dirs import get_reference_directions  # noqa: PLC0415 - only some algorithms need it
 
     return get_reference_directions("das-dennis", n_obj, n_partitions=DIRECTIONS.get(n_obj, 3))

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pymoo.util
 
-_GLOBALS = threading.RLock()  # held while global generators are replaced: a second thread waits
+_GLOBALS = threading.RLock()  # locked while global generators are replaced
 
 
 @contextmanager

@@ -18,7 +18,7 @@ _WORDS: Mapping[str, Value] = {"true": True, "false": False, "none": None}
 @final
 @dataclass(frozen=True)
 class AlgorithmSpec:
-    """What a text specifies."""
+    """The algorithm that a text specifies."""
 
     text: str  # as typed
     name: str  # of the algorithm, or of the module that holds it
@@ -81,7 +81,7 @@ def read(text: str) -> Value:
 
 
 def malformed(text: str, reason: str) -> UsageError:
-    """A text does not specify an algorithm."""
+    """The error of a text that specifies no algorithm."""
     return UsageError(
         f"'{text}' cannot be read: {reason}. Expected NAME or package.module:attribute,"
         " and :key=value after it for each setting, as in rcga:b=2:pop_size=50."

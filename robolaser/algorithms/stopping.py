@@ -9,7 +9,7 @@ from robolaser.errors import AlgorithmError
 
 
 def several_objectives(where: str, objectives: int) -> AlgorithmError:
-    """A search for one objective met a problem with several."""
+    """The error of a search for one objective on a problem with several."""
     return AlgorithmError(
         f"{where} minimises one objective, but the problem has {objectives}."
         " Take NSGA2 or another multi-objective algorithm; robolaser's operators work in it."

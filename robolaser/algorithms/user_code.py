@@ -1,4 +1,4 @@
-"""What lies at an import path, and calls of it with settings that somebody typed."""
+"""Objects at import paths, and calls of them with typed settings."""
 
 import importlib
 import inspect
@@ -13,7 +13,7 @@ from robolaser.errors import RobolaserError, UsageError, near
 
 
 def imported(spec: AlgorithmSpec) -> Any:
-    """Import what lies at a path; modules in the current directory count.
+    """Import the object at a path; modules in the current directory count.
 
     Raises:
         UsageError: The module does not exist or fails, or it has no such attribute.
@@ -22,10 +22,10 @@ def imported(spec: AlgorithmSpec) -> Any:
     try:
         with _current_directory():
             found = importlib.import_module(spec.name)
-    except (Exception, SystemExit) as error:  # whatever a user's module does when it is imported
+    except (Exception, SystemExit) as error:  # any exception of a user's module
         raise UsageError(
             f"{spec.text}: module {spec.name} cannot be imported ({type(error).__name__}: {error})."
-            " It has to lie in the current directory or be installed. Settings are written :key=value."
+            " It must be in the current directory or be installed. Settings are written :key=value."
         ) from error
     for name in str(spec.attribute).split("."):
         if not hasattr(found, name):
@@ -53,7 +53,7 @@ def made(spec: AlgorithmSpec, make: Callable[..., Any], settings: Mapping[str, A
 
 
 def check_settings(spec: AlgorithmSpec, settings: Mapping[str, Any], make: Callable[..., Any], first: int = 0) -> None:
-    """Raise if a class or function does not take a setting, not counting so many first arguments.
+    """Check that a class or function takes a setting, not counting so many first arguments.
 
     Raises:
         UsageError: It does not.
@@ -67,7 +67,7 @@ def check_settings(spec: AlgorithmSpec, settings: Mapping[str, Any], make: Calla
 def by_name(
     given: Sequence[object] | Mapping[str, object], find: Callable[[Any, str], Any], hint: str
 ) -> dict[str, Any]:
-    """What a user lists, or names himself, each once, by the `name` that it is found with.
+    """A user's list, or mapping, of things by name, each once.
 
     Raises:
         UsageError: Two have one name; `hint` says how to name them.
@@ -83,13 +83,13 @@ def by_name(
 
 
 def title_of(thing: object, name: str) -> str:
-    """The first line of its docstring, of an instance that of its class; else the name."""
+    """The first line of the docstring of an object or its class; else the name."""
     text = inspect.cleandoc(thing.__doc__ or "")
     return text.splitlines()[0].rstrip(".") if text else name
 
 
 def named(thing: object) -> str:
-    """The name of something, or of its class: an address in memory says nothing."""
+    """The name of something, or of its class, without an address in memory."""
     return str(getattr(thing, "__name__", f"an object of class {type(thing).__name__}"))
 
 
@@ -105,7 +105,7 @@ def keywords(make: Callable[..., Any]) -> tuple[tuple[str, ...], bool]:
     for maker in makers:
         try:
             parameters = inspect.signature(maker).parameters.values()
-        except ValueError:  # some built-in functions do not say
+        except ValueError:  # some built-in functions have no signature
             return (), True
         known |= {p.name: None for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
         if not any(p.kind is p.VAR_KEYWORD for p in parameters):

@@ -36,8 +36,8 @@ def calibrate(
     """As `robolaser.calibrate`; the search leaves checkpoints in the folder `state`, and may resume from one there."""
     began = time.perf_counter()
     plan = plan or Plan()
-    # matrices are tall and thin: a second thread gains nothing on an idle machine, and on a busy one, where it has to
-    # wait, it made a calibration take ten times as long
+    # matrices are tall and thin: a second thread gains nothing on an idle machine, and made a calibration ten times
+    # slower on a busy one
     with threadpool_limits(limits=1, user_api="blas"):
         model = Model(dataset, candidate_effects(plan.effects, dataset))
         check_target(model)
@@ -55,12 +55,12 @@ def calibrated(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Calibration:
-    """The calibration of a model whose data were checked; arguments as those of `calibrate`."""
-    tell = progress or (lambda what, share: None)
-    start = find_start(model, plan, state=state, resume=resume, progress=tell)
+    """The calibration of a model of checked data; arguments as for `calibrate`."""
+    report = progress or (lambda what, share: None)
+    start = find_start(model, plan, state=state, resume=resume, progress=report)
     problem, x, evaluations, weighted = Problem.of(model), start.x, start.evaluations, None
     if plan.polish:
-        tell("fitting", 0.5)
+        report("fitting", 0.5)
         if plan.weights == "noise":
             weighted = fit_by_noise(model, x, seed=plan.seed)
             problem, x, more = weighted.problem, weighted.x, weighted.evaluations
@@ -71,7 +71,7 @@ def calibrated(
     if not np.isfinite(residuals).all():
         raise no_finite_residuals()
 
-    tell("holding poses out", 0.5)
+    report("holding poses out", 0.5)
     folds = assign_folds(problem.model, plan.seed)
     unseen = folds and (weighted.held_out(folds) if weighted else held_out(problem, x, folds))
     sigmas = noise_of(model, x, None if weighted is None else ~weighted.outliers).sigmas
@@ -109,20 +109,20 @@ def calibrated(
 
 
 def _unused_warnings(weighted: NoiseWeightedFit) -> list[str]:
-    """Which rows a fit leaves out, but for the paper's J."""
+    """Warnings on the rows that the fit does not use."""
     gross, poses = int(weighted.outliers.sum()), weighted.data.raw.points.pose
     used, every = len(np.unique(weighted.data.dataset.points.pose)), len(np.unique(poses))
-    said = []
+    warnings = []
     if gross:
-        said.append(
+        warnings.append(
             f"{gross} of {len(poses)} points are gross errors: they are excluded from the fit and from the error on new"
             " poses, but count in J and in the error on fitted poses."
         )
     if used < every:
-        said.append(
+        warnings.append(
             f"{used} of {every} poses are used: with rows weighted by their noise, more would change the fit little."
         )
-    return said
+    return warnings
 
 
 TOO_FEW_POSES = "Too few poses to hold any out: the error on new poses is not known."

@@ -1,4 +1,4 @@
-"""Checks before a calibration, that the data suffice, and after it, that they were read as they were meant."""
+"""Checks that the data suffice, before a calibration, and that they were read correctly, after it."""
 
 from collections.abc import Iterable
 
@@ -18,14 +18,14 @@ RANK_TOLERANCE = 1e-6  # of a pose's Jacobian, relative to its largest singular 
 SAMPLE = 20  # poses whose Jacobians are compared
 ALIKE = 6  # decimals [m], and of rotation matrices, to which two poses must agree to count as one
 APART_M, LEVER_M = 1e-3, 0.3
-"""Poses that are nearer to each other show the same errors [m], and the distance at which turns count. A judgement."""
+"""Poses nearer to each other show the same errors [m]; lever arm that converts turns to distances. Judgements."""
 SETUP_RMS_M = 0.01
 """Error of fitted points above which the description of the cell is wrong: no effect of the library is so large."""
 SETUP_MEASURED_RMS_M = 0.05
 """The same where flange poses were measured: by cameras or by hand, they are off by centimetres. A judgement."""
 SETUP_ON_BOUNDS = 1 / 3
 """Share of the parameters with given bounds that end on one, above which the bounds or the description are wrong."""
-HEADER = 2  # the first row of a table stands in line 2
+HEADER = 2  # the first row of a table is line 2
 
 
 def check_poses(problem: Problem) -> None:
@@ -76,7 +76,7 @@ def different_poses(dataset: Dataset, most: int) -> int:
 
 
 def check_orientations(model: Model) -> None:
-    """Check that the flange turns as much as one of the blocks needs: the others share with it.
+    """Check that the flange turns enough for one of the blocks: the others share with it.
 
     Raises:
         EstimationError: It does not.
@@ -88,7 +88,7 @@ def check_orientations(model: Model) -> None:
 
 
 def travel_warnings(model: Model, apart: Iterable[str]) -> list[str]:
-    """What a flange that turns about one axis at most leaves open, of named parameters that data do not determine."""
+    """Warning on named parameters that data do not determine, if the flange turns about one axis at most."""
     carried = [name for name in apart if name.startswith("hand_eye.")]
     if not carried:
         return []
@@ -105,10 +105,10 @@ def travel_warnings(model: Model, apart: Iterable[str]) -> list[str]:
 
 
 def check_target(model: Model) -> None:
-    """Check that a placed target lies in front of the camera, with the nominal parameters, for most rows.
+    """Check that a placed target is in front of the camera, with the nominal parameters, for most rows.
 
     Raises:
-        DataError: It lies behind it.
+        DataError: It is behind the camera.
     """
     behind = ~model.blocks.in_view(*model.at(model.parameters.nominal))
     if model.dataset.placed and behind.mean() > 0.5:
@@ -125,15 +125,14 @@ def check_target(model: Model) -> None:
 
 
 def setup_limit_m(dataset: Dataset) -> float:
-    """Error of fitted points from which on a data set describes its cell wrongly."""
+    """Error of fitted points above which the data set describes its cell wrongly."""
     return SETUP_MEASURED_RMS_M if dataset.robot is None else SETUP_RMS_M
 
 
 def setup_warning(model: Model, on_bound: Bools, rms_m: float) -> str | None:
-    """A warning that start values, bounds, axes or units seem to be wrong; None where nothing points to that.
+    """A warning that start values, bounds, axes or units seem to be wrong; None without evidence.
 
-    By the parameters that ended on a bound (d,), those of effects last, and the root-mean-square error of the fitted
-    points.
+    Judged by the parameters on a bound (d,), effects last, and the root-mean-square error of the fitted points.
     """
     given = np.array([item.given for item in model.sensor_parameters.items])
     ended = int(on_bound[: len(given)][given].sum())

@@ -1,4 +1,4 @@
-"""Images or poses that were exchanged: rows far off where they are, which fit at each other's poses."""
+"""Exchanged images or poses: rows far off at their own poses that fit at each other's."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -15,16 +15,16 @@ from robolaser.model.batches import of_data
 from robolaser.model.forward_model import Model
 
 FAR: Final = 2.0
-"""Times the median pose's error from which on a pose is far off, and by which its rows fit better elsewhere."""
+"""Times the median error above which a pose is far off, and factor by which its rows must fit better elsewhere."""
 MOST_FAR: Final = 20  # of them, the worst: each is tried at each other's place
 FITS: Final = 3.0
-"""Times the error of all other poses, up to which rows fit. A judgement: exchanged ones are hundreds of it off."""
+"""Times the error of all other poses up to which rows fit. A judgement: for exchanged poses it is in the hundreds."""
 
 
 def seem_exchanged(model: Model, x: Array, errors_m: Array) -> Mapping[int, int]:
-    """The pose where the rows of another one fit far better, for poses that are exchanged among each other.
+    """For each exchanged pose, the pose where its rows fit.
 
-    By the model of all rows at x (d,), and the errors that it leaves, (m, j) [m].
+    By the model of all rows at x (d,) and its errors, (m, j) [m].
     """
     of_pose = rms_of_poses(errors_m, model.dataset.points.pose, len(model.dataset.poses))
     far = np.flatnonzero(of_pose > FAR * np.nanmedian(of_pose))
@@ -50,15 +50,15 @@ def with_rows_at(dataset: Dataset, belongs: Mapping[int, int]) -> Dataset:
 
 
 def belong_there(belongs: Mapping[int, int], model: Model, as_read_m: Array, moved_m: Array) -> bool:
-    """Whether exchanged rows fit as well as all others, once the model is fitted to them where they belong.
+    """Whether exchanged rows fit as well as all others after a fit with them at the poses where they belong.
 
-    Where all others are centimetres off, something else is wrong.
+    If all others are centimetres off, something else is wrong.
 
     Args:
         belongs: The poses.
         model: Of the rows as they are read.
-        as_read_m: What its fit leaves, (m, j) [m].
-        moved_m: What is left of each row by a fit with rows moved, (m, j) [m].
+        as_read_m: Errors of its fit, (m, j) [m].
+        moved_m: Errors of a fit with rows moved, (m, j) [m].
     """
     moved = np.isin(model.dataset.points.pose, list(belongs))
     others = rms(moved_m[~moved])

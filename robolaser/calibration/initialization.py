@@ -1,4 +1,4 @@
-"""Where the fit starts: near the global optimum, found on a subsample."""
+"""The start of the fit: near the global optimum, found on a subsample."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ from robolaser.model.sensors.placements import SIX, motion
 from robolaser.parameters import as_batch
 
 FAR = 0.1
-"""Of the bounds' width: a closed form misses by less, so that what it puts farther beyond a bound is elsewhere."""
+"""Of the bounds' width: the error of a closed form is smaller, so a value farther beyond a bound is really outside."""
 AT_ONCE = 4  # members of a population that descend together
 
 
@@ -53,14 +53,14 @@ class Start:
 def find_start(
     model: Model, plan: Plan, *, state: Path | None = None, resume: bool = False, progress: Progress | None = None
 ) -> Start:
-    """Run the search that the plan names; arguments as those of `calibrate`.
+    """Run the search that the plan names; arguments as for `calibrate`.
 
     Raises:
-        EstimationError: All candidates lie at poles; it names joints that seem to be misread.
+        EstimationError: No candidate has finite residuals; it names joints that seem to be misread.
         UsageError: There is no algorithm of that name.
     """
     try:
-        return _start(model, plan, state=state, resume=resume, tell=progress or (lambda what, share: None))
+        return _start(model, plan, state=state, resume=resume, progress=progress or (lambda what, share: None))
     except EstimationError as error:
         found = misread(model, np.inf)
         if found is None:
@@ -68,7 +68,7 @@ def find_start(
         raise EstimationError(f"{found.sentence} As it is: {error}") from None
 
 
-def _start(model: Model, plan: Plan, *, state: Path | None, resume: bool, tell: Progress) -> Start:
+def _start(model: Model, plan: Plan, *, state: Path | None, resume: bool, progress: Progress) -> Start:
     unbounded = model.sensor_parameters.unbounded(model.blocks.free)
     algorithm = plan.algorithm or (SCREENING if model.blocks.free and not unbounded else POLISH_ONLY)
     if algorithm == POLISH_ONLY:
@@ -78,23 +78,23 @@ def _start(model: Model, plan: Plan, *, state: Path | None, resume: bool, tell: 
     check_bounds(model, f"--algorithm {algorithm}")
     is_fixed = bool(Problem.of(model).fixed.all())
     if algorithm == SCREENING and (is_fixed or model.blocks.free or model.effects):
-        return _multistart(model, plan.seed, tell)
+        return _multistart(model, plan.seed, progress)
     if is_fixed or not (model.blocks.free or model.effects):
         why = "is fixed" if is_fixed else "follows from the data in closed form"
         warning = f"{algorithm} had nothing to search for: every parameter {why}."
         return replace(_downhill(model, plan), warnings=(warning,))
     thin = subsampled(model)
-    members, history = _searched(thin, algorithm, plan, state=state, resume=resume, progress=tell)
+    members, history = _searched(thin, algorithm, plan, state=state, resume=resume, progress=progress)
     x, evaluations = members[0], int(history.evaluations[-1])
     if plan.polish:
-        tell("fitting", 0.0)
+        progress("fitting", 0.0)
         x, more = _descended(thin, np.insert(members, 1, model.parameters.nominal, axis=0))
         evaluations += more
     return Start(algorithm, x, evaluations, history=history)
 
 
 def _downhill(model: Model, plan: Plan) -> Start:
-    """From the nominal values, and from the closed form where it is another start, to the better valley's optimum."""
+    """The better optimum of descents from the nominal values and, if it differs, from the closed form."""
     nominal = model.parameters.nominal
     if not plan.polish:
         return Start(POLISH_ONLY, nominal, 0)
@@ -102,11 +102,11 @@ def _downhill(model: Model, plan: Plan) -> Start:
     return Start(POLISH_ONLY, *_descended(subsampled(model), np.vstack([nominal[None], *of_data])), warnings)
 
 
-def _multistart(model: Model, seed: int, tell: Progress) -> Start:
+def _multistart(model: Model, seed: int, progress: Progress) -> Start:
     """The global optimum: first without effects, then with them, last with those that have nonlinear parameters."""
 
     def optimum(part: Model, starts: Array | None) -> Optimum:
-        return multistart(part, seed=seed, starts=starts, progress=lambda share, *_: tell("searching", share))
+        return multistart(part, seed=seed, starts=starts, progress=lambda share, *_: progress("searching", share))
 
     nonlinear = with_nonlinear_grid(model)
     plain = _without(model, nonlinear)
@@ -129,7 +129,7 @@ def _multistart(model: Model, seed: int, tell: Progress) -> Start:
 
 
 def _without(model: Model, gone: Sequence[CandidateEffect]) -> Model:
-    """The model that lacks some of its effects."""
+    """The model without some of its effects."""
     return model.with_effects(tuple(one for one in model.effects if one not in gone))
 
 
@@ -144,7 +144,7 @@ def _with_effects_chosen(model: Model, effects: tuple[CandidateEffect, ...], x: 
 def _searched(
     thin: Model, algorithm: str, plan: Plan, *, state: Path | None, resume: bool, progress: Progress
 ) -> tuple[Array, History]:
-    """Search globally; candidates come back as those of the whole model, best first."""
+    """Search globally; returns candidates of the whole model, best first."""
     from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
     from robolaser.problems import ReducedCalibration  # noqa: PLC0415
 
@@ -164,10 +164,10 @@ def _searched(
 
 
 def _descended(model: Model, starts: Array) -> tuple[Array, int]:
-    """The best optimum (d,) that descents from some members lead to, and the candidates evaluated.
+    """The best optimum (d,) of descents from some members, and the candidates evaluated.
 
-    Where effects have nonlinear parameters, each member has values of its own and ends in a valley of its own: they
-    would never agree. So members descend without these effects, and with them only the first, beside chosen values.
+    With nonlinear parameters of effects, each member would end in a different valley: they would never agree. So
+    members descend without these effects, and only the first with them, from chosen values.
     """
     nonlinear = with_nonlinear_grid(model)
     if not nonlinear:
@@ -187,7 +187,7 @@ def descend_until_agreed(problem: Problem, starts: Array) -> tuple[Array, int]:
         The best optimum (d,), and the candidates evaluated.
 
     Raises:
-        EstimationError: All starts lie at poles.
+        EstimationError: No start has finite residuals.
     """
     starts = np.array([problem.model.fix_gauge(start) for start in starts])
     x, costs, evaluations = np.empty((0, starts.shape[1])), np.empty(0), 0
@@ -203,11 +203,11 @@ def descend_until_agreed(problem: Problem, starts: Array) -> tuple[Array, int]:
 
 
 def start_of_data(model: Model) -> tuple[Sequence[Array], tuple[str, ...]]:
-    """Where a fit may start beside the nominal values, and what to say where the data set's bounds exclude that.
+    """A start besides the nominal values, and warnings if the data set's bounds exclude it.
 
     Returns:
-        What closed forms find, (d,), within the bounds, where the data set gives others; and a sentence for each
-        placement that lies beyond them.
+        The closed-form values, (d,), within the bounds, if the data set gives others; and a sentence for each
+        placement outside them.
     """
     items, derived = model.parameters.items, model.blocks.derived
     stated = {item.name: item for item in items if item.name in derived and item.given and not item.fixed}
@@ -232,7 +232,7 @@ def start_of_data(model: Model) -> tuple[Sequence[Array], tuple[str, ...]]:
 
 
 def _nearest_angles(found: Mapping[str, float], given: Mapping[str, float], frame: str) -> dict[str, float]:
-    """The three angles of a rotation, of all that mean the same those nearest to the given ones."""
+    """The three angles of a rotation; of all equivalent ones, the nearest to the given angles."""
     names = [f"{frame}.{part}" for part in SIX[3:]]
     if any(name not in found or name not in given for name in names):
         return {}
@@ -255,6 +255,6 @@ def _sentence(place: str, nominal: Mapping[str, Array], found: Mapping[str, floa
         shift = float(np.linalg.norm([found[name] - nominal[name][0] for name in parts]))
         far = f"{1e3 * shift:.0f} mm"
     return (
-        f"The data put {place} {far} from its nominal value, outside the bounds: it is not where [parameters] says."
+        f"The data put {place} {far} from its nominal value, outside the bounds that [parameters] states."
         f" Delete {place}.* there, or correct it."
     )

@@ -1,4 +1,4 @@
-"""Data that do not mean what they say: read otherwise, they fit far better."""
+"""Misread data: with another reading, they fit far better."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ from robolaser.model.batches import of_data
 from robolaser.model.forward_model import Model
 
 FALLS = 5.0
-"""Factor by which another reading of the joints must lower the error before it is said. A judgement: exchanged columns
+"""Factor by which another reading of the joints must lower the error to be reported. A judgement: exchanged columns
 leave centimetres or more, the largest effects of the library millimetres."""
 MOST_POSES, ROWS_OF_A_POSE = 40, 8  # a camera whose lens is unknown is found from six corners an image and more
 BEST = 3.0  # factor by which the error of any other hypothesis must be larger: else it is not known what is wrong
@@ -52,9 +52,9 @@ class Misread:
 
 
 def misread(model: Model, rms_m: float) -> Misread | None:
-    """What seems to be read wrongly; None where the error of fitted points is no sign of it, or nothing explains it.
+    """What seems to be misread; None where the error of fitted points is no sign of it, or nothing explains it.
 
-    Each hypothesis is fitted to some rows from its own start values, in a few steps. Without any fit, the error is
+    Each hypothesis is fitted to some rows from its own start values, in a few steps. Without a fit, the error is
     infinite.
     """
     return None if rms_m < OTHER_ARM_RMS_M else _tried(model, in_every_way=rms_m >= SETUP_RMS_M)
@@ -62,7 +62,7 @@ def misread(model: Model, rms_m: float) -> Misread | None:
 
 @lru_cache(maxsize=1)
 def _tried(model: Model, *, in_every_way: bool) -> Misread | None:
-    """The same of a large error; the last answer is kept, since a diagnosis asks what its calibration has asked."""
+    """The same for a large error; the last answer is cached: a diagnosis repeats the call of its calibration."""
     few = _some(model.dataset)
     readings = [*other_arms(few), *((*read_otherwise(few), *_slipped(few)) if in_every_way else ())]
     if not readings:
@@ -87,7 +87,7 @@ def _tried(model: Model, *, in_every_way: bool) -> Misread | None:
 
 
 def _some(dataset: Dataset) -> Dataset:
-    """Rows enough to tell readings apart; of poses that see a whole target, as many of each sensor as place it."""
+    """Rows that suffice to distinguish readings; for poses that see a whole target, as many per sensor as locate it."""
     if dataset.format.named_points:
         return subsampled(dataset, SEARCH_POINTS)
     poses = np.unique(dataset.points.pose)
@@ -110,7 +110,7 @@ def _millimetres(length_m: float) -> str:
 
 
 def _short_fit(dataset: Dataset) -> tuple[Model, Array] | None:
-    """The model without effects, and its parameters (d,) a few steps from its own start; None where there is none."""
+    """The model without effects, and its parameters (d,) a few steps from its start; None without a start."""
     try:
         model = Model(dataset)
         start = model.fix_gauge(model.parameters.nominal)
@@ -120,9 +120,9 @@ def _short_fit(dataset: Dataset) -> tuple[Model, Array] | None:
 
 
 def _slipped(dataset: Dataset) -> Iterator[Hypothesis]:
-    """The rows from some pose on at the pose after theirs, and before: a pose was lost there or counted twice.
+    """All rows from some pose on moved by one pose, either way: a pose was lost there or counted twice.
 
-    Each session is tried by itself, since it does not say where things stood in another.
+    Each session is tried by itself, since placements differ between sessions.
     """
     session = dataset.session_of_pose
     for number in np.unique(session):
@@ -135,10 +135,10 @@ def _slipped(dataset: Dataset) -> Iterator[Hypothesis]:
 
 
 def _slips(dataset: Dataset) -> Iterator[tuple[int, int]]:
-    """By how many poses the rows of one session may have slipped, and the first pose of which they did.
+    """By how many poses the rows of one session may have slipped, and from which pose on.
 
-    The first third of the poses is fitted as it is read, and the last third where it then belongs: one of the two is
-    on one side of the slip. By either fit the slip is where it makes the errors of all poses smallest.
+    The first third of the poses is fitted as read, the last third as shifted: one of the two is entirely on one side
+    of the slip. By either fit, the slip is at the pose that minimises the errors of all poses.
     """
     poses = np.unique(dataset.points.pose)
     if len(poses) < 3 * FEWEST_POSES or _names_differ(dataset, poses):
@@ -159,14 +159,14 @@ def _of(dataset: Dataset, poses: Ints) -> Dataset:
 
 
 def _names_differ(dataset: Dataset, poses: Ints) -> bool:
-    """Whether a third of the poses shows other points than all do: what stands where is then not found from it."""
+    """Whether a third of the poses shows other points than all do: it then does not determine all placements."""
     third = len(poses) // 3
     ends = (_of(dataset, some).points.names for some in (poses[:third], poses[-third:]))
     return any(set(names) != set(dataset.points.names) for names in ends)
 
 
 def _likeliest(as_read: Dataset, moved: Dataset, shift: int, model: Model, x: Array) -> tuple[float, int]:
-    """By how much a slip shrinks the errors, as a sum of logarithms over the poses, and the first pose behind it."""
+    """By how much a slip lowers the errors, as a sum of logarithms over the poses, and the first pose after it."""
     count = len(as_read.poses)
     here, there = (_errors(of_data(model, each), x, count) for each in (as_read, moved))
     ratio = np.nan_to_num(np.log(here) - np.log(np.roll(there, -shift)))
@@ -175,6 +175,6 @@ def _likeliest(as_read: Dataset, moved: Dataset, shift: int, model: Model, x: Ar
 
 
 def _errors(model: Model, x: Array, count: int) -> Array:
-    """Root-mean-square error of each pose [m]; below a nanometre all are alike."""
+    """Root-mean-square error of each pose [m], at least a nanometre."""
     of_poses = rms_of_poses(model.in_metres(x, model.residuals(x[None])[0]), model.dataset.points.pose, count)
     return np.maximum(of_poses, NANOMETRE)

@@ -1,4 +1,4 @@
-"""Other ways to read a data set: what the files of people who measured well have wrong."""
+"""Other ways to read a data set: common faults in the files of good measurements."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ from robolaser.model.sensors.in_cell import Mounting
 from robolaser.robot.by_name import find_robot, known_robots
 from robolaser.robot.kinematics import Robot
 
-FAR_OUTSIDE = 1.0  # how far a joint may stand outside its limits under a hypothesis [rad or m], as in `poses.csv`
+FAR_OUTSIDE = 1.0  # how far a joint may be outside its limits under a hypothesis [rad or m], as in `poses.csv`
 FEWEST_POSES = 6  # of which rows may be one pose off
 DEGREE = np.pi / 180.0
 LENGTHS: Final = {
@@ -30,7 +30,7 @@ LENGTHS: Final = {
     "in centimetres, read as millimetres": 10.0,
     "in millimetres, read as centimetres": 0.1,
 }
-"""What lengths may be instead of metres, and the metres of one; or instead of what they were converted from."""
+"""Units that lengths may have instead of metres or of the unit they were converted from, each in metres."""
 MIRRORED: Final = "mirrored"
 MOST_NAMES: Final = 6
 """Names of points of which all orders are tried."""
@@ -38,9 +38,9 @@ MOST_LISTED: Final = 4  # poses that a sentence names
 SHIFTS: Final = {1: "after", -1: "before"}
 ROWS: Final = "the rows of poses.csv or points.csv"
 FAR_APART: Final = 10.0
-"""Times the usual deviation of a distance, from which a pose's distances are others, and below which they fit."""
+"""Times the usual deviation above which a pose's distances differ, and below which they fit."""
 LEAST_M: Final = 2e-4
-"""The same at least. A judgement: distances on a tool differ by millimetres, trackers err by less."""
+"""The same at least. A judgement: distances on a tool differ by millimetres, the errors of trackers are smaller."""
 
 
 @final
@@ -52,15 +52,15 @@ class Hypothesis:
     fault: str  # what is then wrong with the files: the beginning of a sentence
     where: str = "poses.csv, or the file that it was made from"  # what is to be corrected
     shift: int = 0  # by how many poses the rows of points.csv are off
-    # what it has in common with others that no data can tell from it, as points in inches and flange poses in an inch
+    # shared with hypotheses that no data can distinguish from it, as points in inches and flange poses in an inch
     # of metres have; "": nothing
     alike: str = ""
 
 
 def read_otherwise(dataset: Dataset) -> Iterator[Hypothesis]:
-    """All that may be wrong with files whose points are centimetres off.
+    """All hypotheses for files whose points are centimetres off.
 
-    Points of some poses exchanged; rows one pose off, flange poses the other way round, the sensor at the other end;
+    Points of some poses exchanged; rows one pose off, flange poses inverted, the sensor at the other end;
     lengths in other units, a left-handed frame, transposed rotations; joints exchanged, reversed, in degrees, or late.
     """
     if names := exchanged_points(dataset):
@@ -72,7 +72,7 @@ def read_otherwise(dataset: Dataset) -> Iterator[Hypothesis]:
 
 
 def other_arms(dataset: Dataset) -> Iterator[Hypothesis]:
-    """Known arms whose joints have the names of this one's: another size or generation of it."""
+    """Known arms with the same joint names: another size or generation."""
     robot = dataset.robot
     if robot is None or dataset.poses.q is None:
         return
@@ -110,7 +110,7 @@ def _of_rows_and_ends(dataset: Dataset) -> Iterator[Hypothesis]:
 
 
 def with_rows_moved(dataset: Dataset, shift: int, first: int = 0, of: Ints | None = None) -> Dataset:
-    """Rows, from those of a first pose on, at the pose so many after theirs; without those that their session ends at.
+    """Rows from a first pose on, moved by so many poses, without rows that leave their session.
 
     Only rows with the numbers `of` move; None: all.
     """
@@ -125,7 +125,7 @@ def with_rows_moved(dataset: Dataset, shift: int, first: int = 0, of: Ints | Non
 
 
 def _of_lengths(dataset: Dataset) -> Iterator[Hypothesis]:
-    """Lengths in other units, mirrored axes, rotations that are transposed."""
+    """Lengths in other units, mirrored axes, transposed rotations."""
     points, T = dataset.points, dataset.poses.T_base_flange
     file = "points.csv, or the file that it was made from"
     if points.xyz is not None and points.pixel is None:
@@ -142,7 +142,7 @@ def _of_lengths(dataset: Dataset) -> Iterator[Hypothesis]:
     for unit, factor in LENGTHS.items():
         fault = f"The positions of the flange seem to be {unit}"
         yield Hypothesis(_with_flange(dataset, turned, placed * factor), fault, alike=f"{1.0 / factor:.6g}")
-    for axis in range(3) if dataset.placed else (1,):  # about a target that has no place, mirrored axes are alike
+    for axis in range(3) if dataset.placed else (1,):  # with an unplaced target, all mirrored axes are equivalent
         side = np.where(np.arange(3) == axis, -1.0, 1.0)
         fault = "The flange poses seem to be in a left-handed frame, one axis mirrored"
         yield Hypothesis(_with_flange(dataset, turned * side[:, None] * side, placed * side), fault, alike=MIRRORED)
@@ -155,7 +155,7 @@ def _with_flange(dataset: Dataset, turned: Array, placed: Array) -> Dataset:
 
 
 def _of_joints(dataset: Dataset) -> Iterator[Hypothesis]:
-    """Joints read otherwise, where all then stay near their limits."""
+    """Other readings of joints that keep all of them near their limits."""
     (robot, q), poses = dataset.arm, dataset.poses
     moves = np.ptp(q, axis=0) > 0
     for columns, factors, fault in _joints_read_otherwise(robot, moves):
@@ -173,7 +173,7 @@ def _of_joints(dataset: Dataset) -> Iterator[Hypothesis]:
 
 
 def _joints_read_otherwise(robot: Robot, moves: Bools) -> Iterator[tuple[Ints, Array, str]]:
-    """The column that each joint's reading is from, what it is multiplied by, (j,) each, and the fault of the file."""
+    """The column of each joint's reading and its factor, (j,) each, and the fault of the file."""
     joints, every = robot.joints, np.arange(len(robot.joints))
     whole, turning = np.ones(len(joints)), moves & ~robot.prismatic
     for a, b in combinations(every, 2):
@@ -191,9 +191,9 @@ def _joints_read_otherwise(robot: Robot, moves: Bools) -> Iterator[tuple[Ints, A
 
 
 def exchanged_points(dataset: Dataset) -> Mapping[int, Mapping[str, str]]:
-    """What points of some poses are called, and should be: those on one rigid body keep their distances.
+    """Exchanged point names at some poses: points on one rigid body keep their distances.
 
-    Nothing is said of points that no tracker measured, nor where distances are alike.
+    Only for tracker points, and where distances differ.
     """
     points = dataset.points
     names = list(dict.fromkeys(points.names))
@@ -211,7 +211,7 @@ def exchanged_points(dataset: Dataset) -> Mapping[int, Mapping[str, str]]:
     usual = np.median(apart[whole], axis=0)
     off = np.abs(apart - usual).max(axis=(1, 2))
     enough = max(FAR_APART * float(np.median(off[whole])), LEAST_M)
-    # how far two distances of the body differ at least: where some are alike, an exchange changes nothing
+    # least difference of two distances of the body: where some are equal, an exchange changes nothing
     if enough > float(np.diff(np.sort(usual[np.triu_indices(len(usual), 1)])).min()):
         return {}
     orders = [list(order) for order in permutations(range(len(names)))]
@@ -225,7 +225,7 @@ def exchanged_points(dataset: Dataset) -> Mapping[int, Mapping[str, str]]:
 
 
 def with_names(dataset: Dataset, names: Mapping[int, Mapping[str, str]]) -> Dataset:
-    """The data set with points of some poses called otherwise."""
+    """The data set with other point names at some poses."""
     points = dataset.points
     called = zip(points.pose.tolist(), points.names, strict=True)
     right = tuple(names.get(at, {}).get(name, name) for at, name in called)

@@ -7,7 +7,7 @@ from robolaser.errors import UsageError, near
 from robolaser.model.effects.effect import Effect
 
 GENERATIONS = 500
-"""From the last of these generations on, local refinement of any of its members ends in the same optimum."""
+"""After these generations, local refinement of any member ends in the same optimum."""
 
 
 WEIGHTS = ("plain", "noise")

@@ -1,6 +1,6 @@
 """The global search: one problem, one algorithm, one budget, one seed.
 
-Its state is a file of numbers without code: a search that was stopped goes on from it as if it never had been.
+Its state is a file of numbers without code, from which a stopped search continues exactly.
 """
 
 import json
@@ -60,8 +60,8 @@ def search(
         progress: Called after every generation.
 
     Returns:
-        The best candidate, those that were the best in earlier generations, then the last members, (k, d): these
-        resemble each other, earlier ones lie elsewhere. And the course of the search.
+        The best candidate, the best of earlier generations, then the last members, (k, d): these resemble each
+        other, earlier ones differ. And the course of the search.
 
     Raises:
         AlgorithmError: The checkpoint belongs to another run or is damaged.
@@ -111,10 +111,10 @@ def _extend(course: Mapping[str, list[Any]], X: Array, F: Array, evaluations: in
 
 
 def save_state(algorithm: Any, course: Mapping[str, Any], path: Path, fingerprint: str) -> None:
-    """Save a run of `RCGA` between two generations, and its course so far, in the place of an earlier state.
+    """Save a run of `RCGA` between two generations, and its course so far; replaces an earlier state.
 
     Raises:
-        OutputError: The file cannot be written; an earlier one is unharmed.
+        OutputError: The file cannot be written; an earlier one is unchanged.
     """
     X, F = algorithm.arrays
     state = {
@@ -131,7 +131,7 @@ def save_state(algorithm: Any, course: Mapping[str, Any], path: Path, fingerprin
 
 
 def load_state(algorithm: Any, path: Path, fingerprint: str) -> dict[str, list[Any]]:
-    """Put an algorithm that was set up as that of the run into the state that was saved; returns the run's course.
+    """Restore the saved state of an algorithm with the settings of the run; returns the run's course.
 
     Raises:
         AlgorithmError: The file is missing or damaged, or belongs to another run.
@@ -152,7 +152,7 @@ def load_state(algorithm: Any, path: Path, fingerprint: str) -> dict[str, list[A
         course = {name: list(state["course"][name]) for name in COURSE}
     except AlgorithmError:
         raise
-    except Exception as error:  # whatever a damaged file or foreign contents make of it
+    except Exception as error:  # any exception that a damaged or foreign file can cause
         raise _unreadable(path, f"it is not a checkpoint ({str(error).rstrip('.')})") from None
     algorithm.is_initialized = True
     algorithm._set_optimum()

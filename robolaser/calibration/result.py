@@ -33,7 +33,7 @@ class RowErrors:
     sensor: str  # the sensor's kind, of several its name, or `distances`
     rows: int  # how many rows there are
     rms: float  # root-mean-square length of a fitted row's residual
-    # the same on poses left out of the fit; None with too few poses, and for known distances, which belong to no pose
+    # the same on poses held out of the fit; None with too few poses, and for known distances, which belong to no pose
     held_out_rms: float | None
     unit: str  # "m", "px" …
 
@@ -47,22 +47,22 @@ class Calibration:
         model: The data set and the effects in the model.
         algorithm: Name of the global search.
         weights: "plain" or "noise".
-        seed: That of the search.
+        seed: Seed of the search.
         x: The parameters in the order of `model.parameters`, (d,).
         std: One standard deviation of each, (d,); NaN where it is fixed or not identifiable.
         on_bound: Parameters that ended on one of their bounds, (d,).
         unidentifiable: Groups of parameters that the data cannot separate.
         residuals: Known or measured minus predicted, in the sensor's unit, (m, k).
-        held_out: Errors on poses left out of the fit, at the points' places, (m', j) [m]; None with too few poses. Of
-            each row that was fitted: all of them, or those in `weighted`.
+        held_out: Errors on poses held out of the fit, at the points, (m', j) [m]; None with too few poses. One for
+            each fitted row: all rows, or those in `weighted`.
         noise: Standard deviation of each source of noise, stated or estimated.
         history: The progress of the global search; None without one.
         evaluations: Candidates evaluated in all.
         seconds: Time taken, where it was measured.
         warnings: Warnings for the user.
-        unseen: Fits without each fold, and what they say of the fitted rows; None where they were not kept.
-        fitted: The model of the rows that were fitted; None where these are all.
-        weighted: Their weights by noise; None where rows weigh alike, and where they were not kept.
+        unseen: Fits without each fold, and their predictions of the fitted rows; None where they were not kept.
+        fitted: The model of the fitted rows; None where these are all.
+        weighted: Their weights by noise; None for equal weights, and where they were not kept.
 
     Examples:
         >>> robolaser.calibrate(dataset).calibration.value("f")
@@ -110,20 +110,20 @@ class Calibration:
 
     @cached_property
     def errors_m(self) -> Array:
-        """The residuals at the points' places, (m, j) [m]."""
+        """The residuals at the points, (m, j) [m]."""
         return self.model.in_metres(self.x, self.residuals)
 
     @property
     def fitted_model(self) -> Model:
-        """The model of the rows that were fitted."""
+        """The model of the fitted rows."""
         return self.model if self.fitted is None else self.fitted
 
     @cached_property
     def robot(self) -> Robot | None:
         """The corrected arm, as the exported URDF has it: `forward`, `jacobian` and `inverse`, in batches.
 
-        With the offsets and placements of joints in the model. What no URDF can say, such as joints that give way, is
-        not in it. None for a data set of measured flange poses.
+        With the offsets and placements of joints in the model. Effects that no URDF can represent, such as joint
+        compliance, are not in it. None for a data set of measured flange poses.
         """
         return self.model.robot_at(self.x)
 
@@ -134,17 +134,17 @@ class Calibration:
 
     @property
     def setup_warning(self) -> str | None:
-        """A warning that start values, bounds, axes or units seem to be wrong; None where nothing points to that."""
+        """A warning that start values, bounds, axes or units seem to be wrong; None without evidence."""
         return setup_warning(self.model, self.on_bound, self.rms_m)
 
     @cached_property
     def held_out_rms_m(self) -> float | None:
-        """The same on poses left out of the fit."""
+        """The same on poses held out of the fit."""
         return None if self.held_out is None else rms(self.held_out)
 
     @cached_property
     def row_errors(self) -> tuple[RowErrors, ...]:
-        """The errors of the sensor's rows, those of angles apart, then of the known distances, where any are stated."""
+        """The errors of the sensor's rows, of angles separately, then of the known distances, if any are stated."""
         blocks, known = self.model.blocks, self.model.known_distances
         of_sensors = [errors for name, kind in blocks.kinds_of_rows.items() for errors in self._of_rows(name, *kind)]
         if known is None:
@@ -183,7 +183,7 @@ def rms(errors: Array) -> float:
 
 
 def rms_of_poses(errors: Array, pose: Ints, count: int) -> Array:
-    """The same of each pose's errors (m, j), by the numbers of their poses (m,): (count,) [m]; NaN without rows."""
+    """The same for each pose, from errors (m, j) and pose numbers (m,): (count,) [m]; NaN without rows."""
     rows = np.bincount(pose, minlength=count)
     sums = np.bincount(pose, np.square(errors).sum(axis=-1), minlength=count)
     return np.asarray(np.sqrt(np.divide(sums, rows, out=np.full(count, np.nan), where=rows > 0)))
@@ -219,7 +219,7 @@ def _effect_entries(calibration: Calibration) -> Sequence[dict[str, Any]]:
 
 
 def as_json(calibration: Calibration) -> dict[str, Any]:
-    """What calibration.json holds: format `robolaser-calibration/1`."""
+    """The contents of calibration.json: format `robolaser-calibration/1`."""
     dataset, model = calibration.model.dataset, calibration.model
     robot = dataset.robot
     sensor = len(model.parameters) - len(model.effect_parameters)

@@ -1,8 +1,8 @@
 """Dual numbers: arrays that carry their derivatives by parameters through NumPy code.
 
 Forward accumulation (Griewank and Walther 2008, Evaluating Derivatives, ch. 3). Code that is written for arrays runs on
-duals as it stands, as far as it builds arrays from others: by arithmetic, functions, indices, `np.stack` and the like.
-What it makes by `np.zeros_like(x, shape=...)` of a dual x can be filled with duals; a bare `np.zeros` cannot.
+duals unchanged if it builds arrays from others: by arithmetic, functions, indices, `np.stack` and the like. The result
+of `np.zeros_like(x, shape=...)` of a dual x can be filled with duals; a plain `np.zeros` cannot.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +16,7 @@ from robolaser.arrays import Array, Ints
 
 Indices = tuple[int, ...]
 
-FUNCTIONS: dict[Any, Callable[..., Any]] = {}  # of arrays that have a rule of their own: what they make of duals
+FUNCTIONS: dict[Any, Callable[..., Any]] = {}  # functions of arrays with their own rule for duals
 LINEAR = frozenset(
     {np.cumsum, np.diff, np.expand_dims, np.flip, np.insert, np.moveaxis, np.ravel, np.repeat, np.roll, np.squeeze}
     | {np.tile, np.transpose}
@@ -24,7 +24,7 @@ LINEAR = frozenset(
 VALUES_ONLY = frozenset(
     {np.equal, np.not_equal, np.less, np.less_equal, np.greater, np.greater_equal, np.isfinite, np.isnan, np.sign}
     | {np.floor, np.rint, np.signbit, np.ones_like, np.shape, np.ndim, np.size, np.argmax, np.argmin, np.all, np.any}
-)  # what has no derivative, or none but zero
+)  # functions without derivative, or only zero
 
 
 def _one(value: Array, *at: Array) -> None:
@@ -67,7 +67,7 @@ class Dual(NDArrayOperatorsMixin):
     Args:
         value: Of any shape.
         slopes: Its derivatives, one after the other, (q, *its shape).
-        of: Numbers of the parameters that they are by, each once, (q,).
+        of: Numbers of their parameters, each once, (q,).
     """
 
     __slots__ = ("of", "slopes", "value")
@@ -82,7 +82,7 @@ class Dual(NDArrayOperatorsMixin):
 
     @classmethod
     def constant(cls, value: Array) -> "Dual":
-        """What no parameter moves, but may be filled with what some do."""
+        """A constant that may be filled with numbers that depend on parameters."""
         return cls(value, np.zeros((0, *value.shape)), ())
 
     def __repr__(self) -> str:
@@ -170,7 +170,7 @@ class Dual(NDArrayOperatorsMixin):
         self.value[key] = bare(item)
 
     def _grow(self, of: Indices) -> None:
-        """Make room for the derivatives by these parameters."""
+        """Allocate the derivatives by these parameters."""
         every, own, _ = union(self.of, of)
         if every != self.of or not self.slopes.flags.writeable:
             slopes = np.zeros((len(every), *self.value.shape))
@@ -221,14 +221,14 @@ class Dual(NDArrayOperatorsMixin):
 
 
 def bare(array: Any) -> Any:
-    """The value of a dual; anything else as it is."""
+    """The value of a dual; anything else unchanged."""
     return array.value if isinstance(array, Dual) else array
 
 
 def _become(out: Any, result: Any) -> Any:
-    """What is left in `out` of `out += other` and the like."""
+    """Store the result of `out += other` and the like in `out`."""
     if not isinstance(out, Dual):
-        return result.__array__()  # says why it cannot be
+        return result.__array__()  # raises the error
     out.value, out.slopes, out.of = result.value, result.slopes, result.of
     return out
 
@@ -246,7 +246,7 @@ def _unknown(function: Any) -> TypeError:
 
 
 def after(axis: int) -> int:
-    """Where an axis of the value is among those of the slopes."""
+    """The axis of the slopes for an axis of the value."""
     return axis if axis < 0 else axis + 1
 
 
@@ -268,7 +268,7 @@ def padded(slopes: Array, ndim: int) -> Array:
 
 @lru_cache(maxsize=4096)
 def union(one: Indices, other: Indices) -> tuple[Indices, Any, Any]:
-    """All of two lists of parameters, and where each list's are among them."""
+    """All of two lists of parameters, and the indices of each list among them."""
     every = one + tuple(number for number in other if number not in one)
     place = {number: i for i, number in enumerate(every)}
     own = [place[number] for number in other]
@@ -288,7 +288,7 @@ def joined(value: Array, terms: Sequence[tuple[Indices, Array]]) -> Dual:
 
 
 def bilinear(function: Callable[..., Array], one: Any, other: Any, **options: Any) -> Dual:
-    """A product that may reach over axes, as of matrices; factors have two axes or more."""
+    """A product that may sum over axes, as of matrices; factors have two axes or more."""
     a, b = bare(one), bare(other)
     value = function(a, b, **options)
     terms = []

@@ -1,4 +1,4 @@
-"""What NumPy's functions of whole arrays make of duals; to import this is to have them."""
+"""Rules for duals of NumPy's functions of whole arrays; importing this module registers them."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -22,7 +22,7 @@ def _stack(parts: Sequence[Any], axis: int = 0) -> Dual:
 
 
 def _side_by_side(value: Array, parts: Sequence[Any], places: Sequence[int | slice], axis: int) -> Dual:
-    """A dual whose parts stand at places along an axis."""
+    """A dual with its parts at positions along an axis."""
     of: Indices = ()
     for part in parts:
         if isinstance(part, Dual):

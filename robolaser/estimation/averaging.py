@@ -1,4 +1,4 @@
-"""What was seen in each pose, its repeats averaged, gross errors left out."""
+"""The points of each pose, repeats averaged, gross errors excluded."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ from robolaser.model.grouped_rows import group_sums
 class AveragedData:
     """A data set with one row for each point of each pose."""
 
-    raw: Dataset  # as it was measured, each shot a row
+    raw: Dataset  # as measured, each shot a row
     dataset: Dataset  # with repeats averaged
     shots: Ints  # rows of points.csv behind each row, (m,)
     group: Ints  # the row here that each row of points.csv went into, (rows of points.csv,); -1 for gross errors
@@ -58,7 +58,7 @@ class AveragedData:
         return cls(dataset, dataset, np.ones_like(rows), rows)
 
     def subsampled(self, seed: int, most: int = MAX_POSES) -> "AveragedData":
-        """Only rows that say something new; where no path leads through them, only their poses too.
+        """Only rows with new information; without a known path through the poses, only their poses too.
 
         Args:
             seed: Chooses among poses that are alike.

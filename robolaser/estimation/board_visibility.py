@@ -1,4 +1,4 @@
-"""Postures from which a camera or a scanner sees its whole board, whichever of the two the arm carries."""
+"""Postures from which a camera or a scanner sees its whole board; the arm carries either."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ NEAR, FAR = 1.3, 2.5  # distances of the board, in distances at which it would j
 SLANT = 50 * np.pi / 180  # of a board at which a camera still finds it well [rad]
 MARGIN = 0.04  # of the image, left free around the board
 ASIDE = 0.3  # the stripe crosses the image's middle, or this share of its half beside it
-ALONG = 7  # points of the stripe that stand for all of them
+ALONG = 7  # points that represent the stripe
 
 
 @final
@@ -40,7 +40,7 @@ class CameraBoard:
     image_px: tuple[int, int]  # width and height
     rides: bool  # whether the flange carries the camera
 
-    error: ClassVar[float] = 0.2  # usual one of a row [px]
+    error: ClassVar[float] = 0.2  # usual error of a row [px]
 
     @property
     def corners(self) -> Array:
@@ -48,7 +48,7 @@ class CameraBoard:
         return self.board.corners.reshape(-1, 3)
 
     def tried(self, count: int, rng: np.random.Generator) -> Array:
-        """Postures that bring the board's middle somewhere before the camera, (≤ count, j)."""
+        """Postures with the board's middle in front of the camera, (≤ count, j)."""
         size = np.ptp(self.corners, axis=0)[:2].max()
         filling = size * float(self.values["fx"][0]) / min(self.image_px)
         ahead = np.array([0.0, 0.0, filling * rng.uniform(NEAR, FAR)])
@@ -80,7 +80,7 @@ class CameraBoard:
         return replace(self, values={**self.values, **moved})
 
     def too_few(self, wanted: int, tried: int, seeing: int, allowed: int) -> str:
-        """A sentence on why not enough postures were found: what may be stated wrongly."""
+        """A sentence on why too few postures were found: what may be stated wrongly."""
         return (
             f"In {seeing} of {tried} configurations of {self.robot.name} that were tried the camera sees the"
             f" whole board, {allowed} of them are allowed, but {wanted} are wanted. Ask for fewer poses, or correct"
@@ -110,7 +110,7 @@ class ScannerBoard:
     view: View
     T_base_target: Array
 
-    error: ClassVar[float] = 1e-4  # usual one of a row [m]
+    error: ClassVar[float] = 1e-4  # usual error of a row [m]
 
     @property
     def size_m(self) -> Array:
@@ -118,7 +118,7 @@ class ScannerBoard:
         return self.board.square_m * np.array([self.board.columns - 1, self.board.rows - 1])
 
     def tried(self, count: int, rng: np.random.Generator) -> Array:
-        """Postures that bring the stripe somewhere onto the board, (≤ count, j)."""
+        """Postures with the stripe on the board, (≤ count, j)."""
         start = random_configurations(self.robot, count, rng)
         start = start[np.abs(self._cameras(start)[:, 2, 2]) > np.cos(2 * TILT)]
         inner = rng.uniform(0.1, 0.9, (len(start), 2)) * self.size_m
@@ -154,7 +154,7 @@ class ScannerBoard:
         return replace(self, T_base_target=T)
 
     def too_few(self, wanted: int, tried: int, seeing: int, allowed: int) -> str:
-        """A sentence on why not enough postures were found: what may be in the way."""
+        """A sentence on why too few postures were found: possible obstacles."""
         limits = f", and {allowed} of these are allowed" if allowed < seeing else ""
         narrow = "widen [limits] in cell.toml if it may, take a smaller --run-up, " if 2 * allowed < seeing else ""
         return (
@@ -184,10 +184,10 @@ BoardObserver = CameraBoard | ScannerBoard
 
 
 def board_observer(description: Dataset) -> BoardObserver:
-    """What sees the board of a data set that states where they are; terms of a lens that it does not state are zero.
+    """The camera or scanner and the board that a data set states; lens terms that it does not state are zero.
 
     Raises:
-        DataError: It does not say all that is needed.
+        DataError: It does not state all that is needed.
     """
     scans = sensor_class(description.kind).has_laser_plane()
     robot, board, size = description.robot, description.board, description.image_px

@@ -13,8 +13,8 @@ def bounded_steps(
 ) -> tuple[Array, Array, Ints]:
     """Minimise pᵀA p + 2 gᵀp over lower ≤ p ≤ upper, for each of several problems.
 
-    Block principal pivoting (Portugal, Júdice, Vicente 1994): variables go to a bound and come back. All that are on
-    the wrong side change at once; should that not end, only the last of them does (Murty's rule).
+    Block principal pivoting (Portugal, Júdice, Vicente 1994): variables move to a bound and back. All that are on the
+    wrong side change at once; if that does not end, only the last one changes (Murty's rule).
 
     Args:
         A: Positive definite, (c, d, d).
@@ -57,7 +57,7 @@ def bounded_steps(
 
 
 def _solved(A: Array, g: Array, step: Array, free: Bools) -> Array:
-    """Steps (c, d) with the best values of the free variables beside those of the others."""
+    """Steps (c, d) with the best values of the free variables, the others given."""
     if free.all():
         return np.asarray(np.linalg.solve(A, -g[..., None])[..., 0])
     right = -(g + np.einsum("cij,cj->ci", A, step))

@@ -24,7 +24,7 @@ the moment of a `base_shift` does between two poses."""
 @final
 @dataclass(frozen=True, eq=False)
 class Information:
-    """The information of rows about the parameters. It adds up over parts of the rows that share no errors."""
+    """The information of rows about the parameters. It is additive over parts of the rows that share no errors."""
 
     plain: Array  # R factor of the plain residuals' derivatives J by all parameters, (d or less, d)
     weighed: Array  # the same of the residuals that were minimised, W^(1/2) J
@@ -51,8 +51,8 @@ class Information:
     def of_known_distances(cls, model: Model, x: Array, number_scale: float = 1.0) -> "Information":
         """The information at x (d,) of the rows that state distances between points; zero where there are none.
 
-        Each has a variance σ² of its own and shares its error with no other row. The fit minimises s² δ²/σ² of a
-        residual δ, so the row's weight is s²/σ²; s is `Problem.number_scale`.
+        Their errors are independent, with a variance σ² each. The fit minimises s² δ²/σ² of a residual δ, so the row's
+        weight is s²/σ²; s is `Problem.number_scale`.
         """
         known = model.known_distances
         if known is None:
@@ -79,8 +79,7 @@ class Information:
         """Covariance of the parameters that were free, by their indices (f,), under the real noise, (f, f).
 
         Least squares with weights W gives (JᵀWJ)⁻¹ JᵀWΣWJ (JᵀWJ)⁻¹: with weights W = Σ⁻¹ that is (JᵀΣ⁻¹J)⁻¹.
-        Inverses leave null directions out, so parameters that take part in one seem exact here: see
-        `standard_errors`.
+        Inverses omit null directions, so parameters that take part in one seem exact here: see `standard_errors`.
         """
         inverse = self.inverse(free)
         return np.asarray(inverse @ self.spread[np.ix_(free, free)] @ inverse)
@@ -108,7 +107,7 @@ def lengths(J: Array) -> Array:
 
 
 def information(problem: Problem, x: Array, sigmas: Mapping[str, float], shots: Ints | None = None) -> Information:
-    """The information of all rows at the optimum, those of known distances included.
+    """The information of all rows at the optimum, known distances included.
 
     Args:
         problem: What was minimised.

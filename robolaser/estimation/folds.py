@@ -1,4 +1,4 @@
-"""Cross-validation: poses in folds, each predicted by a fit of all the others. Every held-out error comes from here."""
+"""Cross-validation: poses in folds, each predicted by a fit of the others. All held-out errors are computed here."""
 
 from dataclasses import dataclass
 from typing import final
@@ -14,27 +14,27 @@ from robolaser.model.batches import with_rows
 from robolaser.model.forward_model import Model
 
 FOLDS = 10
-FEWEST = 3  # groups of poses; fewer cannot be held out, since what is left fits anything
+FEWEST = 3  # groups of poses; fewer cannot be held out, since the rest fits anything
 ALIKE = 1e-4  # [rad, m] Configurations that differ by less are copies of each other
 TOLERANCE = 1e-8
-"""Of a fit without one fold, as a share of its cost: predictions then change by less than their thousandth part."""
+"""Of a fit without one fold, as a share of its cost: predictions then change by less than a thousandth."""
 SAMPLE = 10_000  # rows on which these fits of large data are made
 FEW_STEPS = 3
-"""Of a fit without one fold that need not be exact: beyond, it follows a valley that the others hardly see. On held-out
-poses of a tracked arm 3, 4 and 8 steps give 0.347 mm, of a real scanner 1.168 mm; 2 that are not accelerated end so
-near the fit of all rows that the scanner seems to have 0.774 mm."""
+"""Of a fit without one fold that need not be exact: further steps follow a direction that the other folds hardly see.
+Held-out errors after 3, 4 and 8 steps are 0.347 mm for a tracked arm, 1.168 mm for a real scanner; 2 steps without
+acceleration end so near the fit of all rows that the scanner seems to have 0.774 mm."""
 
 ONE_GROUP = (
     "There is only one socket, which cannot be held out: the error on new poses is that of poses in this socket, which"
-    " the others locate. Poses in a second one would tell more."
+    " the others locate. Measure poses in a second one."
 )
 DIVIDED = (
     "Known distances connect all sockets, so that none can be held out with all those connected to it: each is held out"
     " alone or with its nearest neighbour, and {} known distances lead from sockets that are held out to others."
 )
 COPIES = (
-    "{} poses repeat the configuration of another pose. They are held out together with it, since a pose says nothing"
-    " about how well its own copy is predicted."
+    "{} poses repeat the configuration of another pose. They are held out together with it, since a pose is no test"
+    " of the prediction of its own copy."
 )
 
 
@@ -44,7 +44,7 @@ class Folds:
     """Which rows are held out together."""
 
     of_row: Ints  # number of each row's fold, (m,)
-    # whether folds are the sensor's groups of rows: whatever only these rows locate is located from them
+    # whether folds are the sensor's groups of rows: what only these rows locate is located from them
     whole: bool = False
     warnings: tuple[str, ...] = ()  # why rows are not held out as they should be, and which poses are copies
 
@@ -57,9 +57,8 @@ class Folds:
 def assign_folds(model: Model, seed: int) -> Folds | None:
     """Assign rows to folds, whole poses always; None where there are too few poses.
 
-    Poses of equal configuration share a fold. Where the sensor holds out more than poses together (sockets: whole
-    sockets, with those at known distances from them), so does this, and a warning says where it cannot. The seed
-    shuffles the poses.
+    Poses of equal configuration share a fold. Larger groups that the sensor holds out together (whole sockets, with
+    those at known distances from them) share one too; a warning names exceptions. The seed shuffles the poses.
     """
     dataset = model.dataset
     of_pose, groups = dataset.points.pose, model.blocks.held_out_groups
@@ -77,7 +76,7 @@ def assign_folds(model: Model, seed: int) -> Folds | None:
 
 
 def _divided(dataset: Dataset, groups: Ints) -> tuple[str, ...]:
-    """What to know where points at a known distance from each other are held out apart."""
+    """Warnings where points at a known distance from each other are held out separately."""
     session = dataset.session_of_pose[dataset.points.pose].tolist()
     group = dict(zip(zip(session, dataset.points.names, strict=True), groups.tolist(), strict=True))
     apart = sum(
@@ -99,7 +98,7 @@ def _configurations(dataset: Dataset) -> tuple[Ints, int]:
 
 
 def _joined(values: Array, some: Ints) -> Ints:
-    """The first of some configurations (n, j) that each of these is a copy of, (n,): rounding may put copies apart."""
+    """The first configuration (n, j) that each is a copy of, (n,): copies may differ by rounding."""
     along = np.random.default_rng(0).uniform(-1.0, 1.0, values.shape[1])
     order = some[np.argsort(values[some] @ along / np.abs(along).sum(), kind="stable")]
     place, values, pairs = values[order] @ along / np.abs(along).sum(), values[order], []
@@ -119,7 +118,7 @@ def _joined(values: Array, some: Ints) -> Ints:
 @final
 @dataclass(frozen=True, eq=False)
 class FoldFits:
-    """What fits without each fold say."""
+    """The fits without each fold, and their predictions."""
 
     errors: Array  # residuals of each row by the fit without its fold, in the sensor's unit, (m, k)
     of_row: Ints  # the fold of each row, (m,)
@@ -130,8 +129,8 @@ class FoldFits:
 def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, slopes: Array | None = None) -> FoldFits:
     """Predict each fold by a fit of all the others.
 
-    Each fit starts from the problem's optimum x (d,), and may end above its own by a cost that is `enough`, see
-    `solve`. Large data are fitted on a sample of their rows that has the gradient of all of them.
+    Each fit starts from the problem's optimum x (d,), and may miss its optimum by the cost `enough`, see `solve`.
+    Large data are fitted on a sample of their rows that has the gradient of all of them.
     Derivatives there, `slopes` (d, K), save their first evaluation.
     """
     sample = sampled(problem, SAMPLE)
@@ -173,7 +172,7 @@ def _predicted(problem: Problem, fits: Array, folds: Folds) -> Array:
 
 
 def _by_sample(problem: Problem, x: Array, folds: Folds, sample: tuple[Problem, Ints]) -> tuple[Array, int]:
-    """The same on a sample of the rows, each fit with the gradient of all rows that it keeps."""
+    """The same on a sample of the rows, each fit with the gradient of all its rows."""
     some, rows = sample
     of_fold, counts = gradients(problem, x, folds.of_row), np.bincount(folds.of_row)
     ends = [

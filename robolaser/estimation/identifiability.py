@@ -11,16 +11,16 @@ from robolaser.arrays import Array, Bools
 from robolaser.estimation.fisher_information import NULL, Information, lengths
 
 LOADING = 1e-4
-"""Share of the largest move of a residual from which on a parameter takes part in a null direction: ten times above
-what the numerical error of the direction can be."""
+"""Share of the largest move of a residual above which a parameter takes part in a null direction: ten times the
+largest numerical error of the direction."""
 FEW = 3  # null directions, up to which all choices of pivots are tried
 STEADY = 1e-3  # smallest singular value of the pivot block, so that dividing by it magnifies no numerical error
 WEAK_LOADING = 0.2
-"""Share of the largest, in units of the bounds' width, from which on a parameter takes part in a weak direction."""
+"""Share of the largest, in units of the bounds' width, above which a parameter takes part in a weak direction."""
 
 UNIFORM = 12**-0.5
-"""Standard deviation of a number that lies anywhere in an interval, over its width. From there on the data on a
-direction, in units of the bounds' width, add nothing to the bounds."""
+"""Standard deviation of a uniform distribution over its width. Above it, the data on a direction, in units of the
+bounds' width, add nothing to the bounds."""
 
 
 @final
@@ -35,26 +35,26 @@ class Unidentifiable:
 def standard_errors(known: Information, *, fixed: Bools, bounded: Array | None = None) -> Array:
     """One standard deviation of each parameter, the fixed ones taken as known, (d,).
 
-    A parameter that ended on a bound has no meaningful standard error, but it is not known either: taken as known, it
-    would make the others' standard errors far too small. For them it is as uncertain as the data would leave it without
-    bounds, or anywhere within its bounds, whichever is less.
+    A parameter that ended on a bound has no meaningful standard error, but it is not known either: the standard errors
+    of the others would be far too small. For them its uncertainty is the one without bounds, or that of a uniform
+    distribution within its bounds, whichever is less.
 
     Args:
         known: The information of all rows, known distances included.
-        fixed: Parameters whose values are a convention, as that of a gauge, (d,).
+        fixed: Parameters fixed by convention, as by a gauge, (d,).
         bounded: Distance between the bounds of each parameter that ended on one of them, zero for the rest, (d,).
 
     Returns:
-        NaN for the fixed ones, for those on a bound and for all that take part in a null direction of the rest.
+        NaN for fixed parameters, for those on a bound and for all that take part in a null direction of the rest.
     """
     bounded = np.zeros(len(fixed)) if bounded is None else bounded
-    on_bound, asked = bounded > 0, np.flatnonzero(~fixed)
+    on_bound, indices = bounded > 0, np.flatnonzero(~fixed)
     free = np.flatnonzero(~fixed & ~on_bound)
-    null = asked[(null_directions(known.plain[:, asked]) != 0.0).any(axis=0)]
+    null = indices[(null_directions(known.plain[:, indices]) != 0.0).any(axis=0)]
     spread = bounded * UNIFORM
     if on_bound.any():
         by_data = np.full(len(fixed), np.inf)
-        by_data[asked] = np.sqrt(np.diag(known.covariance(asked)))
+        by_data[indices] = np.sqrt(np.diag(known.covariance(indices)))
         by_data[null] = np.inf
         spread = np.minimum(spread, by_data)
     cross = known.weighed[:, free].T @ known.weighed[:, on_bound]
@@ -73,7 +73,7 @@ def null_directions(J: Array) -> Array:
     nonzero entries is taken.
 
     Returns:
-        By J (k, d) or the R factor of it, (n, d), exactly zero for parameters that do not take part, in their units.
+        Of J (k, d) or its R factor, (n, d), exactly zero for parameters that do not take part, in their units.
     """
     scale = lengths(J)
     _, s, Vt = np.linalg.svd(J / scale, full_matrices=len(J) < J.shape[1])
@@ -93,19 +93,19 @@ def null_directions(J: Array) -> Array:
 def unidentifiable(
     known: Information, names: Sequence[str], width: Array, *, stated: Bools | None = None
 ) -> list[Unidentifiable]:
-    """What the data cannot identify: null directions first, then those that they fix no better than the bounds do.
+    """Unidentifiable parameters: null directions first, then those that the bounds determine as well as the data.
 
     Args:
         known: The information of all rows about all parameters, those fixed by a gauge included.
         names: Of the parameters.
         width: Distance between the bounds of each, (d,).
-        stated: Parameters that the data set fixes, (d,): nothing is asked of them.
+        stated: Parameters that the data set fixes, (d,): not tested.
     """
     found, free = [], np.ones(len(names), dtype=bool) if stated is None else ~stated
-    asked = np.flatnonzero(free)
-    null = null_directions(known.plain[:, asked])
+    indices = np.flatnonzero(free)
+    null = null_directions(known.plain[:, indices])
     involved = np.zeros((len(null), len(names)), dtype=bool)
-    involved[:, asked] = null != 0.0
+    involved[:, indices] = null != 0.0
     for direction in involved:
         found.append(_null([name for name, part in zip(names, direction, strict=True) if part]))
         free[np.flatnonzero(direction & (involved.sum(axis=0) == 1))[0]] = False  # once known, it fixes the direction

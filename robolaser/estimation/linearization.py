@@ -1,4 +1,4 @@
-"""A problem near a point: residuals and their derivatives there, and what follows from these alone."""
+"""A problem near a point: residuals, their derivatives there, and quantities that follow from these alone."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +13,7 @@ from robolaser.estimation.r_factor import triangle
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.parameters import Values
 
-TOUCH = 1e-6  # distance from a bound, as a share of the range, up to which a parameter stands on it
+TOUCH = 1e-6  # distance from a bound, as a share of the range, up to which a parameter is on it
 RANK = 1e-12  # singular values below this share of the largest belong to directions that move no row
 
 
@@ -44,7 +44,7 @@ class Linearization:
 
     @cached_property
     def cost(self) -> float:
-        """What the problem minimises; with squares the squared length of `r`, infinite at the model's poles."""
+        """The minimised cost; with squares the squared length of `r`, infinite at the model's poles."""
         if not self.problem.loss.is_square:
             return float(self.problem.costs(self.x[None])[0])
         squares = float(self.r @ self.r)
@@ -84,7 +84,7 @@ class Linearization:
 
     @cached_property
     def release(self) -> Array:
-        """Derivatives of `r` by those pushed against a bound, on their way back, (K + e, q)."""
+        """Derivatives of `r` by parameters pushed against a bound, away from it, (K + e, q)."""
         middle = (self.problem.lower + self.problem.upper) / 2.0
         ways = np.where(self.x < middle, 1.0, -1.0)[self.pushed]
         return np.asarray(self._every[:, self.pushed] * ways)
@@ -98,7 +98,7 @@ class Linearization:
 
     @cached_property
     def Q(self) -> Array:  # noqa: N802 - likewise
-        """Orthonormal basis of what the parameters can do to `r`, (K + e, n)."""
+        """Orthonormal basis of the changes of `r` by the parameters, (K + e, n)."""
         s, Vt = self._svd
         return np.linalg.qr(self.J @ (Vt.T / s))[0]
 
@@ -109,7 +109,7 @@ class Linearization:
         return moved * self.problem.scale
 
     def project(self, columns: Array) -> Array:
-        """What of columns (K, q) or (K + e, q) no parameter can imitate, (K + e, q)."""
+        """The part of columns (K, q) or (K + e, q) that no parameter can imitate, (K + e, q)."""
         tall = np.zeros((len(self.J), columns.shape[1]))
         tall[: len(columns)] = columns
         return np.asarray(tall - self.Q @ (self.Q.T @ tall))
@@ -117,7 +117,7 @@ class Linearization:
     def columns(self, effect: CandidateEffect, shapes: Array | None = None) -> Array:
         """Derivatives of `white` by the amplitudes of an effect that the model lacks, (g, K, q) per SI unit.
 
-        At several shapes, values of its nonlinear parameters (g, s); at the nominal ones when absent.
+        At several values of its nonlinear parameters (g, s); at the nominal ones when absent.
         """
         problem = self.problem
         if shapes is None:

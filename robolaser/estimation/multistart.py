@@ -1,7 +1,7 @@
-"""The global optimum within the bounds, with nothing to choose but a seed: sample, descend, agree.
+"""The global optimum within the bounds, with only a seed to choose: sample, descend, agree.
 
-Random points of the whole box are cheap, and the best of some hundreds nearly always lies in the optimum's valley. So a
-few of each round go downhill, and rounds go on until descents from different points have ended at the same lowest cost.
+Random points within the bounds are cheap, and the best of some hundreds is nearly always in the optimum's basin of
+attraction. So a few of each round are refined, until descents from different points end at the same lowest cost.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from robolaser.model.forward_model import Model
 SEARCH_POINTS = 200  # rows, about, of the subsample that is searched on: it ranks candidates as the whole does
 SEARCH_POSES = 200  # poses of it at most, evenly taken, where rows have no names: each keeps three rows
 CANDIDATES = 256  # sampled in a round
-STARTS = 4  # candidates of a round that go downhill
+STARTS = 4  # candidates of a round that are refined
 AGREEING = 3  # descents that must end at the same lowest cost before it counts as found
 FIRST_ROUND = 2  # times as many of both in the first round, whose descents run together
 MOST_ROUNDS = 49
@@ -33,12 +33,12 @@ TOLERANCE = 1e-10
 @final
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """The lowest cost that was found."""
+    """The lowest cost found."""
 
     x: Array  # where, (d,)
-    cost: float  # J of all rows there [m²]; infinite where all candidates lie at poles
+    cost: float  # J of all rows there [m²]; infinite where all candidates are at poles
     evaluations: int  # candidates evaluated
-    descents: int  # how many went downhill
+    descents: int  # how many were refined
     agreeing: int  # how many of them ended there
 
 
@@ -50,11 +50,11 @@ def multistart(
     Args:
         model: Any; many rows are searched on subsampled, see `subsampled`.
         seed: Of the candidates.
-        starts: Candidates that go downhill before any are sampled, (k, d); the nominal values by default.
-        progress: Is called twice in each round with the finished share of the rounds that it may take, the candidates
-            evaluated, and the best one by the rows searched on: of the round's, then of all that have gone downhill.
+        starts: Candidates that are refined before any are sampled, (k, d); the nominal values by default.
+        progress: Called twice a round with the finished share of the most rounds, the candidates evaluated, and the
+            best one by the rows searched on: of the round's samples, then of all that were refined.
     """
-    tell = progress or (lambda share, evaluations, x: None)
+    report = progress or (lambda share, evaluations, x: None)
     rng = np.random.default_rng(seed)
     problem = Problem.of(subsampled(model))
     starts = model.parameters.nominal[None] if starts is None else starts
@@ -63,11 +63,11 @@ def multistart(
         times = 1 if round_number else FIRST_ROUND
         x = _sampled(problem, rng, times)
         evaluations += times * CANDIDATES
-        tell(round_number / MOST_ROUNDS, evaluations, x[0])
+        report(round_number / MOST_ROUNDS, evaluations, x[0])
         more_ends, more_costs, evaluated = _descended(problem, x if round_number else np.vstack([starts, x]))
         ends, costs = np.vstack([ends, more_ends]), np.append(costs, more_costs)
         evaluations += evaluated
-        tell((round_number + 1) / MOST_ROUNDS, evaluations, ends[int(np.argmin(costs))])
+        report((round_number + 1) / MOST_ROUNDS, evaluations, ends[int(np.argmin(costs))])
         agreeing = int(_same(costs, costs.min()).sum())
         if agreeing >= AGREEING and np.isfinite(costs.min()):
             break
@@ -76,7 +76,7 @@ def multistart(
 
 
 def subsampled(model: Model) -> Model:
-    """The model of rows enough to search on; itself where it has no more."""
+    """The model of enough rows to search on; itself where it has no more."""
     few = subsampling.subsampled(model.dataset, SEARCH_POINTS)
     poses = np.unique(few.points.pose)
     if len(poses) > SEARCH_POSES and not few.format.named_points:
@@ -100,7 +100,7 @@ def _sampled(problem: Problem, rng: np.random.Generator, times: int) -> Array:
 
 
 def _descended(problem: Problem, starts: Array) -> tuple[Array, Array, int]:
-    """Where starts end (k, d), their costs (k,), and the candidates evaluated."""
+    """The ends of starts (k, d), their costs (k,), and the candidates evaluated."""
     starts = np.array([problem.model.fix_gauge(start) for start in starts]).reshape(starts.shape)
     ends = solve(problem, starts, tol=TOLERANCE, hopeless=_hopeless)
     return ends.x, ends.cost, ends.evaluations
@@ -120,10 +120,10 @@ def _same(costs: Array, lowest: float) -> Bools:
 
 
 def check_bounds(model: Model, what: str) -> None:
-    """See that somebody gave bounds for all that is searched by something such as "--algorithm rcga".
+    """Check that all searched parameters have bounds, for a search such as "--algorithm rcga".
 
     Raises:
-        UsageError: Nobody did for some.
+        UsageError: Some have none.
     """
     names = model.sensor_parameters.unbounded(model.blocks.free)
     if names:

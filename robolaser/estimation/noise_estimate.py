@@ -1,4 +1,4 @@
-"""The noise of rows: what is stated, what repeats say, and what the residuals of a fit say of the rest."""
+"""The noise of rows: as stated, as estimated from repeats, and the rest from the residuals of a fit."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
@@ -26,26 +26,26 @@ LARGEST_ROW_ERROR: Final = {"px": 1.0}
 0.1 px and better (Lucchese, Mitra 2002, Using saddle points for subpixel feature detection), peaks of a stripe to
 0.3 px (Naidu, Fisher 1991, A comparative analysis of algorithms for determining the peak position of a stripe)."""
 LEVER_M: Final = 0.3
-"""Distance, at which a turn counts as the shift that it makes there. A judgement."""
+"""Lever arm that converts turns to shifts. A judgement."""
 NOISE_CONTRADICTED: Final = 1.25
 """Factor by which repeats or residuals must differ from stated noise to contradict it. A judgement."""
 NOISE_CONTRADICTED_SIGMA: Final = 4.0
-"""Standard deviations of chance that this must be, too. A quantile: once in thirty thousand data sets."""
+"""Standard deviations of chance that the difference must also exceed: once in thirty thousand data sets. A quantile."""
 ROWS_ALONE: Final = 1e-2
-"""Variance by errors of whole poses, over that of rows, up to which a direction tells of the rows alone. A judgement:
-so few per cent of a standard deviation are not noticed."""
+"""Variance from whole poses over variance from rows, up to which a direction measures the rows alone. A judgement: so
+few per cent of a standard deviation are negligible."""
 LEAST_SHOWN: Final = 0.25
-"""Of the squared standard deviations that contradict stated noise, below which a score test's gain rules that out: for
-one variance it is at least half of what the likelihood gains, however far the variance grows."""
+"""Of the squared standard deviations that contradict stated noise; a smaller gain of a score test rules that out: for
+one variance it is at least half of the likelihood's gain, however far the variance grows."""
 
 
 @final
 @dataclass(frozen=True)
 class Excess:
-    """How much residuals scatter beyond the noise that they should have."""
+    """Scatter of residuals relative to their expected noise."""
 
     ratio: float  # of standard deviations
-    sigma: float  # how far that is from one, in standard deviations of chance
+    sigma: float  # its difference from one, in standard deviations of chance
 
     @classmethod
     def of(cls, squares: float, freedoms: float) -> "Excess":
@@ -55,7 +55,7 @@ class Excess:
 
     @property
     def is_above(self) -> bool:
-        """Whether the noise is grossly larger than it should be."""
+        """Whether the noise is grossly larger than expected."""
         return self.ratio > NOISE_CONTRADICTED and self.sigma > NOISE_CONTRADICTED_SIGMA
 
     @property
@@ -65,14 +65,14 @@ class Excess:
 
 
 def noise_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
-    """All that a fit leaves, as noise, whatever its cause: for standard errors, which must not be too small.
+    """All residuals of a fit as noise, whatever their cause: for standard errors, which must not be too small.
 
-    What is stated stays as it is; at the level of the pose there is always a source left, so that residuals larger than
-    the stated noise are not passed over. Parameters on a bound are taken as not fitted: what they could not mend is
-    left in the residuals.
+    Stated noise is kept; at the level of the pose there is always a free source, so that residuals larger than the
+    stated noise count. Parameters on a bound are taken as not fitted: what they could not correct is left in the
+    residuals.
 
     Returns:
-        The noise of no more rows than the sizes are judged by, of those that are kept (m,), repeats averaged.
+        The noise of the rows that the sizes are judged by, of those that are kept (m,), repeats averaged.
     """
     data = AveragedData.of(model.dataset, None if kept is None else ~kept).subsampled(0)
     some = of_data(model, data.dataset)
@@ -85,18 +85,18 @@ def noise_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
 @final
 @dataclass(frozen=True, eq=False)
 class NoiseEstimate:
-    """What residuals say of noise, errors of whole poses among it."""
+    """The noise estimated from residuals, including errors of whole poses."""
 
     likelihood: NoiseLikelihood  # of the sizes of the sources
-    known: Known  # those that are stated, or that repeats give
-    limits: Mapping[str, float]  # what estimated sizes are not above, by name, see `noise_limits`
+    known: Known  # stated ones, or estimated from repeats
+    limits: Mapping[str, float]  # upper limits of estimated sizes, by name, see `noise_limits`
     numbers: int  # how many whitened numbers there are
 
     @classmethod
     def of(cls, data: AveragedData, model: Model, x: Array, J: Array | None = None) -> "NoiseEstimate":
-        """From what a model of averaged rows leaves at x (d,).
+        """From the residuals of a model of averaged rows at x (d,).
 
-        The columns J (K, n) could explain the residuals; by default they are the derivatives by the parameters.
+        Columns J (K, n) may explain the residuals; by default the derivatives by the parameters.
         """
         sources = sources_of(data, model, x)
         residuals, of_pose = model.residuals(x[None])[0], data.dataset.points.pose
@@ -105,7 +105,7 @@ class NoiseEstimate:
         return cls(likelihood, known_sizes(sources, data.raw), limits, int(model.blocks.row_numbers.sum()))
 
     def loosened(self, names: Collection[str], further: tuple[ErrorSource, ...] = ()) -> "NoiseEstimate":
-        """The same with named and with further sources as large as the residuals say, whatever is stated of them."""
+        """The same with named and further sources estimated from the residuals, whether stated or not."""
         likelihood = replace(self.likelihood, sources=(*self.likelihood.sources, *further))
         limits = {name: limit for name, limit in self.limits.items() if name not in names}
         known = {name: size for name, size in self.known.items() if name not in names}
@@ -114,8 +114,8 @@ class NoiseEstimate:
     def limited(self) -> NoiseModel:
         """The likeliest noise within the limits.
 
-        Where the rows of a pose contradict what is stated, the larger noise is used: else another source, of another
-        shape, takes what was left out, and rows where that is too small look like gross errors.
+        Where the rows of a pose contradict the stated noise, the larger one is used: else a source of another shape
+        would absorb the rest, and rows where that is too small would look like gross errors.
         """
         likelihood, known = self.likelihood, self.known
         likeliest, cost = likelihood.likeliest(known)
@@ -140,11 +140,11 @@ class NoiseEstimate:
         return noise
 
     def for_weights(self) -> NoiseModel:
-        """The noise that weights rest on: that of rows, as large as the residuals say."""
+        """The noise for weights: of rows, estimated from the residuals."""
         return replace(self, limits={}).of_rows()
 
     def of_rows(self) -> NoiseModel:
-        """The likeliest noise of rows within the limits, without errors of whole poses that nobody stated."""
+        """The likeliest noise of rows within the limits, without unstated errors of whole poses."""
         sources = self.likelihood.sources
         rows = [source.name for source in sources if source.level != "pose"]
         if all(source.level == "pose" or source.name in self.known for source in sources):
@@ -158,7 +158,7 @@ class NoiseEstimate:
     def _within_reach(self, noise: NoiseModel, known: Known, least: Mapping[str, float] | None = None) -> NoiseModel:
         """Estimated noise in which no size is beyond its limit: more is a gap.
 
-        The other sources are estimated beside what is left of these.
+        The other sources are estimated with these at their limits.
         """
         while True:
             beyond = [
@@ -173,17 +173,17 @@ class NoiseEstimate:
 
 
 def weights_of_sizes(data: AveragedData, model: Model, x: Array, sizes: Mapping[str, float]) -> NoiseModel:
-    """The noise that weights of averaged rows at x (d,) rest on, of sources whose sizes are known by name."""
+    """The noise for weights of averaged rows at x (d,), of sources whose sizes are known by name."""
     sources = sources_of(data, model, x)
     origin: dict[str, Origin] = {one.name: "estimated" if one.stated is None else "stated" for one in sources}
     return _without_scatter(NoiseModel(sources, {one.name: sizes.get(one.name, 0.0) for one in sources}, origin))
 
 
 def _without_scatter(noise: NoiseModel) -> NoiseModel:
-    """Without errors of whole poses that nobody stated: those hold what the model lacks.
+    """Without unstated errors of whole poses: those contain what the model lacks.
 
-    Where rows of a pose fit each other exactly, they were made from one measurement: then they say nothing about its
-    errors, and those of whole poses are all that is known. Where each pose has one row, its errors are the row's.
+    Rows of a pose that fit each other exactly were made from one measurement: then only errors of whole poses are
+    known. Where each pose has one row, its errors are the row's.
     """
     if all(len(np.unique(source.group)) == len(source.group) for source in noise.sources):
         return noise
@@ -193,9 +193,9 @@ def _without_scatter(noise: NoiseModel) -> NoiseModel:
 
 
 def row_excess(noise: NoiseModel, white: Array, freedoms: int) -> Excess:
-    """How much rows scatter within their poses, beyond their noise.
+    """Scatter of rows within their poses relative to their noise.
 
-    By the whitened residuals (K,) that a fit left, with so many freedoms: their numbers less those that were fitted.
+    By the whitened residuals (K,) of a fit, with so many degrees of freedom.
     """
     of_poses = noise.scatter > ROWS_ALONE
     squares = float(white @ white - noise.scatter_squares(white)[of_poses].sum())
@@ -212,7 +212,7 @@ def left_by(noise: NoiseModel, residuals: Array, J: Array) -> Array:
 
 
 def known_sizes(sources: tuple[ErrorSource, ...], raw: Dataset) -> Known:
-    """Stated sizes, and that of the pixels from repeats, if nobody states it or it is grossly larger than is stated."""
+    """Stated sizes, and the pixel noise from repeats, if it is not stated or grossly larger than stated."""
     known: dict[str, tuple[float, Origin]] = {
         source.name: (source.stated, "stated") for source in sources if source.stated is not None
     }
@@ -231,7 +231,7 @@ def sources_of(data: AveragedData, model: Model, x: Array) -> tuple[ErrorSource,
     """The noise sources of averaged rows.
 
     Where each pose has one row only, a motion of the pose would be the row's error under another name; errors of
-    joint readings are not, since what they do depends on the posture.
+    joint readings are not, since their effect depends on the posture.
     """
     alone = np.bincount(data.dataset.points.pose).max() == 1
     return tuple(
@@ -244,8 +244,8 @@ def sources_of(data: AveragedData, model: Model, x: Array) -> tuple[ErrorSource,
 def noise_limits(sources: Collection[ErrorSource], dataset: Dataset, *, alone: bool) -> Mapping[str, float]:
     """The largest standard deviation that counts as noise, by name of source and in its unit, where there is a limit.
 
-    A stated repeatability limits the root-mean-square shift of the flange that a source causes by itself. Readings in
-    coarse steps may err by these, too.
+    A stated repeatability limits the root-mean-square shift of the flange by a single source. Coarse steps of the
+    readings are added.
 
     Args:
         sources: The noise sources of the rows.

@@ -1,4 +1,4 @@
-"""The fit of rows weighed by their noise: gross errors left out, repeats averaged, no more poses than say something."""
+"""The fit of rows weighted by their noise: gross errors excluded, repeats averaged, only informative poses."""
 
 from dataclasses import dataclass, replace
 from typing import final
@@ -16,8 +16,8 @@ from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources
 
 FOLD_ENOUGH, FOLD_SHARE = 0.1, 1e-4
-"""Chi-squared that a fit without one fold may be above its optimum: noise alone moves it by more than 1. Or the share
-of it, where a model leaves much."""
+"""Chi-squared that a fit without one fold may be above its optimum: noise alone moves it by more than 1. Or a share of
+it, where a model leaves much."""
 
 
 @final
@@ -27,21 +27,21 @@ class NoiseWeightedFit:
 
     data: AveragedData
     outliers: Bools  # marks the gross errors, (rows of points.csv,)
-    shots: NoiseModel  # of each row of points.csv, as far as weights rest on it
+    shots: NoiseModel  # of each row of points.csv, as used for weights
     problem: Problem  # what was minimised
     x: Array  # its optimum, (d,)
     evaluations: int  # residual vectors evaluated
 
     def held_out(self, folds: Folds) -> FoldFits:
-        """Errors on poses left out of the fit."""
+        """Errors on poses held out of the fit."""
         enough = max(FOLD_ENOUGH, FOLD_SHARE * float(self.problem.costs(self.x[None])[0]))
         return held_out(self.problem, self.x, folds, enough=enough)
 
 
 def fit_by_noise(model: Model, start: Array, *, seed: int) -> NoiseWeightedFit:
-    """Fit rows weighed by their noise, from a start (d,).
+    """Fit rows weighted by their noise, from a start (d,).
 
-    Rows far from where the others of their pose have them are gross errors, judged beside a robust fit. The seed
+    Rows far from where the others of their pose predict them are gross errors, judged by a robust fit. The seed
     chooses the poses that are used, where there are more than needed.
     """
     near, shots = _robust(model, start, seed)

@@ -1,7 +1,7 @@
-"""Start values of effects whose nonlinear parameters say how they act: a frequency, a moment, a time constant.
+"""Start values of effects with nonlinear parameters: a frequency, a moment, a time constant.
 
-In such a parameter the cost has many valleys, or steps. So all values worth trying are tried, as far as the model is
-linear in everything else; the fit goes on from the best.
+In such a parameter the cost has many local minima, or steps. So all candidate values are tried, with the model
+linearized in everything else; the fit continues from the best.
 """
 
 from collections.abc import Sequence
@@ -17,20 +17,20 @@ from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
-AGAIN = 2  # times that several effects choose in turn: the first to choose may have explained what is another's
-IMITATED = 1e-8  # share of a column's square up to which what is left, once what imitates it is taken out, is rounding
+AGAIN = 2  # times that several effects choose in turn: the first may have explained another's part
+IMITATED = 1e-8  # share of a column's square up to which its unexplained part is rounding
 CANDIDATES = 1000  # evaluated at a time: a long grid would fill the memory
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class GridPoint:
-    """A value of an effect's nonlinear parameters, and what the effect does with it."""
+    """A value of an effect's nonlinear parameters, and the effect's residuals with it."""
 
     nonlinear: Array  # the nonlinear parameters, (s,)
     amplitudes: Array  # the linear parameters that go with it, (q,)
     columns: Array  # residuals by its amplitudes, (K, q)
-    gain: float  # by how much the cost shrinks, as far as the model is linear
+    gain: float  # decrease of the cost in the linearized model
 
 
 def with_nonlinear_grid(model: Model) -> tuple[CandidateEffect, ...]:
@@ -59,7 +59,7 @@ def initialize_effects(plain: Model, x: Array, effects: Sequence[CandidateEffect
 
 
 def _best(at: Linearization, effect: CandidateEffect, Q: Array) -> GridPoint:
-    """The value of the grid that lowers the cost most, beside what a basis (K, n) of known columns explains."""
+    """The value of the grid that lowers the cost most, beyond a basis (K, n) of known columns."""
     grid = effect.effect.grid(at.problem.model.dataset, effect.where)
     rest = at.white - Q @ (Q.T @ at.white)
     parts = np.array_split(grid, -(-len(grid) * len(effect.effect.amplitudes()) // CANDIDATES))
@@ -83,6 +83,6 @@ def _best_of(columns: Array, grid: Array, effect: CandidateEffect, rest: Array, 
 
 
 def _basis(columns: Array) -> Array:
-    """Orthonormal basis of what columns (K, d) reach, (K, n)."""
+    """Orthonormal basis of the range of columns (K, d), (K, n)."""
     U, s, _ = np.linalg.svd(columns / lengths(columns), full_matrices=False)
     return U[:, s > NULL * s.max(initial=0.0)]

@@ -1,4 +1,4 @@
-"""Postures worth a visit: from which the board and the stripe on it are seen, and which tell the most together."""
+"""Postures to measure: the board and the stripe on it are visible, and together they are the most informative."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -17,9 +17,9 @@ SPARE = 4  # candidates for each posture wanted,
 LEAST_CANDIDATES, MOST_CANDIDATES = 60, 400  # within these bounds, but never fewer than are wanted
 BATCH = 600  # postures tried at a time
 BATCHES = 60  # for so many candidates as usual, and more in proportion
-UNSURE_M = 0.03  # distance, in each direction, by which the board may lie elsewhere than it is stated to
-MOST_TRIED = 1800  # candidates, after which no more are sought that leave so much room
-Allowed = Callable[[Array], Bools]  # postures (n, j) to whether the arm may stand there, (n,)
+UNSURE_M = 0.03  # distance, in each direction, by which the board may be off its stated position
+MOST_TRIED = 1800  # candidates, after which no more with so much room are sought
+Allowed = Callable[[Array], Bools]  # postures (n, j) to whether they are allowed, (n,)
 MOST_SWAPS = 200
 
 
@@ -32,23 +32,23 @@ def planned(
     unsure_m: float = UNSURE_M,
     seed: int,
 ) -> Array:
-    """Postures from which a calibration learns the most: D-optimal (Fedorov 1972) among ones that see the board.
+    """The most informative postures for a calibration: D-optimal (Fedorov 1972) among those that see the board.
 
     Args:
-        description: Robot, scanner, board, and where the board lies to a few centimetres (`target.x` ...).
+        description: Robot, scanner, board, and the board's position to a few centimetres (`target.x` ...).
         count: How many.
-        effects: `EFFECT[:WHERE]` each, that are to be told apart from all else too.
-        allowed: Where the arm may stand, besides its joints' limits; anywhere when absent.
-        unsure_m: By how much the board may lie elsewhere than stated [m].
+        effects: `EFFECT[:WHERE]` each, to be distinguished from all else too.
+        allowed: Postures that are allowed, besides the joints' limits; all when absent.
+        unsure_m: By how much the board may be off its stated position [m].
         seed: Of the candidates.
 
     Returns:
         Joint values, (count, j) [rad or m], each next to the one before.
 
     Raises:
-        DataError: The data set lacks a robot, a board, or where the board lies.
-        PlanError: The arm sees the board from too few postures where it may stand.
-        UsageError, EffectError: The effects cannot be.
+        DataError: The data set lacks a robot, a board, or the board's position.
+        PlanError: Too few allowed postures see the board.
+        UsageError, EffectError: The effects are not possible.
     """
     may = allowed or (lambda q: np.ones(len(q), dtype=np.bool_))
     view = board_observer(description)
@@ -60,7 +60,7 @@ def planned(
 def _candidates(view: BoardObserver, wanted: int, allowed: Allowed, unsure_m: float, rng: np.random.Generator) -> Array:
     """Postures from which the whole board is seen, (≥ wanted, j).
 
-    Of these, only such as keep the board in the image wherever it lies within `unsure_m`, if there are enough.
+    If there are enough, only those that keep the board in the image anywhere within `unsure_m`.
     """
     enough = max(wanted, int(np.clip(SPARE * wanted, LEAST_CANDIDATES, MOST_CANDIDATES)))
     found, tried, seeing, roomy = np.empty((0, len(view.robot.joints))), 0, 0, np.empty(0, dtype=np.bool_)
@@ -78,7 +78,7 @@ def _candidates(view: BoardObserver, wanted: int, allowed: Allowed, unsure_m: fl
 
 
 def _slopes(description: Dataset, view: BoardObserver, q: Array, effects: Sequence[str]) -> Array:
-    """What each posture would say of every parameter, (k, r, d): see `most_telling`."""
+    """The information of each posture on every parameter, (k, r, d): see `most_telling`."""
     poses = Poses(tuple(map(str, range(len(q)))), time_s=np.arange(len(q), dtype=np.float64), q=q)
     dataset = replace(description, poses=poses, points=view.points(q), time_is_order=True)
     model = Model(dataset, candidate_effects(effects, dataset))
@@ -127,7 +127,7 @@ def most_telling(slopes: Array, count: int) -> Ints:
 
 
 def _gain(slopes: Array, known: Array) -> Array:
-    """By how much each block would raise the logarithm of the determinant, (k,)."""
+    """Increase of the logarithm of the determinant by each block, (k,)."""
     whitened = slopes @ np.linalg.inv(np.linalg.cholesky(known)).T
     inner = np.eye(slopes.shape[1]) + whitened @ np.swapaxes(whitened, 1, 2)
     return np.asarray(np.linalg.slogdet(inner)[1])

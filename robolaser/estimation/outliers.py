@@ -1,4 +1,4 @@
-"""Rows that no model and no noise accounts for: gross errors, found while the model itself may still be wrong."""
+"""Gross errors: rows that no model and no noise explains, found while the model itself may still be wrong."""
 
 from dataclasses import replace
 from typing import Final
@@ -18,31 +18,31 @@ OUTLIER_SIGMA: Final = 5.5
 """Standard deviations beyond which a row is a gross error. A quantile: noise puts one row of two numbers in four
 million there, one of three in a million."""
 MIN_POSES: Final = 5
-"""Poses with points, below which no row is a gross error by its distance from a model, and no effect is judged: with
-fewer, something fits anything. A judgement."""
+"""Poses with points below which a distance from a model makes no gross error, and no effect is judged: with fewer,
+something fits anything. A judgement."""
 FREE_POSE_ROWS: Final = 4
-"""Rows of a pose, from which on a free motion of the pose leaves something to see gross errors by. Geometry: three rows
-of two numbers determine the six of a motion."""
+"""Fewest rows of a pose with residuals left by a free motion of the pose. Geometry: three rows of two numbers
+determine the six of a motion."""
 FREE_POSE_M: Final = 0.02
-"""How far a pose may be off as a whole [m], as a standard deviation, a turn as the shift that it makes at `LEVER_M`:
-what the model lacks moves whole poses, gross errors single rows. A judgement: a nominal arm is off by 10 mm."""
+"""Standard deviation of whole poses [m], turns as shifts at `LEVER_M`: unmodelled effects move whole poses, gross
+errors single rows. A judgement: a nominal arm is off by 10 mm."""
 MOST_POSES_OFF: Final = 0.1
 """Share of the poses at which most rows may be gross errors, of all, one sensor or one named point: of more, something
 has moved. A judgement."""
 FITS = 4
-"""Robust fits, each with the scale that the last one left: then the same rows count."""
+"""Robust fits, each with the scale of the last one: then the same rows count."""
 ROUNDS = 8
 """Reweightings of the free motion of a pose."""
 TAIL = 2.385
-"""Scale of Cauchy's loss, in standard deviations: 5 % of the efficiency is lost where all errors are normal and lie
-along a line, as a scanner's nearly do; less where they lie all around."""
+"""Scale of Cauchy's loss, in standard deviations: 5 % of the efficiency is lost for normal errors along a line, as a
+scanner's nearly are; less for errors in all directions."""
 MEDIAN = 0.6745  # median length of such errors, in standard deviations
 UNUSED = 0.5
-"""Numbers of a row that its errors do not fill on average: two pixels make the three coordinates of a stripe's row."""
+"""Numbers of a row less the dimension of its errors: two pixels make the three coordinates of a stripe's row."""
 
 
 def robust_fit(problem: Problem, x: Array) -> Array:
-    """Parameters (d,) that fit whitened rows from near x (d,), rows far off counting little."""
+    """Parameters (d,) of a robust fit of whitened rows, from near x (d,)."""
     for _ in range(FITS):
         squares = np.add.reduceat(problem.residuals(x[None])[0] ** 2, problem.starts)
         scaled = replace(problem, loss=Loss(max(TAIL * float(np.median(np.sqrt(squares))) / MEDIAN, TAIL)))
@@ -51,10 +51,10 @@ def robust_fit(problem: Problem, x: Array) -> Array:
 
 
 def outliers_within_poses(problem: Problem, x: Array) -> Bools:
-    """Mark rows far from where the others of their pose would have them, by a robust fit x (d,), (m,).
+    """Mark rows far from where the others of their pose predict them, by a robust fit x (d,), (m,).
 
-    Each pose may be off as a whole by a free small motion, found robustly: so a robot that is not where the model has
-    it hides no gross error and makes none.
+    Each pose may be off as a whole by a free small motion, fitted robustly: so an error of the robot model hides no
+    gross error and makes none.
     """
     model = problem.model
     of_pose = model.dataset.points.pose
@@ -80,7 +80,7 @@ def outliers_within_poses(problem: Problem, x: Array) -> Bools:
 
 
 def outliers_of(problem: Problem, x: Array) -> Bools:
-    """Mark rows that a model at x (d,) leaves far off, (m,); none of fewer poses than tell a model."""
+    """Mark rows far off a model at x (d,), (m,); none of fewer poses than `MIN_POSES`."""
     of_pose = problem.model.dataset.points.pose
     if len(np.unique(of_pose)) < MIN_POSES:
         return np.zeros(problem.rows, dtype=bool)
@@ -88,9 +88,9 @@ def outliers_of(problem: Problem, x: Array) -> Bools:
 
 
 def _far(rows: Array, dataset: Dataset) -> Bools:
-    """Rows (m, k) that are far off; but if at many poses most are, the arm or the base stood elsewhere then.
+    """Rows (m, k) that are far off; but if most rows of many poses are, the arm or the base has moved.
 
-    So did a sensor of several, or a named point, that is off at many more poses than the others are.
+    So has one of several sensors, or a named point, that is off at many more poses than the others.
     """
     far = np.asarray(np.linalg.norm(rows, axis=-1) > OUTLIER_SIGMA * _scale(rows))
     everything = np.zeros(len(rows), dtype=np.int64)
@@ -101,7 +101,7 @@ def _far(rows: Array, dataset: Dataset) -> Bools:
 
 
 def _often_off(far: Bools, group: Ints, of_pose: Ints, least: int) -> Bools:
-    """Rows of poses at which most of their group's are far off, if these are so many more than of the others, (m,)."""
+    """Rows of poses at which most of their group's are far off, if these poses are too many for gross errors, (m,)."""
     _, first, cell = np.unique(of_pose * (group.max() + 1) + group, return_index=True, return_inverse=True)
     off = _mostly(far, cell)
     often, taken = np.bincount(group[first], off), np.bincount(group[first])
@@ -116,7 +116,7 @@ def _mostly(far: Bools, group: Ints) -> Bools:
 
 
 def _named_points(dataset: Dataset) -> Ints:
-    """Number of the point that each row shows, (m,); one for all where names mean others at other poses."""
+    """Number of the point of each row, (m,); one for all where names mean different points at different poses."""
     group = np.zeros(len(dataset.points), dtype=np.int64)
     for sensor in dataset.sensors:
         if sensor.data.format.named_points:
@@ -131,7 +131,7 @@ def _scale(rows: Array) -> float:
 
 
 def median_length(numbers: Array | Ints) -> Array:
-    """Below which half of all rows are, of so many normal numbers of unit variance each."""
+    """Median length of rows of so many normal numbers of unit variance each."""
     from scipy.special import chdtri  # noqa: PLC0415 - takes a third of a second to import
 
     return np.asarray(np.sqrt(chdtri(numbers, 0.5)))

@@ -1,9 +1,9 @@
-"""The fit of all rows alike, and fits of large data on a sample of their rows, which all rows correct.
+"""The fit of equally weighted rows, and fits of large data on a sample of their rows, corrected by all rows.
 
-A sample tells how residuals bend; where exactly the optimum lies, only all rows tell. One pass over all rows gives the
-gradient at a point. A constant added to the sample's residuals gives the sample's cost the same gradient there, and
-then the sample is fitted. What the cost of all rows is above its optimum then falls to about a thousandth, with 20 rows
-of each of 1000 poses: the better the sample's curvature agrees with that of all rows, the further.
+A sample determines the curvature; the exact optimum needs all rows. One pass over all rows gives the gradient at a
+point. A constant added to the sample's residuals gives the sample's cost the same gradient there, and then the sample
+is fitted. The excess cost of all rows above its optimum falls to about a thousandth, with 20 rows of each of 1000
+poses: the better the sample's curvature agrees with that of all rows, the further.
 """
 
 from dataclasses import replace
@@ -21,17 +21,17 @@ from robolaser.model.blocks.errors import row_errors
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import FLOOR, NoiseModel
 
-ROUNDS = 3  # the size of rows depends on the estimate; a fourth round changes nothing any more
+ROUNDS = 3  # the size of rows depends on the estimate; a fourth round changes nothing
 FEWER, CROWD = 20_000, 4
-"""Rows to fit first where there are so many times more: from there on the steps on all rows are few."""
+"""Rows to fit first where there are so many times more: then few steps on all rows remain."""
 COARSE = 1e-9  # tolerance of that
-PASSES = 3  # over all rows, before the solver takes them: what is left to go then is below its tolerance, or nearly so
+PASSES = 3  # over all rows, before the solver takes them: the remaining decrease is then about its tolerance
 CROWDED = 1e-11
 """Tolerance on so many rows: a million of them put the optimum a hundredth of a standard error from there."""
 
 
 def fit(model: Model, start: Array) -> tuple[Problem, Array, int]:
-    """Fit all rows from a good start (d,); rows weigh alike, numbers of two units within them by their sizes.
+    """Fit all rows from a good start (d,) with equal weights, numbers of two units within them by their sizes.
 
     Returns:
         The problem that was solved last, its optimum (d,), and the residual vectors evaluated.
@@ -71,8 +71,8 @@ def _by_sample(problem: Problem, start: Array) -> tuple[Array, int]:
 def _comparable(model: Model, x: Array) -> NoiseModel | None:
     """Weights of rows in two units by the size of each one's errors; None where all numbers of a row are lengths.
 
-    They make a metre and a radian comparable where nobody asks for weights. Sizes are those stated, else the median of
-    the residuals' numbers at x (d,), near the optimum.
+    They make metres and radians comparable in an unweighted fit. Sizes are stated, else the median of the residuals'
+    numbers at x (d,), near the optimum.
     """
     if not any(angles for *_, angles in model.blocks.kinds_of_rows.values()):
         return None
@@ -97,7 +97,7 @@ def size_of_errors(effect: Array, residuals: Array) -> float:
 def sampled(problem: Problem, most: int) -> tuple[Problem, Ints] | None:
     """The problem of so many rows, evenly taken from all poses, and which they are, (most,).
 
-    None where a sample cannot stand for all: rows must count by their squares, and each depend on its own pose, alone.
+    None where a sample cannot represent all: rows must count by their squares, and each depend on its pose alone.
     """
     rows = problem.rows
     alone = problem.noise is None and problem.prior is None and problem.model.known_distances is None
@@ -112,7 +112,7 @@ def sampled(problem: Problem, most: int) -> tuple[Problem, Ints] | None:
 def solve_corrected(
     sample: Problem, x: Array, gradient: Array, *, kept: Bools | None = None, tol: float = TOLERANCE
 ) -> Solution:
-    """Fit a sample whose gradient is corrected to that of all rows.
+    """Fit a sample with the gradient of all rows.
 
     Args:
         sample: Some rows.

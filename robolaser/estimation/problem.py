@@ -25,15 +25,15 @@ class Problem:
     """
 
     model: Model  # data and effects
-    # the model's; those of another one where the closed forms of all data are to be kept for some of it
+    # the model's; for some of the data, those of the whole model, to keep its closed forms
     parameters: Parameters
     noise: NoiseModel | None = None  # whitens the rows; None leaves them in the sensor's unit
     loss: Loss = SQUARE  # what a whitened row costs
     # Standard deviation by which each parameter may differ from its nominal value, (d,); infinite where it may differ
     # freely. None: all may.
     prior: Array | None = None
-    # standard deviation of a row's numbers, where they are not whitened by all their noise: by it they and known
-    # distances bind as their noise says; None: as at the nominal values
+    # standard deviation of a row's numbers, where they are not whitened by all their noise: it weighs them against
+    # known distances; None: as at the nominal values
     row_size: float | None = None
     shift: Array | None = None  # a constant that is added to the residuals, (K,)
 
@@ -76,7 +76,7 @@ class Problem:
         return np.where(width > 0.0, width, 1.0)
 
     def on_bound(self, x: Array) -> Bools:
-        """Parameters that are free and stand on one of their bounds, (..., d)."""
+        """Free parameters on one of their bounds, (..., d)."""
         return np.asarray(~self.fixed & ((x <= self.lower) | (x >= self.upper)))
 
     @cached_property
@@ -122,7 +122,7 @@ class Problem:
 
     @cached_property
     def _prior_slopes(self) -> Array:
-        """What a step of one scale changes of a parameter's distance from its nominal value over its prior, (d,)."""
+        """Change of a parameter's distance from its nominal value, over its prior, by a step of one scale, (d,)."""
         if self.prior is None:
             return np.zeros(len(self.scale))
         return np.where(self.fixed, 0.0, self.scale / np.where(self.prior > 0.0, self.prior, np.inf))
@@ -143,7 +143,7 @@ class Problem:
         return self.row_size or self.with_rows_of_size(self.parameters.nominal).row_size or 1.0
 
     def extra_residuals(self, x: Array) -> Array:
-        """Rows that belong to no row of the data, (c, d) -> (c, e): known distances, then the prior's, one a parameter.
+        """Rows beyond those of the data, (c, d) -> (c, e): known distances, then the prior's, one a parameter.
 
         They count in every fit, whichever rows of the data are left out.
         """

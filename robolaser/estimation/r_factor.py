@@ -1,7 +1,7 @@
-"""Rows of a least-squares problem in the triangle that is left of them: all that its solution asks for.
+"""The R factor of a least-squares problem: all that its solution needs of the rows.
 
-With A = Q R, |A p| = |R p| for every p: a million rows and R, as wide as high, are one to whoever minimises. Rows come
-in parts, each put below the triangle of those before it (Golub 1965; Demmel, Grigori, Hoemmen, Langou 2012, TSQR).
+With A = Q R, |A p| = |R p| for every p: a million rows and the square R have the same minimum. Rows come in parts, each
+put below the triangle of those before it (Golub 1965; Demmel, Grigori, Hoemmen, Langou 2012, TSQR).
 """
 
 import numpy as np

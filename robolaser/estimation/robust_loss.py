@@ -1,4 +1,4 @@
-"""What a row of residuals costs: its square or, where some rows may be gross errors, less for the large ones.
+"""The cost of a row of residuals: its square or, where some rows may be gross errors, less for the large ones.
 
 A row has one or more numbers; with z = |e|²/s² it costs s² log(1 + z), Cauchy's loss of scale s. Black, Anandan 1996.
 """
@@ -11,16 +11,16 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 
 LEAST_CURVATURE = 0.01
-"""Of the loss along a residual, relative to its slope, at the least: beyond the scale it curves the other way, and
-steps towards a saddle would not lead down."""
+"""Least curvature of the loss along a residual, relative to its slope: beyond the scale it is negative, and steps
+towards a saddle would not descend."""
 
 
 @final
 @dataclass(frozen=True)
 class Loss:
-    """A loss with its scale; residuals are flat, (c, K), and `starts` (m,) says where each row's numbers begin."""
+    """A loss with its scale; residuals are flat, (c, K), each row's numbers begin at `starts` (m,)."""
 
-    scale: float = np.inf  # length s of a row from which on it counts for less; infinite: rows cost their squares
+    scale: float = np.inf  # length s above which a row counts for less; infinite: rows cost their squares
 
     @property
     def is_square(self) -> bool:
@@ -67,7 +67,7 @@ class Loss:
 
 
 def of_numbers(of_rows: Array, residuals: Array, starts: Ints) -> Array:
-    """What each row has, (..., m), for each of its numbers, (..., K)."""
+    """Values of rows, (..., m), repeated for each of their numbers, (..., K)."""
     return np.repeat(of_rows, np.diff(starts, append=residuals.shape[1]), axis=-1)
 
 

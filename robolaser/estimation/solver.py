@@ -1,13 +1,13 @@
 """The least-squares solver: bounded Levenberg-Marquardt with geodesic acceleration, many candidates at once.
 
-Every fit of the package is this one: the descents of a multistart, the fit of a calibration, the fits without some
+Every fit of the package uses it: the descents of a multistart, the fit of a calibration, the fits without some
 poses, the refits of a diagnosis. Levenberg 1944, Marquardt 1963; damping by Nielsen 1999; acceleration by Transtrum
-and Sethna 2012, Improvements to the Levenberg-Marquardt algorithm, without which few poses leave long curved valleys.
-After a step that failed, the damping shortens the next one as Moré's trust region does (1978): to where the parabola
-through both costs and the slope has its minimum.
+and Sethna 2012, Improvements to the Levenberg-Marquardt algorithm, for the long curved valleys of few poses.
+After a failed step, the damping shortens the next one as in Moré's trust region (1978): to the minimum of the parabola
+through both costs and the slope.
 
 A candidate has converged when the best undamped step within the bounds would lower its cost by no more than a
-share `tol` of it, or by no more than rounding: the distance to go counts, not the length of the last step.
+share `tol` of it, or by no more than rounding: the remaining decrease counts, not the length of the last step.
 """
 
 from collections.abc import Callable
@@ -27,26 +27,25 @@ SHARE, ENOUGH = 1e-5, 1e-2
 moves it by more than 1."""
 MOST_STEPS = 3000  # few points leave long curved valleys: 200 steps were needed along one, 20 are usual
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-8, 1e-14, 1e12
-"""In units of the squared length of each column; with the least, directions that move no row are not moved along."""
+"""In units of the squared length of each column; the least one keeps steps out of directions that move no row."""
 MOST_RELIEF = 0.1  # factor by which the damping falls after a step that lowered the cost as predicted
-SHORTER = 0.1, 0.5  # least and most share of a step that failed, for the next one
+SHORTER = 0.1, 0.5  # least and largest share of a failed step, for the next one
 PROBE = 0.1  # share of a step at which the residuals' second derivative along it is measured
 ACCELERATED = 0.75  # length of the acceleration, relative to the step, up to which it is applied
 OF_LOSS = 1e-2
-"""Share of what a solution costs more than its rival, by which it may miss its optimum: how bad it is need not be known
-better."""
+"""Share of a solution's excess cost over its rival by which it may miss its optimum: a bad one need not be exact."""
 AS_PREDICTED, FALL = 0.1, 0.1
-"""Share of the predicted gain by which a step's gain may differ for the next one to be taken with the same derivatives;
-and the share of the gain promised before that such a step may still promise."""
+"""Share of the predicted gain by which a step's gain may differ for the next one to reuse its derivatives; and the
+largest ratio of such a step's predicted gain to the one before."""
 TINY = float(np.finfo(np.float64).tiny)
 KEPT = 4_000_000
-"""Numbers that derivatives may have to be kept, 32 MB. With more rows steps are not accelerated: they need not be."""
+"""Most numbers of derivatives that are kept, 32 MB. With more rows, steps need no acceleration and have none."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Where the solver ended, for each of c candidates."""
+    """The solver's result for each of c candidates."""
 
     x: Array  # the parameters, (c, d)
     cost: Array  # their cost, (c,); infinite where it is not finite at the start, which is then x
@@ -78,14 +77,14 @@ def solve(
         starts: (c, d); moved to the nearest point within the bounds.
         kept: Rows that count, for each candidate, (c, m); all when absent.
         tol: Share of the cost, see above.
-        enough: Cost that an optimum may be missed by, in its own unit: some chi-squared where rows are whitened.
+        enough: Cost by which an optimum may be missed: some chi-squared where rows are whitened.
         most_steps: After which a candidate is given up.
-        hopeless: Says after each step which candidates to give up, from the cost, the convergence and the steps of
+        hopeless: Selects after each step the candidates to give up, from the cost, the convergence and the steps of
             all that are solved together, (c,) each.
-        slopes: Derivatives of the residuals by each parameter over its scale somewhere near the starts, (d, K), where
-            they are known: the first steps are chord steps with them. With some rows only: at the starts.
-        rival: Cost of another solution, which is the better one where these cost much more.
-        close: Whether candidates stay so close together that derivatives amid them serve all.
+        slopes: Derivatives of the residuals by each parameter over its scale near the starts, (d, K), where they are
+            known: the first steps are chord steps with them. With some rows only: at the starts.
+        rival: Cost of another solution, the better one where these cost much more.
+        close: Whether candidates stay so close together that derivatives between them serve all.
     """
     starts = np.clip(np.asarray(starts, np.float64), problem.lower, problem.upper)
     if len(starts) == 0:
@@ -108,11 +107,11 @@ def solve(
 
 @dataclass(eq=False)
 class _Descents:
-    """Candidates on their way down: what is known of each at its place.
+    """The state of all candidates during a descent.
 
     Steps are measured in units of each parameter's scale, and damped in units of the largest derivatives so far. Where
     an optimum may be missed by some cost, steps that gain what is predicted are followed by chord steps, with the same
-    derivatives, while these promise ever less; `_bent` is the cost that their having changed since may hide.
+    derivatives, while their predicted gains fall; `_bent` is the cost that the change of the derivatives may hide.
     """
 
     problem: Problem
@@ -139,7 +138,7 @@ class _Descents:
         self._cost = self._costs(x, self._r)
 
     def run(self, hopeless: Callable[[Array, Bools, Ints], Bools] | None, slopes: Array | None) -> Solution:
-        """Go on until all candidates have come to rest."""
+        """Continue until all candidates have converged or were given up."""
         active = np.flatnonzero(np.isfinite(self._cost))
         near = slopes is not None and len(self._J) == 1
         if near:
@@ -176,7 +175,7 @@ class _Descents:
         return costs
 
     def _linearize(self, which: Ints, *, chord: bool = False) -> None:
-        """Work out the quadratic model of candidates at their places; on a chord with the derivatives they have."""
+        """Compute the quadratic model of candidates; on a chord with their present derivatives."""
         x = self.x[which]
         together = bool((x == x[0]).all())
         places = x[:1] if together else x.mean(axis=0, keepdims=True) if self.close else x
@@ -200,7 +199,7 @@ class _Descents:
         self._evaluations += 0 if chord else len(places) * A.shape[1]
 
     def _advance(self, active: Ints) -> Ints:
-        """Try a step of each candidate; those that have not come to rest."""
+        """Try a step of each candidate; returns the active ones."""
         problem, c = self.problem, len(active)
         x, cost, damping = self.x[active], self._cost[active], self._damping[active]
         unit = np.where(self._lengths[active] > 0.0, self._lengths[active], 1.0)
@@ -251,7 +250,7 @@ class _Descents:
         return np.union1d(active, again)
 
     def _take(self, active: Ints, trial: Array, residuals: list[Array], predicted: Array, curvature: Array) -> None:
-        """Go where the cost is lower, (c, d), and learn from how far that was predicted, (c,).
+        """Accept steps (c, d) that lower the cost, and adapt the damping by the predicted gain, (c,).
 
         The curvature of the quadratic model along the step, (c,), is the damping that halves it.
         """

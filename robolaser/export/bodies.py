@@ -14,7 +14,7 @@ from robolaser.robot.pinocchio_model import PinocchioModel
 from robolaser.robot.urdf.checking import read_xml
 from robolaser.robot.urdf.elements import origin_of
 
-RADIUS_M = 0.05  # of the ball that stands for a body whose inertia no body can have
+RADIUS_M = 0.05  # of the ball that replaces a body with impossible inertia
 
 
 @final
@@ -26,7 +26,7 @@ class BodyJoint:
     axis: Array  # unit axis in the body's frame, (3,)
     slides: bool
     limits: Array  # least and largest value, (2,) [rad or m]; infinite: none
-    follows: MimicJoint | None  # None: it moves by itself
+    follows: MimicJoint | None  # None: it moves independently
 
 
 @final
@@ -37,7 +37,7 @@ class RigidBody:
     name: str  # of its link
     parent: str | None  # the body that carries it; None: the root
     T: Array  # its placement on the parent, (4, 4)
-    joint: BodyJoint | None  # what moves it on its parent; None: nothing does
+    joint: BodyJoint | None  # its joint on its parent; None: it is fixed
     mass: float  # [kg]
     com: Array  # centre of mass in its own frame, (3,) [m]
     inertia: Array  # about the centre of mass, along its own axes, (3, 3) [kg m²]
@@ -48,7 +48,7 @@ def bodies(text: str, robot: Robot) -> Iterator[RigidBody]:
 
     Args:
         text: The URDF.
-        robot: Names the joints that are read and the flange; others follow these, or are held at neutral.
+        robot: Names the joints that are read and the flange; others follow these, or are fixed at neutral.
     """
     arm = Robot.from_urdf(text, flange=robot.flange, joints=robot.joints).by_pinocchio
     inertials = {link.get("name"): link.find("inertial") for link in read_xml(text).findall("link")}
@@ -69,7 +69,7 @@ def _joint(arm: PinocchioModel, number: int) -> BodyJoint:
 
 
 def _inertial(inertial: ET.Element | None) -> tuple[float, Array, Array]:
-    """Mass, centre and inertia as described, if a body can have it; else that of a ball."""
+    """Mass, centre and inertia as described, if a body can have it; else a ball's."""
     if inertial is None:
         return 0.0, np.zeros(3), np.zeros((3, 3))
     mass, T = float(inertial.find("mass").get("value", "0")), origin_of(inertial, "a body", "the URDF")  # type: ignore[union-attr]

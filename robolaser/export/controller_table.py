@@ -1,10 +1,10 @@
-"""controller.csv: what to change in a controller, a number a row, in the words of those who service arms.
+"""controller.csv: the corrections for a controller, a number a row, in the terms of service engineers.
 
-The Denavit-Hartenberg parameters of an arm are from the lines that its joints turn about or slide along.
-Frame 1 sits on the first joint's line. T_i,i+1 = Rz(theta + q) Tz(d) Tx(a) Rx(alpha) Ry(beta); a sliding joint's q is
-added to d. Where the nominal arm has two parallel lines, d could be anything: it is 0, and beta tilts the second line
-(Hayati, Mirmirani 1985, J. Robotic Systems 2). The last row turns x towards the flange's and goes as far along the last
-line as the flange's origin.
+The Denavit-Hartenberg parameters of an arm are computed from the axes of its joints.
+Frame 1 is on the first joint's line. T_i,i+1 = Rz(theta + q) Tz(d) Tx(a) Rx(alpha) Ry(beta); a prismatic joint's q is
+added to d. Where the nominal arm has two parallel lines, d is arbitrary: it is 0, and beta tilts the second line
+(Hayati, Mirmirani 1985, J. Robotic Systems 2). The last row turns x towards the flange's and extends along the last
+line to the flange's origin.
 """
 
 import csv
@@ -34,15 +34,15 @@ MEANING: Final = {
 SHOWN: Final = {"theta": (np.degrees(1.0), "deg"), "d": (1e3, "mm"), "a": (1e3, "mm"),
                 "alpha": (np.degrees(1.0), "deg"), "beta": (np.degrees(1.0), "deg")}  # fmt: skip
 OF_BASE: Final = ("theta", "d")
-"""Of the first joint these say where the base is, of the last one the others where the tool is: both are fitted."""
+"""Of the first joint these locate the base, of the last one the others the tool: both are fitted."""
 OF_TOOL: Final = ("a", "alpha", "beta")
 
 
 def controller_table(calibration: Calibration) -> str | None:
     """The Denavit-Hartenberg numbers of the nominal and of the corrected arm, and each joint's zero in encoder steps.
 
-    Degrees and millimetres: a person types them. None where nothing that a controller can hold was found, or one
-    reading moves several joints.
+    Degrees and millimetres, to be typed. None where nothing that a controller can hold was found, or one reading moves
+    several joints.
     """
     robot, corrected = calibration.model.dataset.robot, calibration.robot
     if robot is None or corrected is None or corrected is robot or not has_links(robot):
@@ -69,9 +69,9 @@ def controller_table(calibration: Calibration) -> str | None:
 
 
 def has_links(robot: Robot) -> bool:
-    """Whether each joint of the chain follows a reading of its own: then a row of numbers describes it.
+    """Whether each joint of the chain has its own reading: then a row of numbers describes it.
 
-    Fingers, which carry no flange, may follow what they like.
+    Fingers, which carry no flange, may follow any joint.
     """
     arm = robot.by_pinocchio
     own, carries = np.zeros_like(arm.ratios), arm.way > 0
@@ -113,15 +113,15 @@ def link_parameters(robot: Robot, like: tuple[Array, Array] | None = None) -> tu
     """A row of `NUMBERS` for each joint of the chain, (j, 5) [rad, m], and T_base_1 at the arm's zero, (4, 4).
 
     Args:
-        robot: The arm; each of its joints follows a reading of its own.
-        like: The same of a nearly equal arm, to be compared with: lines are parallel, and signs are, as there.
+        robot: The arm; each of its joints has its own reading.
+        like: The same of a nearly equal arm for comparison: parallel lines and signs are as there.
     """
     at, z, flange = joint_lines(robot)
     rows = np.zeros((len(z), len(NUMBERS)))
     first = T = _on_line(at[0], z[0], None if like is None else like[1][:3, 0])
     for i in range(len(z) - 1):
         rows[i] = _to_line(T, at[i + 1], z[i + 1], None if like is None else like[0][i])
-        if i == 0:  # where frame 1 sits along and about the first line is a matter of the base
+        if i == 0:  # the position of frame 1 along and about the first line belongs to the base
             first = T = T @ link(rows[0] * (1.0, 1.0, 0.0, 0.0, 0.0))
             rows[0, :2] = 0.0
         T = T @ link(rows[i])

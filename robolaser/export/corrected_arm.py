@@ -1,4 +1,4 @@
-"""A calibrated arm as simulators can have it: its URDF, the parts that stand for effects, and what has none."""
+"""A calibrated arm for simulators: its URDF, the parts that represent effects, and effects without any."""
 
 import re
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from robolaser.robot.urdf.checking import read_xml
 from robolaser.robot.urdf.editing import names_in
 
 SEARCHED_KG = (np.linspace(0.0, 20.0, 201), np.linspace(-0.1, 0.1, 201))
-SOFTEST = 1e-12  # least compliance [rad/Nm] that is a spring at all
+SOFTEST = 1e-12  # least compliance [rad/Nm] of a spring
 
 
 @final
@@ -39,7 +39,7 @@ class CorrectedArm:
 
     @cached_property
     def urdf(self) -> str:
-        """With the sensor's frames, and offsets and placements of joints as they are."""
+        """With the sensor's frames, and corrected offsets and placements of joints."""
         return corrected_urdf(self.calibration) or robot_urdf(self.calibration)
 
     @cached_property
@@ -55,15 +55,15 @@ class CorrectedArm:
 
     @cached_property
     def parts(self) -> tuple[MechanismPart, ...]:
-        """What stands for effects, in the order of the model."""
+        """The parts that represent effects, in the order of the model."""
         return tuple(part for _, effect in self.effects for part in effect.parts(self.calibration.model.run))
 
     @cached_property
     def payload_kg(self) -> float:
-        """At the flange: the mean of what the data state, and the mass with which springs best do what joints did.
+        """Mass at the flange: the mean of the stated payload, plus the mass with which springs fit the joints best.
 
-        A joint's payload and compliance are found apart from those of others, and gears harden: one mass and a linear
-        spring a joint are the least-squares fit to all of it at the calibrated poses.
+        Payload and compliance are estimated for each joint by itself, and gears harden: one mass and a linear spring a
+        joint are the least-squares fit to all of them at the calibrated poses.
         """
         found = np.zeros(1)
         for spread in SEARCHED_KG if self.springs else ():
@@ -75,16 +75,16 @@ class CorrectedArm:
 
     @cached_property
     def springs(self) -> tuple[ElasticJoint, ...]:
-        """The joints that give way."""
+        """The elastic joints."""
         return tuple(part for part in self.parts if isinstance(part, ElasticJoint))
 
     def stiffness(self, spring: ElasticJoint) -> float:
-        """Of a linear spring that carries what is stated and `payload_kg` [Nm/rad or N/m]."""
+        """Stiffness of a linear spring that carries the stated load and `payload_kg` [Nm/rad or N/m]."""
         return 1.0 / float(_compliance(spring, np.array([self.payload_kg - self.stated_payload_kg]))[0])
 
     @cached_property
     def stated_payload_kg(self) -> float:
-        """The mean of what the data state."""
+        """The mean of the stated payload."""
         stated = self.calibration.model.dataset.poses.payload_kg
         return 0.0 if stated is None else float(stated.mean())
 
@@ -98,18 +98,18 @@ class CorrectedArm:
 
     @cached_property
     def without_parts(self) -> tuple[str, ...]:
-        """What no part stands for."""
+        """Effects without parts."""
         run = self.calibration.model.run
         return tuple(self.said(one) for one, effect in self.effects if not (one.effect.in_urdf or effect.parts(run)))
 
 
 def comment(text: str) -> str:
-    """Text that may stand in a comment of XML, which no two hyphens may."""
+    """Text for a comment of XML, which must not contain two hyphens."""
     return re.sub("-(?=-)", "- ", text)
 
 
 def _compliance(spring: ElasticJoint, payload_kg: Array) -> Array:
-    """Of the linear spring that fits best with each of several masses at the flange, (k,) -> (k,)."""
+    """Stiffness of the best linear spring with each of several masses at the flange, (k,) -> (k,)."""
     torque = _torque(spring, payload_kg)
     return np.asarray(np.maximum((torque @ spring.sunk) / np.maximum((torque**2).sum(axis=1), SOFTEST), SOFTEST))
 

@@ -1,4 +1,4 @@
-"""The files of a calibration for ROS, for simulators and for programs of one's own."""
+"""The files of a calibration for ROS, for simulators and for other programs."""
 
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
@@ -14,7 +14,7 @@ from robolaser.export.sdf import sdf
 from robolaser.export.ur_calibration import ur_calibration
 from robolaser.export.urdf import corrected_urdf, robot_urdf
 
-EXPORTED: Final[Mapping[str, Callable[[Calibration], str | None]]] = {  # what gives each file; None: there is none
+EXPORTED: Final[Mapping[str, Callable[[Calibration], str | None]]] = {  # function that writes each; None: no file
     "robot.urdf": robot_urdf,
     "robot_corrected.urdf": corrected_urdf,
     "camera.yaml": camera_yaml,
@@ -45,9 +45,9 @@ def exported(calibration: Calibration) -> dict[str, str | None]:
 
 
 def is_withheld(calibration: Calibration) -> bool:
-    """Whether errors say that the data set describes the cell wrongly: what is exported would look as if it were good.
+    """Whether errors show that the data set describes the cell wrongly: exported files would seem correct.
 
-    Fitted points and new ones must both say so: gross errors, which a diagnosis leaves out of the latter, do not.
+    Both fitted and new points must show it: gross errors, which a diagnosis excludes from the latter, do not.
     """
     new_m = calibration.held_out_rms_m
     return min(calibration.rms_m, calibration.rms_m if new_m is None else new_m) >= setup_limit_m(

@@ -1,4 +1,4 @@
-"""A result's numbers written into a copy of what a user already has: URDF, MJCF, LeRobot's calibration file."""
+"""A result's numbers written into a copy of a user's file: URDF, MJCF, LeRobot's calibration file."""
 
 import json
 import math
@@ -22,7 +22,7 @@ from robolaser.robot.urdf.elements import digits, origin_of
 FARTHEST_M, FARTHEST_RAD = 0.05, 0.3  # that a joint of one robot is off at most: more, and the files describe two
 OF_PLACEMENTS: Final = frozenset(effect.name for effect in EFFECTS if effect.in_urdf)
 MOST: Final = 2047  # of a homing_offset, which has eleven bits and a sign [ticks]
-Pair = tuple[str, str]  # an effect's name and its place
+Pair = tuple[str, str]  # an effect's name and its location
 
 
 @final
@@ -33,7 +33,7 @@ class Written:
     text: str
     contains: tuple[Pair, ...]
     lacks: tuple[Pair, ...]
-    remarks: tuple[str, ...] = ()  # what was changed, where a user may want to see it
+    remarks: tuple[str, ...] = ()  # the changes, for the user
 
 
 @final
@@ -52,22 +52,22 @@ class _NumberSpans:
         return found
 
     def attributes(self, joint: str, known: Mapping[str, Pair]) -> dict[str, str]:
-        """The attributes that are an effect's number each, where there is one."""
+        """The attributes with an effect's number each, where there is one."""
         found = {name: self.take(effect, joint, number) for name, (effect, number) in known.items()}
         return {name: digits(value) for name, value in found.items() if value is not None}
 
 
 def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) -> Written:
-    """Write what was found on a moving arm into its model.
+    """Write the effects of a moving arm into its model.
 
     A URDF takes friction (`<dynamics>`). An MJCF takes damping, frictionloss and armature of joints, and delay, gains
-    and range of their position actuators. A dead zone in a loop of stiffness kp holds what a dry friction of kp times
-    its half width holds, and is written as that.
+    and range of their position actuators. A dead zone in a loop of stiffness kp acts as a dry friction of kp times its
+    half width, and is written as that.
 
     Args:
         text: The user's file.
         effects: As `effects` of diagnosis.json or calibration.json.
-        source: What error messages call the file.
+        source: Name of the file in error messages.
 
     Raises:
         RobotError: It is neither URDF nor MJCF, or has none of the joints.
@@ -137,7 +137,7 @@ def _mjcf(root: ET.Element, numbers: _NumberSpans, joints: set[str]) -> set[str]
 
 
 def _of_class(root: ET.Element, actuator: ET.Element, key: str) -> str | None:
-    """An attribute of a position actuator: its own, or that of its class of defaults or of one around it."""
+    """An attribute of a position actuator: its own, or of its class of defaults or an enclosing one."""
     around = {inner: outer for outer in root.iter("default") for inner in outer.findall("default")}
     wanted = actuator.get("class")
     of_that = (one for one in root.iter("default") if one.get("class") == wanted)
@@ -182,16 +182,16 @@ def _actuator(
 
 
 def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, Any]], source: str) -> Written:
-    """Give the joints of a URDF the origins that they have in another one.
+    """Give the joints of a URDF the origins of another one.
 
     Args:
         text: The user's file.
         corrected: The calibrated arm, robot_corrected.urdf.
         effects: As `effects` of calibration.json or diagnosis.json.
-        source: What error messages call the file.
+        source: Name of the file in error messages.
 
     Raises:
-        RobotError: The user's file is no URDF, has none of the joints, or has them elsewhere.
+        RobotError: The user's file is no URDF, has none of the joints, or other origins.
     """
     wanted, there = _origins(read_xml(corrected), "robot_corrected.urdf"), _origins(read_xml(text, source), source)
     shared = {name: T for name, T in wanted.items() if name in there}
@@ -205,14 +205,14 @@ def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, An
         turn = float(np.arccos(np.clip((np.trace(T[:3, :3].T @ there[name][:3, :3]) - 1.0) / 2.0, -1.0, 1.0)))
         if shift > FARTHEST_M or turn > FARTHEST_RAD:
             raise RobotError(
-                f"{source}: {name} stands {1e3 * shift:.3g} mm and {np.degrees(turn):.3g}° from where the calibrated"
-                " arm has it. Is it another robot, or does it count its joints from other zeros?"
+                f"{source}: {name} is {1e3 * shift:.3g} mm and {np.degrees(turn):.3g}° off its placement in the"
+                " calibrated arm. Is it another robot, or does it count its joints from other zeros?"
             )
     return Written(with_placements(text, shared), written, tuple(pair for pair in pairs if pair not in written))
 
 
 def _origins(robot: ET.Element, source: str) -> dict[str, Array]:
-    """Where the joints that move stand."""
+    """Placements of the moving joints."""
     return {
         name: origin_of(joint, f"joint '{name}'", source)
         for joint in robot.findall("joint")
@@ -229,7 +229,7 @@ def zeros_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) -> 
     Args:
         text: The calibration file.
         effects: As `effects` of diagnosis.json or calibration.json.
-        source: What error messages call the file.
+        source: Name of the file in error messages.
 
     Raises:
         DataError: It is no such file, lacks a joint, or has no room for the change; no zero is wrong.

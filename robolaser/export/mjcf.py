@@ -1,4 +1,4 @@
-"""The calibrated arm for MuJoCo (MJCF): rigid links, and joints behind joints for what is not rigid."""
+"""The calibrated arm for MuJoCo (MJCF): rigid links, and additional joints for backlash, springs and couplings."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
@@ -13,20 +13,20 @@ from robolaser.geometry.rigid_motion import to_quaternion
 from robolaser.model.effects.mechanism import ElasticJoint, Footing, MimicJoint, Play
 from robolaser.robot.urdf.elements import digits
 
-RELAXES_S = 0.02  # time in which a spring comes to rest where nothing is carried; where it rests does not depend on it
-ROTOR = 0.1  # inertia of what stands between two joints about one axis [kg m² or kg]: an engine asks for some
+RELAXES_S = 0.02  # settling time of an unloaded spring; its rest position does not depend on it
+ROTOR = 0.1  # inertia of a body between two joints about one axis [kg m² or kg]: an engine requires some
 HARD = {"solref": "0.004 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
-"""As hard as MuJoCo's constraints become with its usual step of 2 ms: they yield by some 1e-8 rad."""
+"""The hardest constraints of MuJoCo with its usual step of 2 ms: they yield by some 1e-8 rad."""
 
 
 def mjcf(calibration: Calibration) -> str | None:
-    """The robot with offsets and placements as they are, and parts for what MuJoCo can move; None without a robot.
+    """The robot with corrected offsets and placements, and parts for effects in MuJoCo; None without a robot.
 
-    Behind a joint `X` on its axis sit `X_play`, `X_spring` and `X_follower` as far as the model has them, with a `_`
-    behind a name that the URDF has: the joint is what the encoder reads, the link is where their sum is. Backlash is a
-    range that friction holds on the side it came from; coupling an equality; compliance a spring; payload a body. What
-    is left out is said in a comment. Joints that are no columns of q are held at neutral, meshes and actuators are left
-    out. The sensor's frames are bodies.
+    Behind a joint `X` on its axis are `X_play`, `X_spring` and `X_follower` as far as the model has them, with a `_`
+    appended to a name that the URDF has: the encoder reads the joint, the link is at their sum. Backlash is a range
+    in which friction holds the side of approach; coupling an equality; compliance a spring; payload a body. A comment
+    lists what is omitted. Joints that are no columns of q are fixed at neutral, meshes and actuators are omitted. The
+    sensor's frames are bodies.
     """
     if calibration.model.dataset.robot is None:
         return None
@@ -38,7 +38,7 @@ def mjcf(calibration: Calibration) -> str | None:
                   boundinertia="1e-8")  # fmt: skip
     option = ET.SubElement(root, "option", gravity=digits(np.array(arm.robot.gravity)), integrator="implicitfast")
     if any(isinstance(part, Play) for part in arm.parts):
-        option.set("noslip_iterations", "100")  # friction that creeps would use the play up
+        option.set("noslip_iterations", "100")  # creeping friction would use up the play
         option.set("noslip_tolerance", "1e-16")  # by default it ends before two plays hold each other
     world = ET.SubElement(root, "worldbody")
     elements: dict[str, ET.Element] = {}
@@ -64,7 +64,7 @@ def mjcf(calibration: Calibration) -> str | None:
 
 
 def _root(world: ET.Element, arm: CorrectedArm, body: RigidBody) -> ET.Element:
-    """The body of the root link: MuJoCo's world, where it is called so and stands on nothing that gives way."""
+    """The body of the root link: MuJoCo's world, if it has that name and a rigid support."""
     footing = next((part for part in arm.parts if isinstance(part, Footing)), None)
     if body.name == "world" and footing is None:
         return world
@@ -106,13 +106,13 @@ def _hard(kind: str = "") -> dict[str, str]:
 
 
 def _spring(name: str, line: Mapping[str, str], stiffness: float) -> dict[str, str]:
-    """Critically damped: MuJoCo solves constraints as if no damping slowed the step, and diverges where it rules."""
+    """Critically damped: MuJoCo solves constraints as if undamped, and diverges where damping dominates."""
     damping, inertia = stiffness * RELAXES_S, stiffness * RELAXES_S**2 / 4
     return {"name": name, **line, "stiffness": repr(stiffness), "damping": repr(damping), "armature": repr(inertia)}
 
 
 def _constraints(root: ET.Element, arm: CorrectedArm, mimics: Sequence[MimicJoint]) -> None:
-    """What ties joints to others: gears that follow, and friction of links that have play."""
+    """Constraints between joints: gears that follow, and friction of links with play."""
     followers = [part for part in arm.parts if isinstance(part, MimicJoint)]
     plays = [part for part in arm.parts if isinstance(part, Play)]
     tied = [(_follower(arm, part), part) for part in followers]

@@ -22,7 +22,7 @@ from robolaser.model.stages import Stage
 
 OF_THE_ARM = (Stage.JOINTS, Stage.LINKS, Stage.FLANGE)
 KNOWN = {*dir(runtime.Conditions), *(each.name for each in fields(runtime.Conditions))}
-IN_SESSIONS = "progress_of_all"  # what is read of several sessions: a pose of a new run is in none of them
+IN_SESSIONS = "progress_of_all"  # attributes of several sessions: a pose of a new run is in none of them
 HEAD = '''"""{name}: the calibrated arm. Joint values in, poses of flange and sensor out.
 
     import corrected
@@ -46,7 +46,7 @@ BESIDE = frozenset({*sys.stdlib_module_names, "numpy", "scipy"})  # packages tha
 
 @final
 class _Sources:
-    """Functions and classes with all that they are made of, in the order in which it must stand.
+    """Functions and classes with all their dependencies, in the order of definition.
 
     `given` names are defined elsewhere.
     """
@@ -58,7 +58,7 @@ class _Sources:
         self._of: dict[str, Any] = {}
 
     def add(self, name: str, thing: Any) -> None:
-        """Take a global name with all that it is made of.
+        """Take a global name with all its dependencies.
 
         Raises:
             ValueError: Two things have one name.
@@ -67,7 +67,7 @@ class _Sources:
             return
         if name in self._of and self._of[name] != thing:
             raise ValueError(f"'{name}' means {self._of[name]!r} here and {thing!r} there.")
-        self._of[name] = thing  # before what it is made of, which may call it in turn
+        self._of[name] = thing  # before its dependencies, which may call it in turn
         is_defined = inspect.isfunction(thing) or inspect.isclass(thing)
         if isinstance(thing, ModuleType):
             self.imports[name] = f"import {thing.__name__} as {name}"
@@ -82,13 +82,13 @@ class _Sources:
             self.texts[name] = f"\n\n{text}"
 
     def use(self, text: str, module: str) -> None:
-        """Take all global names of a module that a source of it reads."""
+        """Take all global names of a module that a source reads."""
         for name in _names_of(text):
             if name in vars(sys.modules[module]):
                 self.add(name, vars(sys.modules[module])[name])
 
     def add_methods(self, kind: type, wanted: str) -> set[str]:
-        """Take a class with one method, and those that it calls; return what these, and theirs, read of `run`."""
+        """Take a class with one method, and those that it calls; return the attributes of `run` that they read."""
         found, texts, read = [wanted], {}, set[str]()
         for name in found:
             text = _source_of(getattr(kind, name))
@@ -106,8 +106,8 @@ class _Sources:
 def corrected_module(calibration: Calibration) -> str | None:
     """Joint values in, flange and sensor poses out, by NumPy alone; None without a robot.
 
-    It does what the model does, with the source of each effect of joints, links and flange. The stated payload is its
-    mean over the poses, and a mount that moves stands as at the first pose.
+    It computes the model, with the source of each effect of joints, links and flange. The stated payload is its mean
+    over the poses, and a mount that moves is as at the first pose.
     """
     if calibration.model.dataset.robot is None:
         return None
@@ -147,24 +147,24 @@ def corrected_module(calibration: Calibration) -> str | None:
 
 
 def contained(model: Model) -> tuple[CandidateEffect, ...]:
-    """The effects of a model that its `corrected.py` has."""
+    """The effects of a model that are in its `corrected.py`."""
     return tuple(one for one in model.effects if _read(_Sources(()), one, model.run) is not None)
 
 
 def _read(sources: _Sources, one: CandidateEffect, run: Run) -> set[str] | None:
-    """What an effect reads of its run, its source taken; None where it has none, or a single pose does not say it."""
+    """The attributes of its run that an effect reads, its source taken; None if a single pose lacks one."""
     if one.effect.stage not in OF_THE_ARM:
         return None
     try:
         read = sources.add_methods(one.effect, "apply")
-    except (OSError, TypeError, ValueError):  # an effect of one's own, typed into an interpreter
+    except (OSError, TypeError, ValueError):  # a custom effect, typed into an interpreter
         return None
     is_known = read <= KNOWN and not (IN_SESSIONS in read and run.dataset.sessions is not None)
     return read if is_known else None
 
 
 def _numbers(arm: CorrectedArm, run: Run) -> dict[str, Any]:
-    """What `runtime` computes with."""
+    """The numbers that `runtime` uses."""
     robot, temperature = arm.robot, run.poses.temperature_c
     model = robot.by_pinocchio
     spans = [run.poses.time_s[path] for path in run.paths] if run.poses.time_s is not None else []
@@ -193,7 +193,7 @@ def _numbers(arm: CorrectedArm, run: Run) -> dict[str, Any]:
 
 
 def _needs(read: set[str], run: Run) -> tuple[str, ...]:
-    """What a pose must be given with, where an effect reads these of its run."""
+    """The conditions that a pose needs for an effect that reads these attributes of its run."""
     warms = "temperature_c" if "rise" in read and run.rise is not None else "time_s"
     by_name = {"before": {"paths", "approach"}, warms: {"rise", "progress", IN_SESSIONS}, "velocity": {"qd"}}
     return tuple(name for name, parts in by_name.items() if read & parts)
@@ -211,7 +211,7 @@ def _plain(text: str) -> str:
 
 @cache
 def _source_of(thing: Any) -> str:
-    """A source without annotations, whose names are not where it is copied to; those of a dataclass are `object`."""
+    """A source without annotations, whose names are undefined in the copy; those of a dataclass are `object`."""
     text = textwrap.dedent(inspect.getsource(thing)).encode()
     begin = np.cumsum([0, *map(len, text.splitlines(keepends=True))])
     spans = []
@@ -239,7 +239,7 @@ def _names_of(text: str) -> tuple[str, ...]:
 
 @cache
 def _attributes_of(text: str, name: str) -> frozenset[str]:
-    """What a source reads of what has a name: `run.progress` -> progress."""
+    """Attributes of a name that a source reads: `run.progress` -> progress."""
     return frozenset(
         node.attr
         for node in ast.walk(ast.parse(text))

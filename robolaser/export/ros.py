@@ -17,7 +17,7 @@ GRID = 41  # lines across the image, edges included, on which the distortion is 
 
 
 def static_transform(calibration: Calibration) -> str | None:
-    """Command lines that publish where the sensor sits, and what it tracks; None where it has no frames for that."""
+    """Command lines that publish the frames of the sensor and its target; None where it has none."""
     every = ((link, name, T) for link, frames in placed_frames(calibration).items() for name, T in frames.items())
     commands = [_command(link, name, T) for link, name, T in every if name in calibration.in_cell.published]
     return " &\n".join(commands) + "\n" if commands else None
@@ -33,7 +33,7 @@ def _command(link: str, name: str, T: Array) -> str:
 
 
 def easy_handeye2(calibration: Calibration) -> str | None:
-    """What easy_handeye2 reads from ~/.ros2/easy_handeye2/calibrations/NAME.calib; None where there is no camera."""
+    """easy_handeye2's file ~/.ros2/easy_handeye2/calibrations/NAME.calib; None where there is no camera."""
     placed = placed_frames(calibration)
     flange, base = placed
     carrier = flange if OPTICAL in placed[flange] else base
@@ -65,9 +65,9 @@ def camera_yaml(calibration: Calibration) -> str | None:
     """The camera as ROS camera_info in YAML, for images in `scanner_camera_optical` or a camera's `camera_optical`.
 
     A camera's own parameters are plumb_bob's. A scanner's radial term maps distorted pixels to rays, plumb_bob's maps
-    rays to distorted pixels: the coefficients are those that agree best over the image, and a comment states the
-    largest disagreement. A lens that breathes is as it is at the mean distance. None where the sensor has no camera or
-    the image size is unknown.
+    rays to distorted pixels: the coefficients agree best over the image, and a comment states the largest
+    disagreement. A lens with focus breathing is as at the mean distance. None where the sensor has no camera or the
+    image size is unknown.
     """
     model, dataset = calibration.model, calibration.model.dataset
     camera = calibration.in_cell.camera
@@ -132,6 +132,6 @@ def _matrix(name: str, matrix: Array) -> list[str]:
 
 
 def _yaml(text: str) -> str:
-    """A name as YAML reads it back as text, whatever it is: on one line, between quotation marks."""
+    """Any name as text in YAML: on one line, between quotation marks."""
     line = "".join(letter if letter.isprintable() else " " for letter in text)
     return json.dumps(line, ensure_ascii=False)

@@ -11,7 +11,7 @@ from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.gravity_load import Loads
 
-JOINTS: tuple[str, ...] = ()  # from here on, an arm's own numbers stand in their place
+JOINTS: tuple[str, ...] = ()  # these are replaced by an arm's numbers
 CHAIN: tuple[int, ...] = ()
 COLUMNS: list[int] = []
 RATIOS: Array = np.zeros((0, 0))
@@ -35,7 +35,7 @@ CELL: dict[str, Array] = {}
 EFFECTS: list[tuple[Any, str, tuple[str, ...]]] = []
 
 STEP, ENOUGH, ROUNDS, STARTS = 1e-6, 1e-12, 100, 20
-REACHED = 1e-12  # squared distance [m² + rad²] up to which the flange is there
+REACHED = 1e-12  # squared distance [m² + rad²] up to which a pose is reached
 
 
 @final
@@ -90,13 +90,13 @@ class NominalArm:
         return frames, mass, moments
 
     def carried(self, q: Array) -> tuple[Array, Array]:
-        """The mass that each joint carries, (j,) [kg], and where its centre is, (n, j) -> (n, j, 3) [m]."""
+        """The mass that each joint carries, (j,) [kg], and its centre, (n, j) -> (n, j, 3) [m]."""
         _, mass, moments = self.beyond(q)
         centres = moments / np.where(mass > 0, mass, 1.0)[:, None]
         return mass[COLUMNS], centres[:, COLUMNS]
 
     def gravity_torques(self, q: Array) -> Array:
-        """What each joint must bear to hold the arm still, (n, j) -> (n, j) [Nm or N]."""
+        """Torque of each joint that holds the arm still, (n, j) -> (n, j) [Nm or N]."""
         frames, mass, moments = self.beyond(q)
         axes = np.einsum("nkab,kb->nka", frames[..., :3, :3], AXES)
         levers = np.cross(axes, moments - mass[:, None] * frames[..., :3, 3])
@@ -106,10 +106,10 @@ class NominalArm:
 @final
 @dataclass(frozen=True, eq=False)
 class Conditions:
-    """Poses as effects see them: what `robolaser.model.effects.run.Run` is to them in a calibration."""
+    """Poses as effects see them: the counterpart of `robolaser.model.effects.run.Run` in a calibration."""
 
     q: Array  # joint values as read, (n, j)
-    steps: int = 1  # poses of each path; those of the first poses stand first
+    steps: int = 1  # poses of each path, the first poses first
     time_s: Any = None
     temperature_c: Any = None
     qd: Any = None  # joint velocities, (n, j)
@@ -144,7 +144,7 @@ class Conditions:
 
     @cached_property
     def loads(self) -> Loads:
-        """What the arm bears, the payload at the flange included."""
+        """Loads of the arm, including the payload at the flange."""
         return Loads(self.robot, self.q, np.full(len(self.q), PAYLOAD_KG))  # type: ignore[arg-type]
 
     @cached_property
@@ -160,12 +160,12 @@ class Conditions:
 
 
 def forward(q: Any, before: Any = None, time_s: Any = None, temperature_c: Any = None, velocity: Any = None) -> Array:
-    """Where the flange is. An effect that needs what is not given is left out, see LEAVES_OUT.
+    """Pose of the flange. An effect with missing input is omitted, see LEAVES_OUT.
 
     Args:
         q: Joint values, (n, j) or (j,) [rad or m], in the order of JOINTS.
-        before: Those of the pose before each, alike, or of several poses before, (k, n, j), the oldest first.
-        time_s: Since the run began, one or (n,) [s]; where the data had no times, how many poses it is after the first.
+        before: Joint values of the pose before each, shaped like q, or of several poses, (k, n, j), the oldest first.
+        time_s: Since the run began, one or (n,) [s]; if the data had no times, the number of poses since the first.
         temperature_c: Of the arm, one or (n,) [°C].
         velocity: Of the joints, like q; an effect of the timing of measurements needs it.
 
@@ -205,15 +205,15 @@ def nominal(q: Any) -> Array:
 
 
 def joints_for(T_base_flange: Any, start: Any = None, **conditions: Any) -> Array:
-    """Joint values at which the corrected arm's flange is at poses, or nearest to them where it cannot be there.
+    """Joint values at which the corrected arm's flange is at poses, or nearest to unreachable ones.
 
-    Damped least squares over metres and radians alike (Levenberg 1944).
+    Damped least squares with equal weights of metres and radians (Levenberg 1944).
 
     Args:
         T_base_flange: (n, 4, 4) or (4, 4).
-        start: Joint values near by, (n, j) or (j,). Where they are not given: zeros, and for what is not reached from
-            there others within the joints' limits, the same in each call. What is found may be beyond these.
-        conditions: As `forward` takes them.
+        start: Joint values near by, (n, j) or (j,). Default: zeros, and for poses not reached from there others within
+            the joints' limits, the same in each call. The result may be beyond these.
+        conditions: As in `forward`.
 
     Returns:
         (n, j) or (j,).
@@ -234,7 +234,7 @@ def joints_for(T_base_flange: Any, start: Any = None, **conditions: Any) -> Arra
 
 
 def of_some(name: str, value: Any, some: Any, count: int) -> Any:
-    """What `forward` is given for some of so many poses; one number is that of all."""
+    """An argument of `forward` for some of so many poses; a single number is for all."""
     if np.ndim(value) == 0:
         return value
     if name == "before":
@@ -243,7 +243,7 @@ def of_some(name: str, value: Any, some: Any, count: int) -> Any:
 
 
 def descended(goals: Array, q: Array, conditions: dict[str, Any]) -> tuple[Array, Array]:
-    """Joint values that a descent from some leads to, (n, j), and the flange's squared distances from poses, (n,)."""
+    """Joint values after a descent, (n, j), and the flange's squared distances from poses, (n,)."""
 
     def away(values: Array) -> Array:
         T = forward(values, **conditions)
@@ -270,11 +270,11 @@ def descended(goals: Array, q: Array, conditions: dict[str, Any]) -> tuple[Array
 
 
 def corrected_targets(q: Any, **conditions: Any) -> Array:
-    """What to command so that the arm gets to where a controller that knows only the nominal arm expects it at q."""
+    """Joint commands for the flange pose that a controller with the nominal arm expects at q."""
     return joints_for(nominal(q), start=q, **conditions)
 
 
 def sensor(q: Sequence[float], **conditions: Any) -> dict[str, Array]:
-    """Where the sensor's frames are in the base frame, by name; see `forward`."""
+    """The sensor's frames in the base frame, by name; see `forward`."""
     T = forward(q, **conditions)
     return {name: T @ T_flange_frame for name, T_flange_frame in FRAMES.items()} | CELL

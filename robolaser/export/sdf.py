@@ -14,13 +14,13 @@ from robolaser.robot.urdf.elements import digits, origin_attributes
 
 VERSION = "1.7"  # the first in which a pose can be relative to a link
 MIMIC_VERSION = "1.11"  # the first in which a joint can follow another
-LEAST_KG = 1e-6  # mass of a frame that weighs nothing: an engine asks for some
+LEAST_KG = 1e-6  # mass of a massless frame: an engine requires some
 
 
 def sdf(calibration: Calibration) -> str | None:
-    """The robot with offsets and placements of joints as they are, the rest named in comments; None without a robot.
+    """The robot with corrected offsets and placements of joints, the rest named in comments; None without a robot.
 
-    The root link is fixed to the world, joints that are no columns of q are held at neutral, meshes are left out.
+    The root link is fixed to the world, joints that are no columns of q are fixed at neutral, meshes are omitted.
     """
     if calibration.model.dataset.robot is None:
         return None
@@ -40,7 +40,7 @@ def sdf(calibration: Calibration) -> str | None:
 
 
 def flange_by_sdf(text: str, robot: Robot, q: Array) -> Array:
-    """T_base_flange as an SDF has it, (n, j) -> (n, 4, 4).
+    """T_base_flange of an SDF, (n, j) -> (n, 4, 4).
 
     Args:
         text: The file.
@@ -59,7 +59,7 @@ def flange_by_sdf(text: str, robot: Robot, q: Array) -> Array:
 
 
 def _moved(joint: ET.Element, robot: Robot, q: Array) -> Array:
-    """What the link has moved by its joint, (n, 4, 4)."""
+    """Motion of the link by its joint, (n, 4, 4)."""
     axis = joint.find("axis")
     if axis is None:
         return np.tile(np.eye(4), (len(q), 1, 1))
@@ -80,7 +80,7 @@ def _numbers(text: str | None) -> Array:
 
 
 def _name(link: str | None) -> str:
-    """SDF keeps the name `world` for what the root stands on."""
+    """SDF reserves the name `world` for the root's support."""
     return "world" if link is None else "world_link" if link == "world" else link
 
 

@@ -1,4 +1,4 @@
-"""What was found on a moving arm as a table of gains and dead bands, in the words of Isaac Lab and ROS."""
+"""Effects of a moving arm as a table of gains and dead bands, in the terms of Isaac Lab and ROS."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
@@ -32,19 +32,19 @@ WORDS: Final[Mapping[tuple[str, str], tuple[str, str]]] = {
     ),
     ("rotor_inertia", "inertia"): ("armature = {0:.4g}", ""),
 }
-"""By effect and number: what Isaac Lab's actuators and ROS call the number, 0, or one over it, 1; empty where they have
-no such thing."""
+"""By effect and number: the terms of Isaac Lab's actuators and of ROS for the number, 0, or one over it, 1; empty where
+they have none."""
 
 LATE: Final = (("dead_time", "delay"), ("lag", "time"))
-"""Effects, and their numbers, that make a joint late; at low frequencies their sum is what counts."""
+"""Effects, and their numbers, that delay a joint; at low frequencies their sum counts."""
 
 
 def servo_table(effects: Sequence[Mapping[str, Any]], step_s: float = 0.0) -> str:
-    """A row for each number, CSV; all numbers are there, also those for which neither simulator has a word.
+    """A row for each number, CSV, including numbers for which neither has a term.
 
     Args:
         effects: As `effects` of a motion's diagnosis.json.
-        step_s: The time from row to row of its log, which simulators that hold commands are late by themselves.
+        step_s: The time from row to row of its log, the delay of simulators that hold commands.
     """
     rows = []
     for one, held in zip(effects, less_hold(effects, step_s), strict=True):
@@ -57,16 +57,15 @@ def servo_table(effects: Sequence[Mapping[str, Any]], step_s: float = 0.0) -> st
 
 
 def _with_number(words: str, value: float) -> str:
-    """Words with a number in them; none of the stiffness of what does not give way."""
+    """A term with its number; none for the stiffness of a rigid part."""
     return "" if "{1" in words and not value > 0.0 else words.format(value, 1.0 / (value or 1.0))
 
 
 def less_hold(effects: Sequence[Mapping[str, Any]], step_s: float) -> list[dict[str, Any]]:
-    """Effects whose dead times, then lags, are shorter by what a held command is late itself: for simulators.
+    """Effects with dead times, then lags, reduced by the delay of a held command: for simulators.
 
-    A model of a log has each command at work from the row before on, so that an arm without delay is where it is told
-    to be. Simulators hold each command until the next one, which is a row late by itself: to have the delay of the log,
-    they need a row less.
+    In a model of a log each command acts from the row before on, so that an arm without delay is at its command.
+    Simulators hold each command until the next one, a delay of one row: for the delay of the log, they need a row less.
 
     Args:
         effects: As `effects` of diagnosis.json or calibration.json.

@@ -1,7 +1,7 @@
-"""calibration.yaml: the corrected arm as Universal Robots' ROS driver and description take a robot's kinematics.
+"""calibration.yaml: the corrected arm in the format of Universal Robots' ROS driver and description.
 
-Their links have frames of their own, each turning about its z (ur_description, `default_kinematics.yaml`); URDFs of
-other origin have others. A frame of theirs sits on the line of each joint of the nominal arm, and moves with it.
+Their links have their own frames, each turning about its z (ur_description, `default_kinematics.yaml`); URDFs of other
+origin have others. Each of their frames is on the line of a joint of the nominal arm, and moves with it.
 """
 
 import re
@@ -27,11 +27,11 @@ LINKS: Final = {  # the makers' names of the links, and of the joints that turn 
 }
 KEYS: Final = ("x", "y", "z", "roll", "pitch", "yaw")
 DIGITS: Final = 12  # after the point; never an exponent, which PyYAML reads as a word
-NEAR: Final = 0.01  # from a joint's line to the makers' one at most: arms that were measured once differ by less [m, 1]
+NEAR: Final = 0.01  # largest distance from a joint's line to the makers': measured arms differ by less [m, 1]
 
 
 def ur_calibration(calibration: Calibration) -> str | None:
-    """The file; None where the arm is none of theirs, or nothing that it can hold was found."""
+    """The file; None where the arm is none of theirs, or no correction fits into it."""
     robot, corrected = calibration.model.dataset.robot, calibration.robot
     nominal = None if robot is None else _frames(robot)
     if robot is None or corrected is None or corrected is robot or nominal is None:
@@ -53,11 +53,11 @@ def ur_calibration(calibration: Calibration) -> str | None:
 
 
 def flange_by_ur_calibration(text: str, robot: Robot, q: Array) -> Array:
-    """Flange poses as the description has them, in the nominal arm's base, (n, 4, 4).
+    """Flange poses of the description, in the nominal arm's base, (n, 4, 4).
 
     Args:
         text: A calibration.yaml.
-        robot: The nominal arm, whose flange is where the makers' last link carries it.
+        robot: The nominal arm, whose flange is on the makers' last link.
         q: Joint values, (n, 6) [rad].
 
     Raises:
@@ -75,7 +75,7 @@ def flange_by_ur_calibration(text: str, robot: Robot, q: Array) -> Array:
 
 
 def _frames(robot: Robot) -> Array | None:
-    """The makers' frames of base and links at the arm's zero, (7, 4, 4) in the arm's base; None of another's arm."""
+    """The makers' frames of base and links at the arm's zero, (7, 4, 4) in the arm's base; None for other arms."""
     if robot.joints != tuple(LINKS.values()):
         return None
     at, z, flange = joint_lines(robot)

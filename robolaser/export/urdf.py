@@ -1,4 +1,4 @@
-"""URDFs with the sensor at its calibrated place."""
+"""URDFs with the sensor at its calibrated pose."""
 
 from collections.abc import Mapping
 
@@ -9,11 +9,11 @@ from robolaser.robot.urdf.editing import with_fixed_frames
 FLANGE_ONLY = '<?xml version="1.0"?>\n<robot name="flange">\n  <link name="flange"/>\n</robot>\n'
 """The robot of a data set with measured flange poses."""
 BASE_ONLY = FLANGE_ONLY.replace('"flange"', '"base"')
-"""The same where the sensor stands in the cell: what joins base and flange is not known."""
+"""The same with the sensor in the cell: the arm between base and flange is unknown."""
 
 
 def robot_urdf(calibration: Calibration) -> str:
-    """The data set's robot with the sensor at its calibrated place, as fixed frames on the flange.
+    """The data set's robot with the sensor at its calibrated pose, as fixed frames on the flange.
 
     A stripe scanner becomes `scanner_camera` (the camera frame of the data set's conventions), `scanner_camera_optical`
     (ROS: z along the view, x along image u, y along image v) and `scanner_laser` (origin where the laser plane
@@ -32,9 +32,9 @@ def robot_urdf(calibration: Calibration) -> str:
 
 
 def corrected_urdf(calibration: Calibration) -> str | None:
-    """As `robot_urdf`, with the joints' origins at their calibrated places.
+    """As `robot_urdf`, with the joints' calibrated origins.
 
-    None where the model has no effect that a URDF can express.
+    None where the model has no effect that a URDF can represent.
     """
     if calibration.robot is calibration.model.dataset.robot or calibration.robot is None:
         return None

@@ -1,4 +1,4 @@
-"""A camera's intrinsics, and where boards stand before it, from their points in images and nothing else."""
+"""A camera's intrinsics, and poses of boards in its frame, from their image points alone."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -12,12 +12,12 @@ from robolaser.errors import EstimationError
 from robolaser.geometry.rigid_motion import apply, pose
 
 INTRINSICS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")  # OpenCV's, in its order
-FEWEST_POINTS = 6  # points of a board below which a view says too little of where it stands
-FEWEST_VIEWS = 3  # that fix a camera's intrinsics at all. Zhang 2000, A flexible new technique for camera calibration.
-MOST_VIEWS = 40  # views, spread over the run, that intrinsics start from; more cost much and add little to a start
+FEWEST_POINTS = 6  # points of a board below which a view does not determine its pose
+FEWEST_VIEWS = 3  # that determine a camera's intrinsics. Zhang 2000, A flexible new technique for camera calibration.
+MOST_VIEWS = 40  # views, spread over the run, for start values of intrinsics; more cost much and add little
 FOCAL_RANGE = (0.2, 50.0)  # focal lengths of lenses [image widths]; a fit outside saw boards that were not tilted
 FLAT = 1e-3  # thickness of a target over its breadth below which it counts as flat
-STRAY_MEDIANS = 5.0  # error of a view, in medians of all, beyond which it shows something else than the board
+STRAY_MEDIANS = 5.0  # error of a view, in medians of all, beyond which it does not show the board
 STRAY_LEAST_PX = 2.0  # the same at least [px]
 
 
@@ -27,11 +27,11 @@ class BoardView:
     """A board in one image."""
 
     points: Array  # in the board's frame, (k, 3) [m]
-    pixels: Array  # where they are seen, (k, 2) [px]
+    pixels: Array  # their pixels, (k, 2) [px]
 
     @property
     def is_telling(self) -> bool:
-        """Whether its points do not lie on one line, and are enough."""
+        """Whether it has enough points that are not on one line."""
         if len(self.points) < FEWEST_POINTS:
             return False
         breadth = np.linalg.svd(self.points - self.points.mean(axis=0), compute_uv=False)
@@ -85,7 +85,7 @@ def find_intrinsics(
 
 
 def _calibrated(views: Sequence[BoardView], image_px: tuple[int, int], held: Mapping[str, float]) -> dict[str, float]:
-    """OpenCV's fit of the intrinsics, without views that show something else."""
+    """OpenCV's fit of the intrinsics, without views of something else."""
     import cv2  # noqa: PLC0415 - takes a moment to import
 
     width, height = image_px
@@ -122,7 +122,7 @@ def _calibrated(views: Sequence[BoardView], image_px: tuple[int, int], held: Map
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Keep OpenCV to one thread: several add up in any order, and the last digits differ from run to run."""
+    """Keep OpenCV to one thread: several sum in any order, and the last digits differ between runs."""
     import cv2  # noqa: PLC0415 - slow to import
 
     threads = cv2.getNumThreads()
@@ -134,7 +134,7 @@ def one_thread() -> Iterator[None]:
 
 
 def _plane_frame(points: Array) -> tuple[Array, bool]:
-    """T_flat_board with the points (k, 3) about z = 0, (4, 4), and whether they lie in it."""
+    """T_flat_board with the points (k, 3) about z = 0, (4, 4), and whether they are in that plane."""
     middle = points.mean(axis=0)
     _, breadth, axes = np.linalg.svd(points - middle, full_matrices=False)
     axes = axes * np.array([[1.0], [1.0], [np.linalg.det(axes)]])
@@ -146,7 +146,7 @@ def _in_plane(T_flat_board: Array, points: Array, *, flat: bool) -> Array:
 
 
 def board_pose(view: BoardView, intrinsics: Mapping[str, float]) -> Array:
-    """T_camera_board of one view that is telling, (4, 4); the likelier one where a flat board leaves two."""
+    """T_camera_board of a view that `is_telling`, (4, 4); the likelier of the two of a flat board."""
     import cv2  # noqa: PLC0415
 
     K, lens = camera_matrix(intrinsics), distortion(intrinsics)
@@ -156,7 +156,7 @@ def board_pose(view: BoardView, intrinsics: Mapping[str, float]) -> Array:
     found: list[tuple[Array, Array]] = []
     for method in (cv2.SOLVEPNP_IPPE, cv2.SOLVEPNP_ITERATIVE) if flat else (cv2.SOLVEPNP_SQPNP,):
         _, turns, shifts, _ = cv2.solvePnPGeneric(points, pixels, K, lens, flags=method)
-        # For a board tilted about one of its own axes IPPE gives NaN, as rounding has it.
+        # For a board tilted about one of its own axes IPPE may give NaN, depending on rounding.
         each = zip(np.asarray(turns, dtype=np.float64), np.asarray(shifts, dtype=np.float64), strict=True)
         found += [start for start in each if np.isfinite(start).all()]
     best, least = np.eye(4), np.inf

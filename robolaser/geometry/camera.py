@@ -7,7 +7,7 @@ from robolaser.parameters import Values
 
 
 def metric(pixel: Array, values: Values) -> Array:
-    """Pixels on the image plane, still distorted. Eq. 4 as it is meant.
+    """Pixels on the image plane, still distorted. Eq. 4, corrected.
 
     Args:
         pixel: u and v, (c, m, 2) [px].
@@ -51,14 +51,14 @@ def laser_plane(values: Values) -> Array:
 
 
 def intersect(ray: Array, plane: Array) -> Array:
-    """Where each ray meets the laser plane. Eqs. 5-6.
+    """Intersection of each ray with the laser plane. Eqs. 5-6.
 
     Args:
         ray: From the optical centre, (c, m, 3).
         plane: (n, d) of each ray's plane, (c, m or 1, 4).
 
     Returns:
-        Points in the camera frame, (c, m, 3) [m]; not finite where a ray runs along the plane.
+        Points in the camera frame, (c, m, 3) [m]; not finite where a ray is parallel to the plane.
     """
     facing = (ray * plane[..., :3]).sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):

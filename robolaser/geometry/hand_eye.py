@@ -1,13 +1,12 @@
-"""Hand-eye and robot-world: A X = Z B in closed form, from pairs of poses and nothing else.
+"""Hand-eye and robot-world: A X = Z B in closed form, from pairs of poses alone.
 
 A camera on the flange sees a board in the cell: A is T_base_flange, X T_flange_camera, Z T_base_board and B
 T_camera_board inverted. A camera in the cell sees a board on the flange: X is T_flange_board, Z T_base_camera and B
-T_camera_board. Two systems that track one body each: X and Z are what lies between the bodies and between the systems.
-A X = X B, as it is often written, is the same for pairs of such pairs.
+T_camera_board. Two systems that track one body each: X and Z are the motions between the bodies and between the
+systems. The usual A X = X B is the same for pairs of such pairs.
 
 Shah 2013, Solving the robot-world/hand-eye calibration problem using the Kronecker product: R_Z = R_A R_X R_Bᵀ is
-linear in all entries, so the rotations that fit best are a pair of singular vectors, wherever they lie: no start is
-needed.
+linear in all entries, so the rotations that fit best are a pair of singular vectors: no start is needed.
 """
 
 import numpy as np
@@ -16,22 +15,22 @@ from robolaser.arrays import Array, Ints
 from robolaser.errors import EstimationError
 from robolaser.geometry.rigid_motion import exp_so3, log_so3, nearest_rotation, pose, skew
 
-LEAST_TURN = np.deg2rad(2.0)  # root-mean-square turn about a second axis below which rotations do not fix a hand-eye
-ALTERNATIONS = 200  # of the two rotations, each the best for the other; mostly ten settle it
-LEAST_TRAVEL = 0.05  # of the first principal axis, that the second has at least; else it is along a line. A judgement.
-SETTLED = 1e-13  # change of a rotation's entries below which they have
+LEAST_TURN = np.deg2rad(2.0)  # root-mean-square turn about a second axis below which a hand-eye is not determined
+ALTERNATIONS = 200  # of the two rotations, each the best for the other; mostly ten suffice
+LEAST_TRAVEL = 0.05  # least share of the second principal axis of the first; else travel is along a line. A judgement.
+SETTLED = 1e-13  # change of a rotation's entries below which they have converged
 
 
 def turn_about_second_axis(R: Array) -> float:
     """Root-mean-square turn of rotations (n, 3, 3) about the second of their principal axes [rad].
 
-    Zero where all turns are about one axis, and where there is none: then turns alone find no hand-eye.
+    Zero where all turns are about one axis, or there are none: then turns alone determine no hand-eye.
     """
     return float(principal_turns(R)[1][1]) if len(R) > 1 else 0.0
 
 
 def principal_turns(R: Array) -> tuple[Array, Array, Array]:
-    """The mean of rotations (n, 3, 3), how far they turn about each principal axis (3,) [rad], and these, (3, 3)."""
+    """The mean of rotations (n, 3, 3), their turns about each principal axis (3,) [rad], and these axes, (3, 3)."""
     M = mean_rotation(R)
     turns = log_so3(M.T @ R)
     _, sizes, axes = np.linalg.svd(turns - turns.mean(axis=0), full_matrices=False)
@@ -46,9 +45,9 @@ def robot_world_hand_eye(
     Args:
         A: Motions, (n, 4, 4).
         B: Motions, (n, 4, 4).
-        of: Which X belongs to each pair, (n,), numbered from 0: several bodies share one Z. All to one when absent.
+        of: Number of each pair's X, (n,), from 0: several bodies share one Z. The same for all when absent.
         X: All of them where they are known, (t, 4, 4).
-        Z: The other one where it is known, (4, 4).
+        Z: It where it is known, (4, 4).
 
     Returns:
         X (t, 4, 4) and Z (4, 4).
@@ -103,7 +102,7 @@ def _translations(
 
 
 def _each(R: Array, of: Ints, bodies: int) -> Array:
-    """The rotation nearest to those of each body, (t, 3, 3)."""
+    """The rotation nearest to the rotations of each body, (t, 3, 3)."""
     return np.stack([mean_rotation(R[of == body]) for body in range(bodies)])
 
 
@@ -116,9 +115,9 @@ def mean_rotation(R: Array) -> Array:
 def hand_eye_by_travel(A: Array, B: Array) -> tuple[Array, Array]:
     """X and Z, (4, 4) each, with A X = Z B as nearly as can be, (n, 4, 4), where A turns about one axis at most.
 
-    Turns about one axis a leave R_Z free to turn about a; without any turn R_Z is free altogether. Then the way that A
-    goes and the one that B goes, seen in their own frames, fix the rest: R_Z t_B = t_A + R_A t_X - t_Z. What no turn
-    moves of t_X, its part along a or all of it, is in no data: it is zero here, and t_Z holds it.
+    Turns about one axis a leave R_Z free to turn about a; without any turn R_Z is free altogether. Then the travels of
+    A and B, in their own frames, determine the rest: R_Z t_B = t_A + R_A t_X - t_Z. The part of t_X that no turn
+    moves, along a or all of it, is in no data: it is zero here, and included in t_Z.
 
     Raises:
         EstimationError: A neither turns nor travels in two directions.

@@ -67,7 +67,7 @@ def log_so3(R: Array) -> Array:
 
 
 def pose(R: Array, t: Array) -> Array:
-    """Put rotations (..., 3, 3) and translations (..., 3) [m] together, -> (..., 4, 4)."""
+    """Combine rotations (..., 3, 3) and translations (..., 3) [m], -> (..., 4, 4)."""
     lead = np.broadcast_shapes(R.shape[:-2], t.shape[:-1])
     T = np.zeros_like(R if isinstance(t, np.ndarray) else t, shape=(*lead, 4, 4), dtype=float)
     T[..., :3, :3] = R
@@ -94,15 +94,15 @@ def carry(T: Array, of_row: Ints, points: Array) -> Array:
     """Carry each point by the motion of its row.
 
     Args:
-        T: T_a_b, (c or 1, n or 1, 4, 4); one is that of all rows.
-        of_row: Which of the n is each row's, (m,).
+        T: T_a_b, (c or 1, n or 1, 4, 4); a single one is for all rows.
+        of_row: Index of each row's motion, (m,).
         points: In frame b, (c or 1, m or 1, 3) [m].
 
     Returns:
         In frame a, (c, m, 3) [m].
     """
     rows = of_row if T.shape[1] > 1 else np.zeros_like(of_row)
-    T = T[:, :, :3].swapaxes(1, 2).swapaxes(2, 3)  # (c, 3, 4, n): entries of one place lie together
+    T = T[:, :, :3].swapaxes(1, 2).swapaxes(2, 3)  # (c, 3, 4, n): each entry is contiguous over n
     x, y, z = points[..., 0], points[..., 1], points[..., 2]
     moved = []
     for axis in range(3):
@@ -123,7 +123,7 @@ def from_angles(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Arra
 def to_angles(R: Array, *, order: str = "xyz") -> tuple[Array, Array, Array]:
     """(w, φ, ψ) of which `from_angles` makes R, (..., 3, 3) -> three of (...) [rad]; φ within ±π/2, for "zyz" 0 to π.
 
-    Where φ leaves only the sum or difference of the others, w is zero.
+    Where φ determines only the sum or difference of the others, w is zero.
     """
     if order == "xyz":
         cos = np.hypot(R[..., 0, 0], R[..., 0, 1])
@@ -135,7 +135,7 @@ def to_angles(R: Array, *, order: str = "xyz") -> tuple[Array, Array, Array]:
         phi = np.arctan2(sin, R[..., 2, 2])
         w = np.where(sin > 0, np.arctan2(R[..., 1, 2], R[..., 0, 2]), 0.0)
         across = np.cos(w)[..., None] * R[..., 1, :] - np.sin(w)[..., None] * R[..., 0, :]
-    # with w known the rest follows without loss, also where the middle angle is a right one
+    # with w known the rest follows without loss, also where the middle angle is 90°
     return w, phi, np.arctan2(across[..., 0], across[..., 1])
 
 

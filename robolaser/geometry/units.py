@@ -1,4 +1,4 @@
-"""Units of lengths, angles and times that people's files use, in SI units."""
+"""Common units of lengths, angles and times, in SI units."""
 
 from collections.abc import Mapping
 from typing import Final

@@ -1,4 +1,4 @@
-"""Large data in batches of whole poses: what is known of each does not depend on the others, and little is kept."""
+"""Large data in batches of whole poses: each is independent of the others, so little is kept in memory."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,15 +11,15 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.forward_model import Model
 
 ROWS = 6_000
-"""Rows of a batch at which the next one begins: their derivatives by some ten parameters fit a processor's cache."""
+"""Least rows of a batch: their derivatives by some ten parameters fit a processor's cache."""
 
 
 def batches_of(model: Model) -> tuple[tuple[Ints, Model], ...]:
-    """A model in batches; a single one where it is small, or where an effect looks at more than the pose it bends.
+    """A model in batches; a single one if it is small, or if an effect depends on more than the pose it changes.
 
     Returns:
-        The numbers of some of its rows, (m,), and the model that sees no more than these and their poses; its
-        parameters are those of the whole.
+        The numbers of some of its rows, (m,), and the model of only these and their poses, with the parameters of the
+        whole.
     """
     whole = np.arange(len(model.dataset.points))
     if len(whole) <= ROWS or depends_on_trajectory(model):
@@ -28,17 +28,17 @@ def batches_of(model: Model) -> tuple[tuple[Ints, Model], ...]:
 
 
 def depends_on_trajectory(model: Model) -> bool:
-    """Whether rows of a model depend on other poses than their own."""
+    """Whether rows of a model depend on poses besides their own."""
     return any(candidate_effect.effect.depends_on_trajectory for candidate_effect in model.effects)
 
 
 def with_rows(model: Model, rows: Ints) -> Model:
-    """The model of some rows; where effects look around, they see no more than these and all poses."""
+    """The model of some rows; effects that depend on the trajectory see only these and all poses."""
     return of_data(model, replace(model.dataset, points=model.dataset.points.take(rows)))
 
 
 def of_data(model: Model, dataset: Dataset) -> Model:
-    """The model of some of its data, which may be averaged; its parameters are those of the whole."""
+    """The model of some of its data, which may be averaged, with the parameters of the whole."""
     return Model(dataset, model.effects, model.course).sharing(model.sensor_parameters)
 
 

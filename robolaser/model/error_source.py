@@ -1,4 +1,4 @@
-"""A source of measurement error, and what a unit of it does to each row."""
+"""A source of measurement error, and its effect on each row per unit."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,8 +23,8 @@ class ErrorSource:
     # whether every shot draws the error anew, all shots of a point share it, or all rows of a pose
     level: Literal["shot", "point", "pose"] = "shot"
     stated: float | None = None  # σ where the data set states it
-    least: float = 0.0  # estimates of σ are not below,
-    most: float = np.inf  # nor above
+    least: float = 0.0  # least estimate of σ,
+    most: float = np.inf  # and largest
 
     @property
     def isotropic(self) -> bool:

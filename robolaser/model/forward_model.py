@@ -24,11 +24,11 @@ CHUNK = 400_000  # point-evaluations at a time: their residuals still fit into a
 
 
 def started(dataset: Dataset) -> Dataset:
-    """A data set with closed forms in the place of free parameters that it does not give; itself where it gives all.
+    """A data set with closed forms for the free parameters that it does not give; itself if it gives all.
 
     Raises:
-        DataError: There is no closed form for what is missing.
-        EstimationError: The data do not tell it.
+        DataError: There is no closed form for a missing one.
+        EstimationError: The data do not determine it.
     """
     known: Dataset | None = dataset.__dict__.get(STARTED)
     if known is None:
@@ -53,7 +53,7 @@ class Model:
 
     dataset: Dataset  # what was measured
     effects: tuple[CandidateEffect, ...] = ()  # effects that are in the model; those at one stage act in this order
-    course: Course | None = None  # how far a run had come, where that is not counted from its own beginning
+    course: Course | None = None  # progress of the run, where that does not start at zero
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dataset", started(self.dataset))
@@ -73,17 +73,17 @@ class Model:
 
     @cached_property
     def run(self) -> Run:
-        """What effects may look at."""
+        """The data that effects may use."""
         return Run(self.dataset, self.course)
 
     def with_effects(self, candidate_effects: tuple[CandidateEffect, ...]) -> "Model":
-        """The same data seen with other effects; what was worked out about the data is kept."""
+        """The same data with other effects; results for the data alone are kept."""
         other = Model(self.dataset, candidate_effects, self.course)
         other.__dict__.update(blocks=self.blocks, run=self.run, _nominal_flange=self._nominal_flange)
         return other.sharing(self.sensor_parameters)
 
     def sharing(self, sensor_parameters: Parameters) -> "Model":
-        """The same with the sensor's parameters of another model, of more of the data: closed forms follow from all."""
+        """The same with the sensor's parameters of another model of more data, so that closed forms are of all."""
         other = Model(self.dataset, self.effects, self.course)
         other.__dict__.update(self.__dict__, sensor_parameters=sensor_parameters)
         other.__dict__.pop("parameters", None)
@@ -131,8 +131,8 @@ class Model:
         Args:
             values: By name, (c,) each.
             perturb: The effects with these values.
-            q: Joint values in the place of those read, (c or 1, n, j).
-            only_seen: Whether the nominal arm will do where poses have no points: no residual needs these.
+            q: Joint values instead of those read, (c or 1, n, j).
+            only_seen: Whether the nominal arm suffices where poses have no points: no residual needs these.
         """
         perturb = perturb or self.perturb(values)
         poses, robot, seen = self.dataset.poses, self.dataset.robot, self._seen if only_seen else None
@@ -171,37 +171,36 @@ class Model:
 
     @cached_property
     def known_distances(self) -> KnownDistances | None:
-        """Rows of their own, of no pose, that every fit has beside those of points.csv; None where there are none."""
+        """Additional rows of every fit beside those of points.csv, of no pose; None where there are none."""
         return known_distances(self.blocks)
 
     def extra_residuals(self, x: Array) -> Array:
         """Known distances less the model's over their standard deviation, (c, d) -> (c, r); r may be 0.
 
-        They are white already. A fit that weighs rows by their whole noise appends them as they are. A fit that does
-        not know how large the rows' errors are, as the plain one that minimises J, appends them times the standard
-        deviation s of a row's numbers: it then minimises s² (J / s² + Σ δ²/σ²), in which both kinds of rows bind as
-        their noise says.
+        They are white already. A fit with rows weighted by their whole noise appends them unchanged. A fit without
+        known row errors, as the plain one that minimises J, appends them times the standard deviation s of a row's
+        numbers: it then minimises s² (J / s² + Σ δ²/σ²), in which both kinds of rows are weighted by their noise.
         """
         known = self.known_distances
         return np.empty((len(x), 0)) if known is None else known.residuals(self.parameters.values(x)) / known.sigma_m
 
     def at(self, x: Array) -> tuple[Values, Array, Perturbation]:
-        """What most functions of blocks take: the values of one candidate (d,), its flange, and its effects."""
+        """The arguments of most functions of blocks: the values of one candidate (d,), its flange, and its effects."""
         values = self.parameters.values(x[None])
         perturb = self.perturb(values)
         return values, self.flange(values, perturb), perturb
 
     def in_metres(self, x: Array, residuals: Array) -> Array:
-        """Residuals (m, k) at x (d,) as they are at the point's place, (m, j) [m]: what a person reads."""
+        """Residuals (m, k) at x (d,) in metres at the point, (m, j), for people to read."""
         there: Array = self.blocks.in_metres(residuals[None], *self.at(x))[0]
         return there
 
     def completed(self, values: Values, known: Collection[str] = ()) -> Values:
-        """Values with those parameters added that follow from the others in closed form.
+        """Values with the parameters added that follow from the others in closed form.
 
         Args:
-            values: What is known, (c,) each.
-            known: Parameters that stay as they are in `values`, though they would follow from the others.
+            values: Known values, (c,) each.
+            known: Parameters that stay as in `values`, though they would follow from the others.
         """
         stay = {*known, *self.blocks.held}
         follow = [name for name in self.blocks.derived if name not in stay]
@@ -213,7 +212,7 @@ class Model:
         return {**values, **{name: found[name] for name in follow}}
 
     def fix_gauge(self, x: Array) -> Array:
-        """The same model, as far as any data can tell, with what the gauge holds at its nominal value, (d,)."""
+        """An equivalent model for any data, with the fixed parameters at their nominal values, (d,)."""
         values = self.blocks.fix_gauge(self.parameters.values(x[None]))
         return np.array([values[name][0] for name in self.parameters.names])
 

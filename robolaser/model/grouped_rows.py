@@ -1,4 +1,4 @@
-"""Rows that belong together, side by side: sums and products over each group become one batch of small products."""
+"""Rows in groups: sums and products over each group become one batch of small products."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,13 +12,13 @@ from robolaser.arrays import Array, Ints
 @final
 @dataclass(frozen=True, eq=False)
 class GroupedRows:
-    """Rows by the number of their group, which need not be in order, nor of one size."""
+    """Rows by the number of their group; groups may be in any order, of any size."""
 
     group: Ints  # of each row, (m,)
 
     @cached_property
     def _indices(self) -> tuple[Ints, Ints, Ints]:
-        """Rows in the order of their groups, then the group and the place within it of each, (m,) each."""
+        """Rows in the order of their groups, then the group and the index within it of each, (m,) each."""
         order = np.argsort(self.group, kind="stable").astype(np.int64)
         group, counts = self.group[order], np.bincount(self.group)
         return order, group, np.arange(len(group)) - (np.cumsum(counts) - counts)[group]
@@ -31,7 +31,7 @@ class GroupedRows:
         return grouped
 
     def together(self, grouped: Array) -> Array:
-        """The rows (m, ...) of what `apart` returns."""
+        """The rows (m, ...) from the result of `apart`."""
         order, group, place = self._indices
         rows = np.empty((len(group), *grouped.shape[2:]))
         rows[order] = grouped[group, place]

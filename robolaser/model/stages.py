@@ -36,12 +36,12 @@ OF_ROWS = frozenset({Stage.PIXELS, Stage.IMAGE, Stage.LASER_PLANE, Stage.POINTS,
 class Perturbation:
     """Passes a value through all effects at a stage; called with both."""
 
-    # what each effect does, and at which stage; those at one stage act in this order
+    # the change by each effect, and its stage; those at one stage act in this order
     steps: tuple[tuple[Stage, Callable[[Array], Array]], ...] = ()
-    of_run: Collection[Callable[[Array], Array]] = ()  # those of them that depend on the other rows or poses of a run
+    of_run: Collection[Callable[[Array], Array]] = ()  # changes that depend on other rows or poses of a run
 
     def __call__(self, stage: Stage, value: Array) -> Array:
-        """What comes out of a stage."""
+        """The value after a stage."""
         for at, act in self.steps:
             if at is stage:
                 value = act(value)
@@ -53,7 +53,7 @@ class Perturbation:
 
     @property
     def of_lens(self) -> "Perturbation":
-        """What is left for pixels that belong to no row, such as those on a grid over the image."""
+        """Without effects of the run, for pixels of no row, such as on a grid over the image."""
         return Perturbation(tuple((at, act) for at, act in self.steps if act not in self.of_run))
 
     def of_rows(self, rows: Ints, count: int) -> "Perturbation":
@@ -63,9 +63,9 @@ class Perturbation:
 
 
 def on_rows(stage: Stage, act: Callable[..., Array], rows: Ints, count: int) -> Callable[..., Array]:
-    """What acts at a stage on values of all rows, for values of some rows (m,) of as many as there are.
+    """A change of values of all rows, applied to values of some rows (m,) of all.
 
-    Values that are of no row, as an image's on a grid, pass as if they were of these rows, m at a time.
+    Values of no row, as an image's on a grid, pass as if they were of these rows, m at a time.
     """
     if stage not in OF_ROWS:
         return act

@@ -13,7 +13,7 @@ def arithmetic(parents: Array, share: Array) -> Array:
     """Blend pairs of parents, (2, n, d) and (n, 1) -> their children, (2, n, d). Lee et al. 2004, eq. 21.
 
     The children are clipped to the span of their parents, which the sum leaves by a rounding error: a
-    variable in which both parents agree stays as it is.
+    variable in which both parents agree does not change.
     """
     mothers, fathers = parents
     children: Array = share * parents

@@ -1,4 +1,4 @@
-"""The bounds that an operator measures its steps by, and those of its own settings."""
+"""The bounds of variables, for an operator's steps, and of its settings."""
 
 from typing import Any
 
@@ -26,7 +26,7 @@ def finite_bounds(problem: Any, operator: str) -> tuple[Array, Array]:
 
 
 def check_share(owner: str, setting: str, value: Any) -> None:
-    """Refuse a number that is no share or probability; None, functions and pymoo's variables stand for later ones.
+    """Check that a number is a share or probability; None, functions and pymoo's variables are not checked.
 
     Raises:
         AlgorithmError: It is below 0 or above 1.

@@ -12,8 +12,8 @@ def of_population(pop: Any) -> Array:
     """Cost of each individual of a pymoo population, (n,).
 
     One objective is its own cost, infinite if it is not a number; of several it is the number of the non-dominated
-    front, from 1. Who violates constraints costs the violation more than the worst that keeps them (Deb 2000), so no
-    such individual is better than one of finite cost that keeps them.
+    front, from 1. The cost of an infeasible individual is its violation above the worst feasible cost (Deb 2000), so it
+    is never better than a feasible one of finite cost.
     """
     F, violation = pop.get("F"), pop.get("CV")[:, 0]
     cost = F[:, 0] if F.shape[1] == 1 else _front(F)

@@ -10,17 +10,17 @@ from robolaser.errors import AlgorithmError
 from robolaser.operators import cost
 
 RANKED = {"NSGA2", "SPEA2", "NicheGA"}
-"""pymoo's algorithms, with all derived ones, whose tournaments read what their survival writes."""
+"""pymoo's algorithms, with all derived ones, whose tournaments read attributes written by their survival."""
 
 BOUND_TO_THEIR_SURVIVAL = {"NSGA3", "NSDER", "RVEA", "CTAEA", "BRKGA", "OmniOptimizer"}
 """pymoo's algorithms, with all derived ones, that read their survival itself."""
 
 
 def survivors(parents: Array, offspring: Array, n_elites: int, n_survive: int) -> Ints:
-    """Who lives on, by the costs (p,) of parents and (o,) of offspring -> (n,) indices into both, joined.
+    """Survivors by the costs (p,) of parents and (o,) of offspring -> (n,) indices into both, joined.
 
-    The best parents, first the best, then the offspring in their order. If these are too many the worst
-    offspring are left out, if too few more parents stay. Of equals the earlier stays.
+    The best parents, best first, then the offspring in their order. If these are too many the worst
+    offspring are dropped, if too few more parents stay. Of equals the earlier stays.
     """
     elites = _best(parents, max(min(n_elites, n_survive), n_survive - len(offspring)))
     n_young = n_survive - len(elites)
@@ -29,7 +29,7 @@ def survivors(parents: Array, offspring: Array, n_elites: int, n_survive: int) -
 
 
 def _best(costs: Array, n: int) -> Ints:
-    """The n lowest, first the lowest, of equals the earlier; all, if there are fewer."""
+    """The n lowest, lowest first, of equals the earlier; all, if there are fewer."""
     if not 0 < n < len(costs):
         return costs.argsort(kind="stable")[:n]
     low = (costs <= np.partition(costs, n - 1)[n - 1]).nonzero()[0]
@@ -41,14 +41,14 @@ class ElitistReplacement(Survival):
     """Generational replacement with elites for pymoo.
 
     Individuals of the algorithm's population are the parents, all others their offspring. Called without an algorithm
-    it takes the first `n_survive` for the parents, as pymoo's genetic algorithms merge them.
+    it takes the first `n_survive` as parents, as merged by pymoo's genetic algorithms.
 
     Args:
-        n_elites: Parents that pass untouched.
+        n_elites: Parents that pass unchanged.
 
     Raises:
-        AlgorithmError: `n_elites` is negative; when called, if the algorithm needs what only its own survival computes
-            (ranks, crowding, reference directions).
+        AlgorithmError: `n_elites` is negative; when called, if the algorithm needs results of its own survival (ranks,
+            crowding, reference directions).
 
     Examples:
         >>> from robolaser.operators import ElitistReplacement
@@ -79,10 +79,10 @@ def _number_of_parents(pop: Any, algorithm: Any, n_survive: int) -> int:
 
 
 def refuse(algorithm: Any) -> None:
-    """Do not serve an algorithm that reads what its own survival would have written on its individuals.
+    """Refuse an algorithm that reads attributes which its own survival writes on individuals.
 
     Raises:
-        AlgorithmError: It is such a one.
+        AlgorithmError: It does.
     """
     if algorithm is None:
         return
@@ -98,5 +98,5 @@ def refuse(algorithm: Any) -> None:
 
 
 def _class_names(part: Any) -> set[str]:
-    """Of its class and all above it: known without importing any."""
+    """Names of its class and all base classes: known without importing any."""
     return {base.__name__ for base in type(part).__mro__}

@@ -16,9 +16,9 @@ from robolaser.arrays import Array, Bools
 from robolaser.errors import AlgorithmError
 from robolaser.operators.bounds import check_share, finite_bounds
 
-HORIZON = 10_000  # generations that a run is taken to last where nothing says so: Lee et al.'s stop
+HORIZON = 10_000  # default length of a run in generations: Lee et al.'s stop
 _CONVERGENCE = (DeltaToleranceTermination, IndicatorTermination, MinimumFunctionValueTermination)
-"""Their share says how little still changes, which is no clock: it starts near 1 where costs are small."""
+"""Their share measures how little still changes, not time: it starts near 1 where costs are small."""
 
 
 def step_size(r: Array, progress: float, b: float) -> Array:
@@ -33,9 +33,9 @@ def step_size(r: Array, progress: float, b: float) -> Array:
 
 
 def non_uniform(genes: Array, lower: Array, upper: Array, upward: Bools, share: Array) -> Array:
-    """Move genes by a share of the distance to the bound that lies ahead, all (...) -> (...). Eq. 22.
+    """Move genes by a share of the distance to the bound ahead, all (...) -> (...). Eq. 22.
 
-    As printed, (22) takes the whole range for the distance; this is Michalewicz's, which keeps to the bounds.
+    As printed, (22) uses the whole range as distance; this is Michalewicz's form, which stays within the bounds.
     """
     ahead = np.where(upward, upper, lower) - genes
     return np.minimum(np.maximum(genes + ahead * share, lower), upper)
@@ -115,12 +115,12 @@ class NonUniformMutation(Mutation):
 
 
 def _run_progress(algorithm: Any) -> float:
-    """Share k/T of the run that lies behind, from 0 to 1, for the generation that is being made.
+    """Completed share k/T of the run, from 0 to 1, for the present generation.
 
-    k is `algorithm.n_iter` − 1: 0 for the initial population, 1 for its first children. The end that comes first
-    counts: k/T is the largest of k over `n_max_gen` and of the shares used up
-    of the budgets of evaluations and time, wherever they stand in the algorithm's termination. Without any of
-    these, T is 10 000 generations, or k/T what a termination of unknown kind says of itself if that is more.
+    k is `algorithm.n_iter` − 1: 0 for the initial population, 1 for its first children. The earliest end counts:
+    k/T is the largest of k over `n_max_gen` and of the used shares of the budgets of evaluations and time, anywhere in
+    the algorithm's termination. Without any of these, T is 10 000 generations, or k/T the progress of a termination of
+    unknown kind if that is more.
     """
     k = (algorithm.n_iter or 1) - 1
     leaves = list(_leaves(algorithm.termination))

@@ -1,4 +1,4 @@
-"""Selection by a wheel: parents are drawn in proportion to their fitness, which follows from their costs."""
+"""Roulette-wheel selection: parents are drawn in proportion to their fitness, which follows from their costs."""
 
 import math
 from typing import Any, final
@@ -13,9 +13,9 @@ from robolaser.operators import cost
 def inverse_cost(J: Array) -> Array:
     """Fitness A/J with A such that the best has 1. Lee et al. 2004, eq. 19.
 
-    It depends on the cost's zero: with 1000 added to every cost all are nearly alike, and the wheel hardly selects.
-    A cost of 0 leaves nothing to the others. If a cost is negative, as no sum of squares is, A/J has no meaning; then
-    costs count from the best one, in units of the others' median excess m over it: F = 1/(1 + (J − J_min)/m).
+    It depends on the cost's zero: with 1000 added to every cost all are nearly equal, and the wheel hardly selects.
+    A cost of 0 takes all. If a cost is negative, as no sum of squares is, A/J has no meaning; then costs count from the
+    best one, in units of the others' median excess m over it: F = 1/(1 + (J − J_min)/m).
     """
     best = float(J.min())
     if best == 0.0 or not math.isfinite(best):
@@ -29,7 +29,7 @@ def inverse_cost(J: Array) -> Array:
 
 
 def roulette_wheel(weights: Array, at: Array) -> Ints:
-    """Slots, as wide as their weights (n,), of the wheel where it stops, at [0, 1) (...) -> (...). Eq. 20."""
+    """Slots of the wheel, as wide as their weights (n,), at stops in [0, 1) (...) -> (...). Eq. 20."""
     wheel = weights.cumsum()
     return np.asarray(wheel.searchsorted(at * wheel[-1], side="right"))
 
@@ -39,8 +39,8 @@ class RouletteSelection(Selection):
     """Roulette-wheel selection for pymoo, with replacement.
 
     Draws random((n_select, n_parents)) from `random_state`. With several objectives the cost of an individual
-    is the number of its non-dominated front; one that violates constraints costs its violation more than the
-    worst that keeps them.
+    is the number of its non-dominated front; the cost of an infeasible one is its violation above the worst
+    feasible cost.
 
     Examples:
         >>> from robolaser.operators import RouletteSelection

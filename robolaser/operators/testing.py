@@ -1,4 +1,4 @@
-"""Whether an operator, anybody's, keeps to what pymoo's algorithms rely on, and which of them it serves.
+"""Tests whether any operator keeps the contract of pymoo's algorithms, and which of them it serves.
 
 from robolaser.operators.testing import check_operator
 
@@ -28,10 +28,10 @@ from robolaser.arrays import Array
 from robolaser.errors import AlgorithmError
 
 SLOTS = {Crossover: "crossover", Mutation: "mutation", Selection: "selection", Survival: "survival"}
-"""Where pymoo's algorithms take an operator, by its base class."""
+"""The argument of pymoo's algorithms for an operator, by its base class."""
 
 WORKS, REFUSED, FAILS, IGNORED, NO_PLACE = "works", "refused", "fails", "ignored", "no place"
-MISSING = "not installed"  # what the algorithm itself needs
+MISSING = "not installed"  # required by the algorithm itself
 
 _DIRECTIONS = get_reference_directions("uniform", 2, n_partitions=11)
 _POINTS = np.array([[0.2, 0.4], [0.5, 0.1]])
@@ -82,7 +82,7 @@ class Bowl(Problem):
 @final
 @dataclass(frozen=True)
 class Compatibility:
-    """What `check_operator` found out."""
+    """The result of `check_operator`."""
 
     operator: str
     slot: str
@@ -99,22 +99,22 @@ class Compatibility:
 def check_operator(operator: Any, *, algorithms: Iterable[str] = STOCK_ALGORITHMS) -> Compatibility:
     """Try an operator against the contract, then in each stock algorithm of pymoo's.
 
-    The contract: the same seed gives the same outcome, from `random_state` alone; parents stay as they were; children
-    keep to the bounds and have the right shape.
+    The contract: the same seed gives the same outcome, from `random_state` alone; parents do not change; children stay
+    within the bounds and have the right shape.
 
     Args:
         operator: A crossover, mutation, selection or survival of pymoo's.
         algorithms: Names of those to try, of `STOCK_ALGORITHMS`.
 
     Raises:
-        AlgorithmError: It is no operator, or it breaks the contract; the sentence says where.
+        AlgorithmError: It is no operator, or it breaks the contract; the message names the fault.
     """
     slot = _slot(operator)
     name = type(operator).__name__
     for law in LAWS:
         try:
             broken = law(copy.deepcopy(operator))
-        except Exception as error:  # whatever somebody's operator raises
+        except Exception as error:  # any exception of a user's operator
             raise AlgorithmError(f"{name} failed where it was tried: {type(error).__name__}: {error}") from error
         if broken:
             raise AlgorithmError(f"{name} {broken}.")
@@ -122,7 +122,7 @@ def check_operator(operator: Any, *, algorithms: Iterable[str] = STOCK_ALGORITHM
 
 
 def act(operator: Any, pop: Any, seed: int, *, problem: Any = None) -> Array:
-    """One call, as pymoo's algorithms make it -> what comes out: genes, or the indices of the selected."""
+    """One call, as by pymoo's algorithms -> its result: genes, or the indices of the selected."""
     problem = Bowl() if problem is None else problem
     given = {
         "random_state": np.random.default_rng(seed),
@@ -186,7 +186,7 @@ def _keeps_to_the_bounds(operator: Any) -> str | None:
     return None
 
 
-LAWS: tuple[Callable[[Any], str | None], ...] = (  # each says in what way an operator breaks it, or None
+LAWS: tuple[Callable[[Any], str | None], ...] = (  # each returns how an operator breaks it, or None
     _repeats,
     _leaves_parents_alone,
     _keeps_to_the_bounds,
@@ -220,7 +220,7 @@ def _outcome(operator: Any, slot: str, name: str) -> tuple[str, str]:
 def _class(module: str, name: str) -> Any:
     try:
         return getattr(import_module(f"pymoo.algorithms.{module}"), name)
-    except Exception as error:  # pymoo asks for some libraries with a plain Exception
+    except Exception as error:  # pymoo reports some missing libraries by a plain Exception
         raise ImportError(str(error)) from error
 
 

@@ -1,4 +1,4 @@
-"""Questions for pymoo."""
+"""Problems for pymoo."""
 
 from robolaser.problems.calibration import ReducedCalibration, ScannerCalibration
 from robolaser.problems.calibration_suite import suite

@@ -1,4 +1,4 @@
-"""The calibration as a question for pymoo: which parameters bring measured and predicted points together?"""
+"""The calibration as a problem for pymoo: minimise the distances between measured and predicted points."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -38,7 +38,7 @@ class ScannerCalibration(Problem):
     """
 
     def __init__(self, dataset: Dataset | str | Path, effects: Sequence[CandidateEffect] = ()) -> None:
-        """Ask for the parameters of a data set's sensor, or of that in a folder, and of effects added to the model."""
+        """Take the parameters of the sensor of a data set, or of its folder, and of added effects."""
         self.model = Model(dataset if isinstance(dataset, Dataset) else load(dataset), tuple(effects))
         check_bounds(self.model, "A pymoo algorithm")
         parameters = self.model.parameters
@@ -54,8 +54,8 @@ class ReducedCalibration(Problem):
     """Minimise J in the parameters without closed form; the others are optimal within their bounds.
 
     Of a stripe scanner's fourteen, camera and tilt of the laser plane remain, six numbers with the focal length fixed.
-    Of a tracker and of sockets none remain. Parameters of effects come on top. `F` is J [m²] of the completed
-    candidate, infinite at the model's poles.
+    Of a tracker and of sockets none remain. Parameters of effects are added. `F` is J [m²] of the completed candidate,
+    infinite at the model's poles.
 
     Examples:
         >>> from robolaser.model.forward_model import Model
@@ -65,7 +65,7 @@ class ReducedCalibration(Problem):
     """
 
     def __init__(self, model: Model) -> None:
-        """Ask for the parameters of a model that do not follow from the others."""
+        """Take the parameters of a model that do not follow from the others."""
         blocks = model.blocks
         self.model = model
         found = (*conditionally_linear(blocks), *blocks.derived)
@@ -79,7 +79,7 @@ class ReducedCalibration(Problem):
     def completed(self, x: Array) -> Array:
         """Candidates of this problem (c, n_var) as candidates of the whole model (c, d), within its bounds.
 
-        Those that the gauge fixes are at their nominal values.
+        Parameters fixed by the gauge are at their nominal values.
         """
         parts = max(1, -(-len(x) * len(self.model.dataset.points) // AT_ONCE))
         return np.concatenate([self._completed(part) for part in np.array_split(x, parts)])
@@ -98,7 +98,7 @@ class ReducedCalibration(Problem):
 
 
 def _with_baseline(whole: Parameters, count: int) -> Values:
-    """A baseline other than zero, where there is one: points are taken at it."""
+    """A nonzero baseline, if there is one, at which points are taken."""
     for item in whole.items:
         if item.name == "b" and item.nominal == 0.0:
             return {"b": np.full(count, max(item.lower, item.upper, key=abs) or 1.0)}

@@ -1,4 +1,4 @@
-"""Where everything of a cell is in each pose, by a model that was fitted: arm, sensor, light and points."""
+"""Positions of a cell's parts in each pose, by a fitted model: arm, sensor, light and points."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -30,7 +30,7 @@ class CellFrames:
     joints: Array  # T_base_joint of the chain, base first, (k, 4, 4); none where flange poses were measured
     flange: Array  # T_base_flange, (4, 4)
     camera: Array | None = None  # T_base_camera, (4, 4); None where there is no camera
-    corners: Array | None = None  # points that the corners of the image show, (4, 3) [m]
+    corners: Array | None = None  # points at the corners of the image, (4, 3) [m]
     # the projector and points along the stripe, in order, (1 + p, 3) [m]; none without a laser
     light: Array = field(default_factory=lambda: NOTHING)
 
@@ -42,12 +42,12 @@ class CellPoses:
 
     model: Model  # fitted
     x: Array  # its parameters
-    name: str = "calibrated"  # what a viewer calls it: "calibrated" or "nominal"
-    is_measured: bool = True  # whether its points were measured; else they are where a stripe might be seen
+    name: str = "calibrated"  # its name in a viewer: "calibrated" or "nominal"
+    is_measured: bool = True  # whether its points were measured; else they are possible points of a stripe
 
     @property
     def dataset(self) -> Dataset:
-        """What was measured."""
+        """The measured data."""
         return self.model.dataset
 
     @cached_property
@@ -85,7 +85,7 @@ class CellPoses:
     def joint_frames(self, poses: Ints, q: Array | None = None) -> Array:
         """T_base_joint in some poses (p,), base first, (p, k, 4, 4); none where flange poses were measured.
 
-        Joint values (n, j) may take the place of those read.
+        Joint values (n, j) may replace those read.
         """
         robot, q = self.dataset.robot, self.dataset.poses.q if q is None else q
         if robot is None or q is None:
@@ -133,7 +133,7 @@ class CellPoses:
 
     @cached_property
     def _known(self) -> Array | None:
-        """Known or measured points of all rows, (m, 3), in the base or a tracker's frame; None: rows are no points."""
+        """Known or measured points of all rows, (m, 3), in the base or a tracker's frame; None: no points."""
         known = self.model.blocks.known(self.values, self.model.flange(self.values, self._perturb), self._perturb)
         return None if known is None else known[0]
 
@@ -143,12 +143,12 @@ class CellPoses:
         return np.empty((0, 3)) if self._known is None else self._in_base(self._known)
 
     def across_view(self, errors_m: Array) -> Bools:
-        """Rows that say where a point is across the view alone, along image u and v, as a camera's do, (m,)."""
+        """Rows that locate a point only across the view, along image u and v, as a camera's do, (m,)."""
         of = self.dataset.sensor_of_row
         return ~np.isin(of, of[(errors_m[:, 2:] != 0.0).any(axis=1)])
 
     def shifts(self, errors_m: Array) -> Array | None:
-        """Where the model puts points less where they are, (m, 3); from errors in the sensor's own frame."""
+        """Predicted less known or measured points, (m, 3); from errors in the sensor's own frame."""
         known, across = self._known, self.across_view(errors_m)
         if known is None or not len(self.known) or (across.any() and self.camera is None):
             return None
@@ -162,7 +162,7 @@ class CellPoses:
         return moved
 
     def misses(self, errors_m: Array) -> Array | None:
-        """From each row's pixel to where the model predicts it, (m, 2) [px]; without the slope of the distortion."""
+        """From each row's pixel to the predicted one, (m, 2) [px]; without the slope of the distortion."""
         view = in_cell(self.model.blocks, self.values, self._perturb).camera
         shifts, across = self.shifts(errors_m), self.across_view(errors_m)
         if view is None or shifts is None or self.camera is None:
@@ -177,22 +177,22 @@ class CellPoses:
 
     @property
     def _is_turned(self) -> bool:
-        """Does the camera's frame have x along image v, as that of a scanner whose stripe moves along u?"""
+        """Does the camera's frame have x along image v, as for a scanner whose stripe moves along u?"""
         return self.model.blocks.has_laser_plane and self.dataset.stripe_axis == "u"
 
     @property
     def groups(self) -> tuple[str, ...]:
-        """What of the sensor a viewer draws."""
+        """The parts of the sensor that a viewer draws."""
         return (*("sensor",) * (self.camera is not None), *("light",) * self.model.blocks.has_laser_plane)
 
     @cached_property
     def target(self) -> Array:
-        """Where points are known or were measured to be, (m, 3); none where rows are no points."""
+        """Known or measured points, (m, 3); none where rows are no points."""
         return self.known if self.is_measured else NOTHING
 
     @cached_property
     def points(self) -> Array:
-        """Where the model has them, (m, 3)."""
+        """The predicted points, (m, 3)."""
         return self._predicted if len(self.target) else self.target
 
     @cached_property
@@ -230,7 +230,7 @@ class CellPoses:
         return corners[:, [1, 0, 2]] * [1.0, -1.0, 1.0] if self._is_turned else corners
 
     def _sessions(self) -> Iterator[tuple[Bools, Values]]:
-        """The poses of each session, (n,), and its values by the names that they have without sessions."""
+        """The poses of each session, (n,), and its values by their names without sessions."""
         sessions, of_pose = self.dataset.sessions, self.dataset.poses.session
         if sessions is None or of_pose is None:
             yield np.ones(len(self.dataset.poses), dtype=bool), self.values
@@ -240,7 +240,7 @@ class CellPoses:
             yield number == one, sessions.values_in(self.values, sessions.names[one])
 
     def _in_base(self, points: Array) -> Array:
-        """Points (m, 3) of rows in the base frame, where a tracker saw them in its own."""
+        """Points (m, 3) of rows in the base frame, from a tracker's frame."""
         placed = points.copy()
         for poses, values in self._sessions():
             rows = poses[self.dataset.points.pose]

@@ -20,7 +20,7 @@ DIGITS = 5  # of the numbers that a page carries: finer than a pixel
 
 INK, MUTED, GRID, PAPER = "var(--ink)", "var(--muted)", "var(--grid)", "var(--paper)"
 FITTED, HELD_OUT, NOISE = "var(--fitted)", "var(--held-out)", "var(--noise)"
-LINES = tuple(f"var(--line-{i})" for i in range(7))  # of the style sheet, which decides on light and dark
+LINES = tuple(f"var(--line-{i})" for i in range(7))  # of the style sheet, which handles light and dark
 
 FAINT = 0.06  # opacity of a series that the legend has switched off
 SWITCH: Final[Spec] = {"select": {"type": "point", "fields": ["series"]}, "bind": "legend"}
@@ -54,16 +54,16 @@ class Chart:
 
     title: str  # a few words
     caption: str  # what it shows and what to look for
-    spec: Spec  # in Vega-Lite's language, with its data; its description is for those who cannot see it
+    spec: Spec  # in Vega-Lite's language, with its data; its description is for screen readers
 
     @property
     def json(self) -> str:
-        """The specification as text that may stand in a script element, whatever names the data have."""
+        """The specification as text for a script element, safe for any names in the data."""
         return embedded(self.spec)
 
 
 def embedded(values: Any) -> str:
-    """JSON as text that may stand in a script element."""
+    """JSON as text for a script element."""
     text = json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
@@ -81,7 +81,7 @@ def chart(
         height: Of the plot [px]; its width is the page's.
         zoomable: Can the view be moved and zoomed? Both axes must be continuous.
     """
-    name = re.sub(r"\W+", "_", title)  # several charts may stand in one specification
+    name = re.sub(r"\W+", "_", title)  # one specification may hold several charts
     params = [SWITCH | {"name": f"shown_{name}"}] if any(_by_series(one) for one in layers) else []
     params += [ZOOM | {"name": f"zoom_{name}"}] if zoomable else []
     first, *others = (_switchable(one, f"shown_{name}") for one in layers)
@@ -150,7 +150,7 @@ def colours(of: Mapping[str, str], *, legend: Spec | None = None, shows_legend: 
 
 
 def hover(*names: str, **quantities: str) -> list[Channel]:
-    """What a mark says under the pointer: fields of text as they are called, numbers by their titles with units."""
+    """The tooltip of a mark: text fields by their names, numbers by their titles with units."""
     numbers = [
         {"field": field, "type": "quantitative", "title": title, "format": ",.4~g"}
         for field, title in quantities.items()
@@ -170,10 +170,10 @@ def rule(**more: Any) -> Spec:
 
 
 def equal_axes(points: Array, titles: Sequence[str], *, margin: float = 0.06) -> tuple[Channel, Channel, float]:
-    """Channels x and y with one scale for both, whatever the width of the page, and a fitting height [px].
+    """Channels x and y with one scale for both at any width of the page, and a suitable height [px].
 
     Args:
-        points: All that must be seen, (n, 2).
+        points: All that must be visible, (n, 2).
         titles: Of both axes, with units.
         margin: Left free on each side, as a share of the longer side.
     """
@@ -201,7 +201,7 @@ def _switchable(one: Spec, param: str) -> Spec:
         return one
     mark = one["mark"] if isinstance(one["mark"], dict) else {"type": one["mark"]}
     shown = mark.get("opacity", 1.0)
-    channel = "strokeOpacity" if mark["type"] == "line" else "opacity"  # the points of a line stay unseen
+    channel = "strokeOpacity" if mark["type"] == "line" else "opacity"  # the points of a line are invisible
     opacity = {"condition": {"param": param, "value": shown}, "value": FAINT * shown}
     return one | {"encoding": {**one["encoding"], channel: opacity}}
 

@@ -16,14 +16,14 @@ READING = (
     " size show them."
 )
 BODIES = {"plane": "plane, scatter", "step": "step, height", "sphere": "sphere, radius"}
-MOST_DOTS = 15_000  # points: a page of half a megabyte, and a canvas that follows the hand
-FEWEST = 10  # points that make a chart or a scene
+MOST_DOTS = 15_000  # points: a page of half a megabyte, and a responsive canvas
+FEWEST = 10  # fewest points of a chart or a scene
 CELLS = 60  # along the longer side of a map
 BINS = 60
 
 
 def document(scan: Scan, quality: Quality, *, brief: bool = False) -> Document:
-    """The report on a scan that is done; in brief without what only a page shows."""
+    """The report on a finished scan; in brief without the parts that only a page shows."""
     counts, warnings = scan.cloud.counts, (*scan.warnings, *quality.doubts, *map(str, quality.missing))
     return Document(
         scan.recording.name,
@@ -49,7 +49,7 @@ def _evidence(quality: Quality, points: int) -> list[Content]:
 
 
 def figures(scan: Scan, quality: Quality) -> list[Figure]:
-    """Scatter, error of the calibration, and the bodies that were measured."""
+    """Scatter, error of the calibration, and the measured bodies."""
     counts, known = scan.cloud.counts, not np.isnan(quality.scatter_m)
     scatter = f"of a point by its noise, median; {LEVEL:.0%} are below {millimetres(quality.most_m)}"
     unknown = "neither stripes nor calibration state the noise of the line centres"
@@ -96,7 +96,7 @@ def cloud_scene(quality: Quality) -> Scene | None:
 
 
 def heights(quality: Quality) -> Chart | None:
-    """The cloud seen along the direction in which it is thinnest, coloured by how far it stands out."""
+    """The cloud seen along the direction in which it is thinnest, coloured by height."""
     if len(quality.vertices) < FEWEST:
         return None
     places = 1e3 * quality.positions
@@ -126,9 +126,9 @@ def heights(quality: Quality) -> Chart | None:
         "scale": {"scheme": "viridis", "domain": np.percentile(mean, CLEAR).tolist(), "clamp": True},
         "legend": {"gradientLength": 180, "format": ".3~g"},
     }
-    said = hover(x=titles[0], y=titles[1], value="height [mm]")
+    tooltip = hover(x=titles[0], y=titles[1], value="height [mm]")
     beyond = {"x2": {"field": "x2"}, "y2": {"field": "y2"}}
-    cells = layer({"type": "rect", "clip": True}, data, tooltip=said, x=x, y=y, color=colour, **beyond)
+    cells = layer({"type": "rect", "clip": True}, data, tooltip=tooltip, x=x, y=y, color=colour, **beyond)
     cells["transform"] = [{"calculate": f"toNumber(datum.{one}) + {size:.6g}", "as": f"{one}2"} for one in "xy"]
     return chart(
         "Heights",
@@ -141,7 +141,7 @@ def heights(quality: Quality) -> Chart | None:
 
 
 def off_plane(quality: Quality) -> Chart | None:
-    """How far the plane's points lie off it, against what their scatter predicts."""
+    """Distances of points from their plane, against those that their scatter predicts."""
     plane = quality.plane
     if plane is None:
         return None
@@ -156,15 +156,15 @@ def off_plane(quality: Quality) -> Chart | None:
     x = quantity("distance", "distance from the plane [mm]", domain=(-limit, limit))
     y = quantity("share", "share of the points [%]")
     colour = colours({measured: FITTED, predicted: HELD_OUT})
-    said = hover("series", distance="distance [mm]", share="share of the points [%]")
+    tooltip = hover("series", distance="distance [mm]", share="share of the points [%]")
     bars = {"type": "rect", "opacity": 0.6}
     found = records(distance=edges[:-1], to=edges[1:], share=share, series=measured)
-    layers = [layer(bars, found, tooltip=said, x=x, x2={"field": "to"}, y=y, y2={"datum": 0}, color=colour)]
+    layers = [layer(bars, found, tooltip=tooltip, x=x, x2={"field": "to"}, y=y, y2={"datum": 0}, color=colour)]
     if np.isfinite(std).all() and (std > 0).all():
         some = std[:: max(1, len(std) // 2000), None]
         normal = (np.exp(-0.5 * (centres / some) ** 2) / (np.sqrt(2 * np.pi) * some)).mean(axis=0)
         curve = records(distance=centres, share=100 * width * normal, series=predicted)
-        layers.append(layer({"type": "line", "clip": True}, curve, tooltip=said, x=x, y=y, color=colour))
+        layers.append(layer({"type": "line", "clip": True}, curve, tooltip=tooltip, x=x, y=y, color=colour))
     return chart(
         "Points about the largest plane",
         "Distances of the points from the largest plane. Wider than predicted: the stripes do not agree with each"

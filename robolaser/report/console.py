@@ -32,14 +32,14 @@ def _plain_unless_terminal(console: Console | None) -> Console:
 
 
 def _line(text: str, style: str = "") -> Line:
-    """Text without markup, and with control characters written out, as both come from data."""
+    """Text from data without markup, control characters escaped."""
     return Line(printable(text), style)
 
 
 def print_document(document: Document, folder: Path | None = None, *, console: Console | None = None) -> None:
-    """Print a report's answer, figures and the first rows of the tables that matter, and in which folder its page is.
+    """Print a report's answer, figures, the first rows of its important tables, and the folder of its page.
 
-    It goes to standard output unless another console is given; plain text unless on a terminal.
+    To standard output unless another console is given; plain text unless on a terminal.
     """
     out = _plain_unless_terminal(console)
     out.print(_line(f"{document.name}: {document.setting}", "bold"))
@@ -51,12 +51,12 @@ def print_document(document: Document, folder: Path | None = None, *, console: C
         out.print(_line(document.sense))
     for block in (block for section in document.shown for block in section.blocks):
         _print(block, out)
-    if folder is not None:  # its path stays whole however narrow the lines are, to be copied
+    if folder is not None:  # its path is never wrapped, so that it can be copied
         out.print(_line(f"Look at {folder / 'report.html'}"), soft_wrap=True)
 
 
 def printed(document: Document) -> str:
-    """What is printed, as plain text."""
+    """The printed report as plain text."""
     text = io.StringIO()
     print_document(document, console=Console(file=text, force_terminal=False, force_jupyter=False))
     return text.getvalue()
@@ -86,7 +86,7 @@ def _print_figures(figures: Figures, out: Console) -> None:
 
 
 def _printed(block: Table) -> Grid:
-    """Its first rows; cells with their first line and caveat. Where room is short, the widest columns are broken."""
+    """Its first rows; cells with their first line and caveat. On narrow terminals the widest columns are wrapped."""
     headings = {i: column.brief for i, column in enumerate(block.columns) if column.brief is not None}
     shown, columns = list(headings), (Heading(_line(heading), overflow="fold") for heading in headings.values())
     made = Grid(*columns, box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)

@@ -8,7 +8,7 @@ from robolaser.report.chart import FITTED, HELD_OUT, MUTED, Chart, chart, hover,
 from robolaser.report.digits import SIGNIFICANT, human, millimetres, percent, plain
 from robolaser.report.document import Column, Document, Section, Table, TableCell, charts
 
-CLEAR: Final = 3.0  # standard errors from which on a change is no chance among a dozen numbers
+CLEAR: Final = 3.0  # standard errors above which a change among a dozen numbers is not chance
 MOST: Final = 30  # numbers in the chart, those that changed most
 NAMED: Final = 4  # numbers that the first sentence names
 ERRORS: Final = {
@@ -25,7 +25,7 @@ Row = Mapping[str, Any]
 
 
 def document(found: Mapping[str, Any], names: tuple[str, str] = PAIR) -> Document:
-    """The report on what `robolaser diff --json` prints, of two results that are called so."""
+    """The report on the output of `robolaser diff --json`, of two results with these names."""
     rows = [row for row in found["rows"] if row["name"] not in UNSAID]
     errors = [row for row in rows if row["name"] in ERRORS or row["name"] == "verdict"]
     numbers = [row for row in rows if "errors" in row and row not in errors and row.get("unit") != "mm"]
@@ -69,15 +69,15 @@ def _lead(numbers: Sequence[Row]) -> str:
 
 
 def _sense(found: Mapping[str, Any], rows: Sequence[Row], names: tuple[str, str]) -> str:
-    said = [] if found["same_data"] else [OTHER_DATA]
+    sentences = [] if found["same_data"] else [OTHER_DATA]
     for row in (row for row in rows if "change" in row):
         if row["name"] == "flange of the corrected arm":
             apart = millimetres(1e-3 * row["change"])
-            said.append(f"The corrected arms have the flange {apart} apart (RMS over the joints' ranges).")
+            sentences.append(f"The corrected arms have the flange {apart} apart (RMS over the joints' ranges).")
         if row["name"] in ("held_out_rms_m", "gap_mm.after"):
             first, second = (millimetres(row[each] * (1.0 if row["unit"] == "m" else 1e-3)) for each in PAIR)
-            said.append(f"The error on new poses is {first} in {names[0]} and {second} in {names[1]}.")
-    return " ".join(said)
+            sentences.append(f"The error on new poses is {first} in {names[0]} and {second} in {names[1]}.")
+    return " ".join(sentences)
 
 
 def _cells(row: Row) -> tuple[TableCell, ...]:
@@ -102,7 +102,7 @@ def _value_text(value: float | str | None, unit: str, digits: int, *, is_sure: b
 
 
 def _moved(numbers: Sequence[Row]) -> Chart | None:
-    """How many standard errors each number changed by."""
+    """Each number's change in standard errors."""
     known = sorted((row for row in numbers if row["errors"] is not None), key=lambda row: -abs(row["errors"]))[:MOST]
     if not known:
         return None

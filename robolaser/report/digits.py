@@ -1,14 +1,14 @@
-"""Numbers for people: units they think in, and no more digits than the error leaves."""
+"""Numbers for people: familiar units, and no more digits than the error allows."""
 
 import math
 from collections.abc import Mapping
 
-SIGNIFICANT = 3  # digits of an error by itself: an RMS of a few hundred numbers is known to a few per cent
+SIGNIFICANT = 3  # digits of an error alone: an RMS of a few hundred numbers is known to a few per cent
 
-MINUTE, HOUR = 60.0, 3600.0  # from one and a half of each on, durations are written in it [s]
+MINUTE, HOUR = 60.0, 3600.0  # durations above one and a half of each are written in it [s]
 SURE = 1e-3  # probabilities are not distinguished below this, nor above its complement
 
-NEGLIGIBLE = 1e-6  # standard deviation over value, below which nobody reads it
+NEGLIGIBLE = 1e-6  # standard deviation over value, below which it is omitted
 
 HUMAN: Mapping[str, tuple[str, float]] = {
     "m": ("mm", 1e3),
@@ -29,12 +29,12 @@ def human(value: float, unit: str) -> tuple[float, str]:
 
 
 def with_unit(number: str, unit: str) -> str:
-    """Number and unit with the space that typography wants: none before a degree sign, save after an error or power."""
+    """Number and unit with a typographic space: none before a degree sign, except after an error or power."""
     return f"{number}{unit}" if unit == "°" and not {"±", "×"} & set(number) else f"{number} {unit}".rstrip()
 
 
 def measured(value: float, std: float, unit: str) -> str:
-    """A value in SI with the two digits of its standard deviation; one without any, or with next to none, by itself."""
+    """A value in SI with two digits of its standard deviation; without it if there is none or a negligible one."""
     shown, label = human(value, unit)
     error, _ = human(std, unit)
     if not (math.isfinite(error) and error > 0):
@@ -70,14 +70,14 @@ def millimetre_interval(low_m: float, high_m: float) -> str:
 
 
 def percent(share: float) -> str:
-    """A probability, never quite none and never quite all."""
+    """A probability, never 0 % and never 100 %."""
     if share > 1 - SURE:
         return "> 99.9 %"
     return "< 0.1 %" if share < SURE else f"{100 * share:.3g} %"
 
 
 def times(ratio: float) -> str:
-    """How many times something is something else."""
+    """A ratio."""
     return f"{ratio:.0f}" if ratio >= 9.5 else f"{ratio:.1f}"
 
 

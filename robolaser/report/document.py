@@ -1,4 +1,4 @@
-"""A report as a document: sections of blocks, which a page, a terminal and a notebook show each in their own way."""
+"""A report as a document: sections of blocks, shown by a page, a terminal or a notebook."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,17 +11,17 @@ from robolaser.report.scene import Scene
 @final
 @dataclass(frozen=True)
 class Text:
-    """A paragraph; what stands between backticks is code."""
+    """A paragraph; text between backticks is code."""
 
     text: str  # its sentences
-    kind: str = ""  # "" or "quiet", for what one need not read
+    kind: str = ""  # "" or "quiet", for optional reading
     printed: bool = False  # does the terminal show it?
 
 
 @final
 @dataclass(frozen=True)
 class Notes:
-    """Sentences one below the other."""
+    """A list of sentences."""
 
     rows: Sequence[str]  # the sentences
     kind: str = "notes"  # "notes", "warnings", or "steps", which are numbered
@@ -54,13 +54,13 @@ class TableCell:
     """A cell of a table."""
 
     text: str = ""  # may have several lines
-    below: Sequence[str] = ()  # lines in small letters
+    below: Sequence[str] = ()  # lines in small type
     note: str = ""  # a caveat
     order: float | None = None  # by which a column is sorted; None: by the text
     share: float | None = None  # length of a bar [%]; None for none
     line: int | None = None  # number of a line's colour, see `chart.LINES`; -1 is grey, None is no swatch
     lean: float | None = None  # from -100 to 100, for the colour of a matrix's cell
-    hint: str = ""  # said under the pointer
+    hint: str = ""  # tooltip
     link: str = ""  # file beside the page that the text leads to; "" for none
 
 
@@ -81,10 +81,10 @@ class Table:
     """Rows that a reader may sort; the first cell of each names it."""
 
     columns: Sequence[Column]  # from the left
-    rows: Sequence[Sequence[TableCell | str]]  # texts, or cells with more to say
+    rows: Sequence[Sequence[TableCell | str]]  # texts, or cells with more content
     title: str = ""  # above it
     note: str = ""  # below it
-    fold: int = 40  # more rows than this are folded away
+    fold: int = 40  # more rows than this are collapsed
     printed: int = 0  # how many rows the terminal shows
     kind: str = ""  # "" or "matrix", each row against each column
 
@@ -119,16 +119,16 @@ class Section:
 class Document:
     """A report: first the answer, then the doubt, then the evidence."""
 
-    name: str  # of what it is about
+    name: str  # of its subject
     what: str  # what was done with it, in a word
-    setting: str  # with which sensor and robot, and how much of it
+    setting: str  # sensor, robot, and amount of data
     lead: str  # the answer in a sentence
     sense: str  # what it means
     head: Sequence[Content]  # blocks that belong to the answer
     sections: Sequence[Section]  # the doubt and the evidence
     verdict: str = ""  # of a diagnosis, as its JSON has it
     footer: str = ""  # origin and licence of the data
-    prints_lead: bool = False  # does the terminal begin with the answer, rather than with figures that say it?
+    prints_lead: bool = False  # does the terminal begin with the answer, rather than with its figures?
 
     @property
     def blocks(self) -> list[Content]:
@@ -137,17 +137,17 @@ class Document:
 
     @property
     def shown(self) -> list[Section]:
-        """The sections that have something to say, with those of their blocks that have."""
-        said = [Section(one.title, [block for block in one.blocks if has_rows(block)]) for one in self.sections]
-        return [section for section in said if section.blocks]
+        """The sections with content, without their empty blocks."""
+        sections = [Section(one.title, [block for block in one.blocks if has_rows(block)]) for one in self.sections]
+        return [section for section in sections if section.blocks]
 
 
 def has_rows(block: Content) -> bool:
-    """Does a block have something to say?"""
+    """Does a block have content?"""
     return not isinstance(block, Notes | Figures | Table) or bool(block.rows)
 
 
 def charts(made: Sequence[Chart | None]) -> list[Content]:
-    """A block of the charts that have something to show; none where none has."""
+    """A block of the charts with content; none where none has."""
     shown = [one for one in made if one is not None]
     return [Charts(shown)] if shown else []

@@ -1,4 +1,4 @@
-"""What errors of a calibration mean: in millimetres, beside what noise alone would make of them, and in sentences."""
+"""The errors of a calibration in millimetres, compared with noise alone, and in sentences."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,26 +19,26 @@ from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources
 from robolaser.report.digits import millimetres, times
 
-ENOUGH_ROWS = 20_000  # rows that tell a root mean square to three digits
+ENOUGH_ROWS = 20_000  # rows that determine a root mean square to three digits
 WEIGHTING = {"plain": "plain: all points weighted alike", "noise": "points weighted by their noise"}
-"""What a calibration's option `weights` does."""
+"""The meaning of a calibration's option `weights`."""
 NOISE_ALONE = 1.1  # excess over noise up to which all is well: stated noise is seldom known better
-CHANCE = 2.0  # standard errors of the excess that are allowed for on top
-UNMODELLED = 2.0  # excess over noise from which no doubt about the noise explains it
-OVERFITTED = 1.5  # error on new poses over that on fitted ones, from which there are too many parameters for the poses
+CHANCE = 2.0  # standard errors of the excess that are allowed in addition
+UNMODELLED = 2.0  # excess over noise that no uncertainty of the noise explains
+OVERFITTED = 1.5  # error on new poses over error on fitted ones, above which there are too many parameters
 KNOWN_FROM = {"stated": "stated in the data set", "repeats": "from repeats"}
 
 
 @final
 @dataclass(frozen=True)
 class ErrorAnalysis:
-    """A calibration with what follows from it."""
+    """A calibration with derived quantities."""
 
     calibration: Calibration
 
     @cached_property
     def compared(self) -> tuple[Dataset, dict[str, Array]]:
-        """The rows of the fit, and their errors, fitted and, where poses were left out, held out, (m', j) [m]."""
+        """The rows of the fit, and their errors: fitted and, where poses were held out, held out, (m', j) [m]."""
         found, of_fit = self.calibration, self.calibration.fitted_model
         fitted = found.errors_m
         if of_fit is not found.model:
@@ -48,7 +48,7 @@ class ErrorAnalysis:
 
     @cached_property
     def _some(self) -> Model:
-        """The model of some rows of each pose, where there are more than a figure about noise needs."""
+        """The model of some rows of each pose, if there are more than noise figures need."""
         model, points = self.calibration.model, self.calibration.model.dataset.points
         if len(points) <= ENOUGH_ROWS or depends_on_trajectory(model):
             return model
@@ -56,18 +56,18 @@ class ErrorAnalysis:
 
     @cached_property
     def sources(self) -> tuple[ErrorSource, ...]:
-        """What may disturb the rows, for no more rows than a figure needs."""
+        """Noise sources of the rows, for no more rows than a figure needs."""
         return error_sources(self._some, self.calibration.x)
 
     @cached_property
     def known_noise(self) -> Mapping[str, str]:
-        """Sources of noise whose size does not come from the residuals themselves, and where it comes from."""
+        """Sources of noise whose size is not from the residuals, and its origin."""
         known = known_sizes(self.sources, self.calibration.model.dataset)
         return {name: KNOWN_FROM[origin] for name, (_, origin) in known.items() if name in self.calibration.noise}
 
     @cached_property
     def noise(self) -> NoiseModel | None:
-        """The noise that is known without looking at the residuals, of no more rows than a figure needs; or None."""
+        """The noise that is known without the residuals, of no more rows than a figure needs; or None."""
         if not self.known_noise:
             return None
         known = {name: self.calibration.noise[name] for name in self.known_noise}
@@ -75,14 +75,14 @@ class ErrorAnalysis:
 
     @cached_property
     def noise_m(self) -> float | None:
-        """Root-mean-square error that this noise alone would give at the points' places [m]."""
+        """Root-mean-square error at the points by this noise alone [m]."""
         if self.noise is None:
             return None
         return self.noise.size_m(lambda residuals: self._some.in_metres(self.calibration.x, residuals))
 
     @property
     def headline(self) -> str:
-        """Error on new poses beside what noise alone would give."""
+        """Error on new poses, compared with noise alone."""
         calibration, noise = self.calibration, self.noise_m
         does = calibration.model.blocks.sensor.format.task
         if calibration.held_out_rms_m is None:
@@ -95,33 +95,33 @@ class ErrorAnalysis:
 
     @property
     def judgement(self) -> str:
-        """What the two figures together mean."""
+        """The conclusion from both figures."""
         calibration, noise = self.calibration, self.noise_m
         error = calibration.held_out_rms_m
-        said = []
+        sentences = []
         if calibration.setup_warning is not None:
-            said.append(calibration.setup_warning)
+            sentences.append(calibration.setup_warning)
         elif noise is None:
-            said.append(
+            sentences.append(
                 "State the known noise under `[noise]` in `dataset.toml`: then this report separates it from the errors"
                 " of the model."
             )
         elif error is None:
-            said.append("Measure more poses: the training error says little.")
+            sentences.append("Measure more poses: the training error is optimistic.")
         else:
-            said.append(_against_noise(*self.excess(noise), error / noise))
+            sentences.append(_against_noise(*self.excess(noise), error / noise))
         if error is not None and error > OVERFITTED * calibration.rms_m:
-            said.append(
+            sentences.append(
                 f"The error on new poses is {times(error / calibration.rms_m)} times the training error:"
                 " the poses are too few or too similar for this many parameters."
             )
-        return " ".join(said)
+        return " ".join(sentences)
 
     def excess(self, noise_m: float) -> tuple[float, float]:
-        """How many times larger the residuals are than noise leaves them in a fit, and the standard error of that.
+        """Ratio of the residuals to those that noise leaves in a fit, and its standard error.
 
-        Fitted parameters swallow a part of the noise, which the degrees of freedom make up for; the error on new poses
-        would not do here, since few poses raise it without anything being unmodelled.
+        Fitted parameters absorb a part of the noise, for which the degrees of freedom correct; the error on new poses
+        is unsuitable here, since few poses raise it even if nothing is unmodelled.
         """
         calibration = self.calibration
         numbers = int(calibration.model.blocks.row_numbers.sum())
@@ -131,7 +131,7 @@ class ErrorAnalysis:
 
     @property
     def method(self) -> str:
-        """How the parameters were found."""
+        """The method of the search."""
         calibration = self.calibration
         return (
             f"{calibration.algorithm}, seed {calibration.seed}, {WEIGHTING[calibration.weights]}; "
@@ -166,7 +166,7 @@ def point_names(dataset: Dataset, rows: Ints) -> tuple[list[str], list[str]]:
 
 
 def some_rows(errors: Array, most: int) -> Ints:
-    """At most `most` rows for a chart: evenly thinned, the largest tenth of them always among them."""
+    """At most `most` rows for a chart: evenly thinned, a tenth of them the largest."""
     if len(errors) <= most:
         return np.arange(len(errors))
     even = evenly(len(errors), most - most // 10)

@@ -1,4 +1,4 @@
-"""Errors by session, sensor, point and image: which of them are odd, and each pose in the order of the run."""
+"""Errors by session, sensor, point and image: outliers among them, and each pose in the order of the run."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,36 +14,36 @@ from robolaser.report.chart import FITTED, HELD_OUT, NOISE, Chart, chart, colour
 from robolaser.report.digits import millimetres, times
 from robolaser.report.document import Column, Content, Table, TableCell, Text
 
-MOST_POINTS: Final = 60  # different names, up to which points are reflectors, sockets or balls, and none of a stripe
-LEAST_GROUPS: Final = 3  # groups from which on one can be odd among the others
-ODD: Final = 3.5  # robust standard deviations above the others from which on a group is odd (Iglewicz and Hoaglin 1993)
-LEAST_RATIO: Final = 1.5  # its error over the median, from which on that is worth a look
+MOST_POINTS: Final = 60  # different names, up to which points are reflectors, sockets or balls, not of a stripe
+LEAST_GROUPS: Final = 3  # fewest groups of which one can be odd
+ODD: Final = 3.5  # robust standard deviations above the others beyond which a group is odd (Iglewicz and Hoaglin 1993)
+LEAST_RATIO: Final = 1.5  # its error over the median, above which that is worth checking
 NAMED: Final = 4
 MOST_ROWS: Final = 60  # of the table: odd groups and the largest errors first
 NOUNS: Final[Mapping[str, str]] = {"point": "reflector", "socket": "socket", "profile": "ball"}
-"""What a point is, by the kind of sensor."""
+"""The name of a point, by the kind of sensor."""
 
 
 @final
 @dataclass(frozen=True)
 class ErrorGroup:
-    """Rows that belong together."""
+    """A group of rows."""
 
     kind: str  # "session", "sensor", "reflector", "socket", "ball", "point", "image" or "pose"
     name: str  # of the group
     rows: int  # how many rows
     rms_m: Sequence[float]  # root-mean-square error on fitted poses, then held-out where that is known [m]
     ratio: float  # the last of them over the median of the groups of its kind
-    is_odd: bool  # does it err far more than the others?
+    is_odd: bool  # is its error far larger than the others'?
 
 
 def groups(dataset: Dataset, errors_m: Sequence[Array]) -> list[ErrorGroup]:
-    """All groups of which there are several, kind by kind; of errors (m, j) [m], the last ones decide what is odd."""
+    """All groups of which there are several, kind by kind; the last errors (m, j) [m] decide which are odd."""
     return [group for kind, names, number in _kinds(dataset) for group in _groups(kind, names, number, errors_m)]
 
 
 def group_blocks(dataset: Dataset, errors_m: Mapping[str, Array]) -> list[Content]:
-    """What is odd in a sentence, and all groups in a table; errors by what they are called."""
+    """Odd groups in a sentence, and all groups in a table; errors by name."""
     found = groups(dataset, list(errors_m.values()))
     if not found:
         return []
@@ -70,10 +70,10 @@ def sentence(found: Sequence[ErrorGroup]) -> str:
         counted = {kind: sum(one.kind == kind for one in found) for kind in dict.fromkeys(one.kind for one in found)}
         listed = ", ".join(f"{count} {kind}s" for kind, count in counted.items())
         return f"No outlier among {listed}."
-    said = [f"{one.kind} {one.name} has an error of {millimetres(one.rms_m[-1])}, {times(one.ratio)} times the median"
+    texts = [f"{one.kind} {one.name} has an error of {millimetres(one.rms_m[-1])}, {times(one.ratio)} times the median"
             for one in odd[:NAMED]]  # fmt: skip
     more = f", and {len(odd) - NAMED} more" if len(odd) > NAMED else ""
-    return f"Large errors: {'; '.join(said)}{more}. Check these measurements."
+    return f"Large errors: {'; '.join(texts)}{more}. Check these measurements."
 
 
 def _kinds(dataset: Dataset) -> Iterator[tuple[str, Sequence[str], Ints]]:
@@ -105,7 +105,7 @@ def _groups(kind: str, names: Sequence[str], number: Ints, errors_m: Sequence[Ar
 
 
 def _odd(ratio: Array, numbers: Array) -> Array:
-    """Which of the groups err far more than the others, their scatter being no less than chance gives each."""
+    """Which groups have far larger errors than the others, whose scatter is taken as chance at least."""
     if len(ratio) < LEAST_GROUPS:
         return np.zeros(len(ratio), dtype=bool)
     logs = np.log(np.maximum(ratio, 1e-12))
@@ -115,7 +115,7 @@ def _odd(ratio: Array, numbers: Array) -> Array:
 
 
 FEW: Final = 80  # poses up to which dots are large
-RINGS: Final = ("held out", "before")  # series that are drawn as rings, so that dots at the same place are seen too
+RINGS: Final = ("held out", "before")  # series that are drawn as rings, so that dots beneath them are visible
 FLOOR: Final = "noise alone"
 
 
@@ -125,10 +125,10 @@ def pose_errors(
     """Root-mean-square error of each pose, in the order of the run.
 
     Args:
-        dataset: What was measured.
-        errors_m: Errors of all rows by what they are called, the last one ranks the poses [m].
-        reading: What the caption says of them.
-        noise_m: What noise alone would give [m].
+        dataset: The measured data.
+        errors_m: Errors of all rows by name, the last one ranks the poses [m].
+        reading: Their explanation in the caption.
+        noise_m: Error by noise alone [m].
     """
     seen = np.unique(dataset.points.pose)
     time = dataset.poses.time_s
@@ -140,11 +140,11 @@ def pose_errors(
     of = {name: HELD_OUT if name in RINGS else FITTED for name in errors_m}
     colour = colours(of | ({} if noise_m is None else {FLOOR: NOISE}))
     dots = {"type": "point", "size": 46 if len(seen) <= FEW else 18}
-    said = hover("pose", "series", rms="RMS error [mm]")
+    tooltip = hover("pose", "series", rms="RMS error [mm]")
     layers = [
         layer(dots | ({"filled": False, "strokeWidth": 1.4} if name in RINGS else {}),
               records(number=np.arange(1, len(seen) + 1), pose=names, rms=own, series=name),
-              tooltip=said, x=x, y=y, color=colour)
+              tooltip=tooltip, x=x, y=y, color=colour)
         for name, own in sizes.items()
     ]  # fmt: skip
     if noise_m is not None:

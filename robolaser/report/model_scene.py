@@ -1,4 +1,4 @@
-"""The cell in space by a model that was fitted: arm, sensor, light, points and image of each pose, and what errs."""
+"""The cell in space by a fitted model: arm, sensor, light, points and image of each pose, and suspected sites."""
 
 import base64
 from collections.abc import Mapping, Sequence
@@ -40,9 +40,9 @@ def cell_scene(
     Args:
         model: Fitted.
         x: Its parameters.
-        errors_m: Errors of all rows by the name of their series, the last as the model leaves them [m].
+        errors_m: Errors of all rows by the name of their series, the model's last [m].
         title: A few words.
-        marked: Sites that are suspected, each with what its label says besides.
+        marked: Suspected sites, each with additional text of its label.
     """
     dataset, last = model.dataset, list(errors_m.values())[-1]
     of_pose = dataset.points.pose
@@ -68,14 +68,14 @@ def cell_scene(
     taken = [dataset.poses.names[i] for i in frames]
     misses = cell.misses(last)
     images = photos(dataset, [int(i) for i in frames], last, misses)
-    said = "Lines lead from known to predicted points, magnified by the slider." if shifts else ""
+    note = "Lines lead from known to predicted points, magnified by the slider." if shifts else ""
     beside = " Beside it the image of the pose: rings are points extracted from it" if images else ""
     beside += ", lines lead to the predicted ones." if images and misses is not None else "." * bool(images)
     remark = " Highlighted: what is suspected, with its share of the error." if marked else ""
     longest = 0.0 if misses is None else float(np.nanpercentile(np.linalg.norm(misses, axis=1), 95))
     return Scene(
         title,
-        f"{said}{beside}{remark}".strip(),
+        f"{note}{beside}{remark}".strip(),
         f"The cell in {len(frames)} poses, with {len(shown)} points and their errors.",
         shapes,
         taken,
@@ -120,9 +120,9 @@ def _arm(cell: CellPoses, frames: Ints, marked: Mapping[str, str]) -> list[Shape
     for names, colour, size, bold in ((joints, MUTED, 3.5, False), (list(marked), HELD_OUT, 7.0, True)):
         here = [name for name in names if name in places]
         if here:
-            said = [f"{place(name)} {marked.get(name, '')}".strip() for name in here]
+            texts = [f"{place(name)} {marked.get(name, '')}".strip() for name in here]
             where = np.stack([places[name] for name in here], axis=1)
-            shapes.append(labels(where, said, colour, size=size, bold=bold))
+            shapes.append(labels(where, texts, colour, size=size, bold=bold))
     return shapes
 
 
@@ -135,7 +135,7 @@ def _axes(length: float) -> list[Shape]:
 
 
 def _camera(T: Array, size: float, image_px: tuple[int, int]) -> list[Shape]:
-    """A pyramid that opens to where the camera looks."""
+    """A pyramid that opens along the camera's view."""
     half = 0.35 * size * np.array(image_px) / max(image_px)
     corners = np.array([(u * half[0], v * half[1], size) for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
     ends = np.einsum("nij,kj->nki", T[:, :3, :3], corners) + T[:, None, :3, 3]
@@ -144,7 +144,7 @@ def _camera(T: Array, size: float, image_px: tuple[int, int]) -> list[Shape]:
 
 
 def _frames(of_pose: Ints, errors: Array) -> Ints:
-    """Poses with points, at most so many as a page carries: evenly taken, the worst among them."""
+    """Poses with points, at most as many as a page holds: evenly taken, including the worst."""
     seen = np.unique(of_pose)
     if len(seen) <= MOST_FRAMES:
         return seen
@@ -166,9 +166,9 @@ QUALITY: Final = 55  # of JPEG: an image takes 10 to 40 kB
 
 
 def photos(dataset: Dataset, frames: Sequence[int], errors_m: Array, misses: Array | None) -> Mapping[str, Shape]:
-    """Images of some of these poses by their names, the worst first; none where there are none to be read.
+    """Images of some of these poses by their names, the worst first; none where none can be read.
 
-    `misses` lead from each row's pixel to where the model predicts it, (m, 2) [px]; None where it does not.
+    `misses` lead from each row's pixel to the predicted one, (m, 2) [px]; None where there is none.
     """
     images, pixel, of_pose = dataset.poses.image, dataset.points.pixel, dataset.points.pose
     if images is None or dataset.folder is None or pixel is None or dataset.image_px is None:

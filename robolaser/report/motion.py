@@ -1,4 +1,4 @@
-"""Reports on a moving arm: a diagnosis, a calibration, and what planned motions could tell."""
+"""Reports on a moving arm: a diagnosis, a calibration, and the detection limits of planned motions."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,7 +33,7 @@ UNITS = {"rad": ("°", TURN), "rad/Nm": ("°/Nm", TURN), "rad/s": ("°/s", TURN)
 
 
 def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
-    """The report on a fit of the effects that a user asked for, or that a diagnosis found."""
+    """The report on a fit of effects that a user chose, or that a diagnosis found."""
     log, sure = fit.log, found is not None
     count, sense = len(fit.findings), ""
     lead = f"{count or 'No'} {'effects were' if count > 1 else 'effect was'} fitted."
@@ -64,7 +64,7 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
 
 
 def headline(log: MotionLog) -> str:
-    """What was recorded of which arm."""
+    """The recorded data and their arm."""
     return (
         f"moving arm, robot {log.robot.name}, {len(log)} rows of {len(log.joints)} joints in {len(log.series)} series"
     )
@@ -215,7 +215,7 @@ def plan_document(plan: MotionPlan) -> Document:
 
 
 def _groups(plan: MotionPlan) -> list[list[MotionLimit]]:
-    """What is planned, effect by effect; where another number of one acts, apart."""
+    """Detection limits, effect by effect; a row for each of its numbers."""
     groups: dict[tuple[str, str, str], list[MotionLimit]] = {}
     for one in plan.limits:
         groups.setdefault((one.at.effect.name, one.at.effect.rows, one.number.name), []).append(one)
@@ -223,7 +223,7 @@ def _groups(plan: MotionPlan) -> list[list[MotionLimit]]:
 
 
 def _limit_row(group: Sequence[MotionLimit], joints: Sequence[str]) -> tuple[str, ...]:
-    """An effect at all of its places: from which size it shows at the best and at the worst of them."""
+    """An effect at all of its locations: detectable sizes at the best and at the worst of them."""
     effect = group[0].at.effect
     places = [one.at.where for one in group]
     where = "all joints" if list(joints) == places else ", ".join(places)

@@ -28,7 +28,7 @@ CHART: Final = re.compile(
 
 
 def render(document: Document, command: str = "") -> str:
-    """The document as HTML, with what to type to repeat it; whatever comes from data is escaped."""
+    """The document as HTML, with the command that repeats it; all text from data is escaped."""
     names = (*FOR_CHARTS, *OURS) if any(isinstance(one, Charts) for one in document.blocks) else OURS
     scripts = [_script(name) for name in names]
     page = _environment().get_template("document.html")
@@ -40,13 +40,13 @@ def render(document: Document, command: str = "") -> str:
 
 
 def fragment(document: Document) -> str:
-    """The answer and what a terminal would show, for a notebook."""
+    """The answer and the terminal's content, for a notebook."""
     text: str = _environment().get_template("notebook.html").render(document=document)
     return printable(text)
 
 
 def charts_in(page: str) -> list[Chart]:
-    """The charts of a page that was written."""
+    """The charts of a written page."""
     return [Chart(unescape(title), unescape(caption), json.loads(spec)) for title, spec, caption in CHART.findall(page)]
 
 
@@ -59,7 +59,7 @@ def version() -> str:
 
 
 def prose(text: str) -> Markup:
-    """Text with proper minus signs, and what stands between backticks as code."""
+    """Text with proper minus signs, and code between backticks."""
     parts = text.split("`")
     return Markup("").join(
         Markup("<code>{}</code>").format(part) if i % 2 else minus(part) for i, part in enumerate(parts)
@@ -90,6 +90,6 @@ def _environment() -> jinja2.Environment:
 
 @cache
 def _script(name: str) -> str:
-    """A script of this package, without the pointer to its source map, which is not there."""
+    """A script of this package, without the reference to its absent source map."""
     text = (resources.files("robolaser") / ASSETS / name).read_text(encoding="utf-8")
     return text.partition(MADE_BY_A_MAP)[0]

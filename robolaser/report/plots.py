@@ -13,7 +13,7 @@ from robolaser.errors import DependencyMissing
 from robolaser.report.chart import CONFIG, PAPER, Chart, Spec
 
 STYLE: Final = "report/templates/style.css"
-SCHEMA: Final = "https://vega.github.io/schema/vega-lite/v5.json"  # what JupyterLab and its kin draw
+SCHEMA: Final = "https://vega.github.io/schema/vega-lite/v5.json"  # media type that JupyterLab and others draw
 VEGA_LITE: Final = "application/vnd.vegalite.v5+json"
 DRAWN_BY: Final = "5.20"  # version of Vega-Lite that makes still pictures
 WIDTH_PX, LETTERS = 560, 95  # of a chart, and of a line below its title
@@ -25,8 +25,8 @@ class Plots:
     """Charts of a result; a notebook shows them.
 
     Attributes:
-        titles: What each is called.
-        spec: All of them in Vega-Lite's language; a notebook that knows it draws them to be zoomed and pointed at.
+        titles: Of each.
+        spec: All of them in Vega-Lite's language; a notebook that supports it draws them interactively.
     """
 
     titles: tuple[str, ...]
@@ -56,7 +56,7 @@ class Plots:
 
 
 def plots(charts: Sequence[Chart]) -> Plots:
-    """Charts one below the other, in the colours of a page by day."""
+    """Charts one below the other, in a page's light colours."""
     drawn = [
         {
             "title": {"text": chart.title, "anchor": "start", "subtitle": wrap(chart.caption, LETTERS)},
@@ -67,13 +67,13 @@ def plots(charts: Sequence[Chart]) -> Plots:
     ]
     apart = {"scale": {"color": "independent"}, "legend": {"color": "independent"}}
     look = CONFIG | {"background": PAPER}
-    width = [{"name": "width", "value": WIDTH_PX}]  # which scales of equal axes ask for
+    width = [{"name": "width", "value": WIDTH_PX}]  # for scales of equal axes
     whole = {"$schema": SCHEMA, "params": width, "vconcat": drawn, "resolve": apart, "config": look}
     return Plots(tuple(chart.title for chart in charts), json.loads(_by_day(json.dumps(whole))))
 
 
 def _by_day(text: str) -> str:
-    """The text with the colours that the style sheet's variables have by day."""
+    """The text with the light colours of the style sheet's variables."""
     sheet = (resources.files("robolaser") / STYLE).read_text(encoding="utf-8").partition("}")[0]
     colours = dict(re.findall(r"(--[\w-]+): (#\w+);", sheet))
     return re.sub(r"var\((--[\w-]+)\)", lambda named: colours[named[1]], text)

@@ -1,4 +1,4 @@
-"""What planned poses could tell, on a terminal: the smallest sizes, and what could not be told apart."""
+"""Detection limits of planned poses, on a terminal: the smallest sizes, and indistinguishable effects."""
 
 from robolaser.diagnosis.cause_words import named, place, spoken
 from robolaser.diagnosis.pose_plan import PosePlan
@@ -8,7 +8,7 @@ from robolaser.report.document import Column, Document, Figure, Figures, Section
 from robolaser.report.setting import disturbed, noise_size
 
 DIGITS = 2
-LEAST_SEEING = 0.7  # of the poses: if fewer see it, the cell that was guessed is not the one that they were planned for
+LEAST_SEEING = 0.7  # of the poses: if fewer see it, they were planned for another cell than the guessed one
 COLUMNS = ("effect", "where", "detectable from", "distinguishable from", "at the tool", "nearest other")
 GUESSED = (
     "The poses of sensor and target are guesses, and too few of these poses see the target. Measure once in some"

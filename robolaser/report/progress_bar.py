@@ -1,4 +1,4 @@
-"""A bar that shows how far long work is: in a notebook, or on a terminal."""
+"""A progress bar of long work: in a notebook, or on a terminal."""
 
 import sys
 import time
@@ -46,7 +46,7 @@ def _in_notebook(shell: Any) -> Iterator[Progress]:
     began = shown = time.monotonic()
     handle: Any = None
 
-    def tell(what: str, share: float) -> None:
+    def show(what: str, share: float) -> None:
         nonlocal handle, shown
         now = time.monotonic()
         if now - began < PATIENCE_S or now - shown < APART_S:
@@ -57,7 +57,7 @@ def _in_notebook(shell: Any) -> Iterator[Progress]:
         else:
             handle.update(bar)
 
-    yield tell
+    yield show
     if handle is not None:
         handle.update(HTML(""))
 
@@ -73,12 +73,12 @@ def _on_terminal() -> Iterator[Progress]:
     task = bar.add_task("", total=1.0)
     began = time.monotonic()
 
-    def tell(what: str, share: float) -> None:
+    def show(what: str, share: float) -> None:
         bar.update(task, description=plain(printable(what)), completed=share)
         if time.monotonic() - began > PATIENCE_S and not bar.live.is_started:
             bar.start()
 
     try:
-        yield tell
+        yield show
     finally:
         bar.stop()

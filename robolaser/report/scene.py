@@ -1,4 +1,4 @@
-"""Scenes in space that a reader can turn, step through pose by pose, and ask what is what."""
+"""Scenes in space that a reader can turn and step through pose by pose, with labels."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,12 +25,12 @@ class Scene:
     shapes: Sequence[Shape]  # from the functions below
     frames: Sequence[str] = ()  # names of the poses through which the moving shapes go
     magnification: float = 0.0  # of errors, at first; 0 without errors
-    in_photos: float = 1.0  # of misses in the photos, at first
+    in_photos: float = 1.0  # of errors in the photos, at first
     photos: Mapping[str, Shape] = field(default_factory=dict)  # by the name of a pose
 
     @property
     def json(self) -> str:
-        """All of it as text that may stand in a script element."""
+        """All of it as text for a script element."""
         return embedded(
             {"alt": self.alt, "shapes": self.shapes, "frames": self.frames,
              "magnification": self.magnification, "inPhotos": self.in_photos, "photos": self.photos}
@@ -40,9 +40,9 @@ class Scene:
 def path(
     places: Array, colour: str, *, width: float = 1.0, radius: float = 0.0, closed: bool = False, opacity: float = 1.0
 ) -> Shape:
-    """A line through places (k, 3), or through others in each frame, (n, k, 3) [m]; filled where it is closed.
+    """A line through points (k, 3), or points of each frame, (n, k, 3) [m]; filled if closed.
 
-    It is `width` pixels wide, and a round bar of a radius [m] at least as wide as that looks from there.
+    It is `width` pixels wide, and a round bar of a radius [m] at least as wide as it appears.
     """
     of_frames = places if places.ndim == 3 else places[None]
     return {"kind": "path", "at": _listed(of_frames), "colour": colour, "width": width, "closed": closed,
@@ -57,14 +57,14 @@ def dots(
     *,
     size: float = 2.0,
 ) -> Shape:
-    """Dots (m, 3) [m] of one colour, or one each; each is pale but in its frame, if it has one."""
+    """Dots (m, 3) [m] of one colour, or one each; pale except in their frames, if any."""
     return {"kind": "dots", "at": _listed(places), "colour": colour, "names": names, "of": frames, "size": size}
 
 
 def arrows(
     places: Array, errors: Array, colour: str, names: Sequence[str], frames: Sequence[int] = (), *, series: str
 ) -> Shape:
-    """Errors (m, 3) [m] at places (m, 3) [m], to be magnified; a series that can be switched."""
+    """Errors (m, 3) [m] at points (m, 3) [m], to be magnified; a series that can be switched."""
     return {"kind": "arrows", "at": _listed(places), "by": _listed(errors, 1e3, 4), "colour": colour, "names": names,
             "of": frames, "series": series}  # fmt: skip
 
@@ -80,9 +80,9 @@ def photo(source: str, size_px: tuple[int, int], points: Array, misses: Array, n
 
     Args:
         source: The image as a data URI.
-        size_px: Width and height of the image that was taken.
-        points: What was extracted, (m, 2) [px].
-        misses: From there to where the model predicts them, (m, 2) [px]; NaN where it does not.
+        size_px: Width and height of the original image.
+        points: Extracted points, (m, 2) [px].
+        misses: From these to the predicted ones, (m, 2) [px]; NaN where there are none.
         names: Of the points, each with its error.
     """
     seen, off = _listed(points, 1.0), _listed(misses, 1.0, 3)

@@ -1,4 +1,4 @@
-"""What several reports say: of noise, of what could not be tested, of files, and of where the data are from."""
+"""Common parts of reports: noise, untestable effects, files, and the origin of the data."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -9,8 +9,8 @@ from robolaser.export.files import missing_reader
 from robolaser.report.digits import millimetres, plain
 from robolaser.report.document import Column, Section, Table, TableCell, Text
 
-PRINTED_SHARE = 0.05  # of the gap, from which on the terminal names a site
-SOURCES: Mapping[str, str] = {  # what each source of noise disturbs; others are called by their names
+PRINTED_SHARE = 0.05  # of the gap, above which the terminal names a site
+SOURCES: Mapping[str, str] = {  # the quantity that each source of noise disturbs; others have their names
     "pixel": "position in the image",
     "target": "target points",
     "board": "corners of the board",
@@ -26,7 +26,7 @@ SOURCES: Mapping[str, str] = {  # what each source of noise disturbs; others are
 
 
 def disturbed(name: str) -> str:
-    """What a source of noise disturbs, in words; which of several sensors, in brackets."""
+    """The quantity that a source of noise disturbs, in words; one of several sensors in brackets."""
     sensor, _, source = name.rpartition(".")
     words = SOURCES.get(source, source.replace(ONE_JOINT, "readings of ", 1))
     return f"{words} ({sensor})" if sensor else words
@@ -38,14 +38,14 @@ def noise_size(sigma: float, unit: str) -> str:
 
 
 def noise_table(known: Iterable[tuple[str, float, str, str]]) -> Table:
-    """Each source of noise: its name, standard deviation and unit, and how that is known."""
+    """Each source of noise: its name, standard deviation and unit, and their origin."""
     columns = [Column("Source", width=34), Column("Standard deviation", "number"), Column("Known from", "wide")]
     rows = [(disturbed(name), noise_size(sigma, unit), origin) for name, sigma, unit, origin in known]
     return Table(columns, rows)
 
 
 def untestable(reasons: Mapping[str, str], title: str = "") -> Table:
-    """Why effects could not be tested, each reason once, by their names."""
+    """Why effects could not be tested, each reason once, by effect."""
     effects: dict[str, list[str]] = {}
     for name, reason in reasons.items():
         effects.setdefault(reason, []).append(spoken(name))
@@ -54,7 +54,7 @@ def untestable(reasons: Mapping[str, str], title: str = "") -> Table:
 
 
 def site_lines(sites: Iterable[tuple[str, str, float]], verdict: str, most: int) -> list[Text]:
-    """Site, coordinate and share of the gap, or of what is left; on the terminal at most so many that are worth it."""
+    """Site, coordinate and share of the gap, or of the remaining error; on the terminal only the important ones."""
     what = "of the remaining error" if verdict == "unexplained" else "of the gap"
     return [
         Text(f"{100 * share:.0f} % {what} at {site_phrase(site)}" + f" ({coordinate})" * bool(coordinate),
@@ -64,12 +64,12 @@ def site_lines(sites: Iterable[tuple[str, str, float]], verdict: str, most: int)
 
 
 def origin(source: str, licence: str) -> str:
-    """Where the data are from, for the end of a page."""
+    """Origin of the data, for the end of a page."""
     return " ".join([f"Data: {source}."] * bool(source) + [f"Licence of the data: {licence}."] * bool(licence))
 
 
 def _error(file: Mapping[str, Any]) -> TableCell | str:
-    """Of a file on new poses; what would tell, where the program that it is for is not there."""
+    """The error of a file on new poses; without the program that reads it, the extra to install."""
     if file["held_out_mm"] is not None:
         return millimetres(file["held_out_mm"] / 1e3)
     extra = missing_reader(file["file"])
@@ -77,7 +77,7 @@ def _error(file: Mapping[str, Any]) -> TableCell | str:
 
 
 def files_section(files: Sequence[Mapping[str, Any]]) -> Section:
-    """The error of each of `files` of a result's JSON on new poses, read by the program that it is for."""
+    """The error of each of `files` of a result's JSON on new poses, read by its program."""
     rows: list[tuple[TableCell | str, ...]] = [
         (TableCell(one["file"], link=one["file"]), _error(one), *map(pairs_in_words, (one["contains"], one["lacks"])))
         for one in files

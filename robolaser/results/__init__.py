@@ -1,4 +1,4 @@
-"""What `calibrate`, `diagnose` and `compare` give in Python: results that print, show, tabulate and save themselves."""
+"""Results of `calibrate`, `diagnose` and `compare` in Python: they print, show, tabulate and save themselves."""
 
 import json
 import re
@@ -58,7 +58,7 @@ class Result(ABC):
 
     @abstractmethod
     def to_dict(self) -> dict[str, Any]:
-        """What its JSON file holds."""
+        """The contents of its JSON file."""
 
     @abstractmethod
     def to_frame(self) -> "pd.DataFrame":
@@ -69,12 +69,12 @@ class Result(ABC):
         """The files of the result by name; None for one that this result does not have.
 
         Args:
-            command: What to type to repeat it.
+            command: The command line that repeats it.
         """
 
     @abstractmethod
     def _document(self, *, brief: bool) -> Document | None:
-        """The report; None for a result that was read back."""
+        """The report; None for a loaded result."""
 
     def __str__(self) -> str:
         """The summary that the command prints."""
@@ -94,7 +94,7 @@ class Result(ABC):
         """Write the files of the command.
 
         Raises:
-            OutputError: The folder cannot be written to, or a file of such a name is not an earlier result.
+            OutputError: The folder cannot be written to, or a file of that name is not an earlier result.
         """
         files, path = self.files(), Path(folder)
         with results_in(path, command=self.command, files=list(files), force=True):
@@ -124,14 +124,14 @@ class Result(ABC):
             known = charts_in(self.files().get(PAGE) or "")
         else:
             known = [chart for block in document.blocks if isinstance(block, Charts) for chart in block.charts]
-        asked = [re.compile(rf"\b{re.escape(title.replace('_', ' '))}", re.IGNORECASE) for title in titles]
-        shown = [one for one in known if all(each.search(one.title.replace("_", " ")) for each in asked)]
+        patterns = [re.compile(rf"\b{re.escape(title.replace('_', ' '))}", re.IGNORECASE) for title in titles]
+        shown = [one for one in known if all(each.search(one.title.replace("_", " ")) for each in patterns)]
         if not shown:
             raise UsageError(f"No chart '{' '.join(titles)}'.{near(' '.join(titles), [one.title for one in known])}")
         return plots(shown)
 
     def __repr__(self) -> str:
-        """The summary, too: what a person sees who names a result at a prompt."""
+        """The summary, as shown at a prompt."""
         return str(self).rstrip("\n")
 
     def _repr_html_(self) -> str:
@@ -169,7 +169,7 @@ class FittedResult(Result, Record):
         return None
 
     def compare(self, other: "FittedResult") -> Difference:
-        """What two results say of the same things: which numbers moved, by how many standard errors, and the flange.
+        """Compare two results: changed numbers, in standard errors, and the flange.
 
         Raises:
             UsageError: One is a calibration, the other a diagnosis.
@@ -178,11 +178,11 @@ class FittedResult(Result, Record):
         return between(before, after, (self.robot, other.robot))
 
     def _of_data(self) -> dict[str, Any]:
-        """What is said of the data elsewhere than in its JSON file."""
+        """Information on the data that is not in its JSON file."""
         return {}
 
     def to_dict(self) -> dict[str, Any]:
-        """What its JSON file holds."""
+        """The contents of its JSON file."""
         plain: dict[str, Any] = json.loads(json.dumps(self))
         return plain
 

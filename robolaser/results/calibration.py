@@ -1,4 +1,4 @@
-"""Calibrations that were just made or read back."""
+"""Calibrations, new or loaded."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -30,7 +30,7 @@ class CalibrationResult(FittedResult):
     """A calibration: the entries of calibration.json, as a dictionary and as attributes.
 
     Attributes:
-        calibration: Model and residuals; its attributes are also this result's. None if it was read back.
+        calibration: Model and residuals; its attributes are also this result's. None if it was loaded.
 
     Examples:
         >>> found = robolaser.calibrate(dataset)
@@ -56,7 +56,7 @@ class CalibrationResult(FittedResult):
 
     @classmethod
     def of(cls, made: Calibration) -> Self:
-        """A calibration that was just made."""
+        """A new calibration."""
         files = delivered(made)
         return cls(as_json(made) | {"files": [one.to_dict() for one in files]}, made, files)
 
@@ -72,7 +72,7 @@ class CalibrationResult(FittedResult):
 
     @property
     def x(self) -> Array:
-        """The values of all parameters, those of effects last, (d,)."""
+        """The values of all parameters, effects last, (d,)."""
         return np.array([number["value"] for number in numbers_of(self).values()])
 
     @property
@@ -98,7 +98,7 @@ class CalibrationResult(FittedResult):
         }
 
     def print(self, folder: Path) -> None:
-        """Print the summary, with the files for ROS that are in a folder, and the path of the saved report."""
+        """Print the summary, with the files for ROS in a folder, and the path of the saved report."""
         if made := self.calibration:
             document = of_calibration.document(made, brief=True, files=self["files"], folder=folder)
             print_document(document, folder)
@@ -114,7 +114,7 @@ class CalibrationResult(FittedResult):
 
 
 def load_calibration(path: str | Path) -> CalibrationResult:
-    """A calibration read back from calibration.json or its folder.
+    """Load a calibration from calibration.json or its folder.
 
     Raises:
         DataError: It cannot be read, or is of another format.

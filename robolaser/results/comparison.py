@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @final
 class ComparisonResult(Result):
-    """A comparison of algorithms, whose attributes are those of its `BenchmarkResult`.
+    """A comparison of algorithms, with the attributes of its `BenchmarkResult`.
 
     Attributes:
         benchmark: All runs.
@@ -43,7 +43,7 @@ class ComparisonResult(Result):
         return getattr(self.benchmark, name)
 
     def to_dict(self) -> dict[str, Any]:
-        """What comparison.json holds."""
+        """The contents of comparison.json."""
         read: dict[str, Any] = json.loads(comparison_json(self.benchmark, self.standings))
         return read
 
@@ -65,12 +65,12 @@ class ComparisonResult(Result):
 
     @cached_property
     def standings(self) -> tuple[Standings, ...]:
-        """How algorithms stand on each family of problems."""
+        """The ranking of algorithms on each family of problems."""
         return tuple(standings(self.benchmark, family) for family in self.benchmark.families)
 
 
 def load_comparison(*folders: str | Path) -> ComparisonResult:
-    """Read comparisons back, finished or not, and merge their runs, such as those of an array job.
+    """Load comparisons, finished or not, and merge their runs, such as those of an array job.
 
     Of several runs of a problem, algorithm and seed, the last counts.
 

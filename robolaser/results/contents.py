@@ -1,4 +1,4 @@
-"""What the files of a calibration or a diagnosis hold."""
+"""The contents of the files of a calibration or a diagnosis."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -25,7 +25,7 @@ class _Effect(TypedDict):
 
 
 class _Read(TypedDict):
-    """What is read of both, beside what else they hold."""
+    """The entries that are read of both."""
 
     effects: list[_Effect]
     parameters: NotRequired[dict[str, _Number]]
@@ -39,7 +39,7 @@ def read_result(path: Path, *formats: str) -> tuple[dict[str, Any], Path]:
 
     Args:
         path: The file or folder.
-        formats: One of which it must have; default: that of a calibration or a diagnosis.
+        formats: Accepted formats; default: calibration or diagnosis.
 
     Raises:
         DataError: It cannot be read, or is of another format.
@@ -62,7 +62,7 @@ def read_result(path: Path, *formats: str) -> tuple[dict[str, Any], Path]:
 
 
 def robot_in(folder: Path | None) -> Robot | None:
-    """The corrected arm of a saved result, as the URDF in its folder has it; None for flange poses and moving arms.
+    """The corrected arm of a saved result, from the URDF in its folder; None for flange poses and moving arms.
 
     Raises:
         DataError: The folder's files cannot be read.
@@ -82,13 +82,13 @@ def robot_in(folder: Path | None) -> Robot | None:
 
 
 def run_in(folder: Path) -> dict[str, Any]:
-    """What calibration.json in a folder says of the run, which a diagnosis beside it is of too."""
+    """The run of calibration.json in a folder, also that of a diagnosis beside it."""
     beside = folder / FILES[CALIBRATION]
     return {"run": read_json(beside).get("run")} if beside.is_file() else {}
 
 
 def numbers_of(contents: Mapping[str, Any]) -> dict[str, Any]:
-    """What a calibration or a diagnosis holds of each parameter, those of effects as `EFFECT.WHERE.PARAMETER`."""
+    """The entry of each parameter in a calibration or a diagnosis, of effects as `EFFECT.WHERE.PARAMETER`."""
     of_effects = {
         f"{one['effect']}.{one['where']}.{name}": number
         for one in contents["effects"]

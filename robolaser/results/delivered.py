@@ -1,4 +1,4 @@
-"""What the files of a corrected arm deliver: written without a fold's poses, read back, held against these."""
+"""Held-out errors of the files of a corrected arm: written without a fold's poses, read back, tested on these."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -32,12 +32,12 @@ from robolaser.robot.kinematics import Robot
 
 Writer = Callable[[Calibration], str | None]
 Reader = Callable[[str, Dataset, Bools], Array]  # flange poses of a data set's held poses, by a file's text
-UNSEEN_POSES: Final = 150  # on which errors are measured: no further fold is, once there are so many; more say no more
-PLACING_POSES: Final = 60  # to which base and tool are fitted: few files have them, and each fold has them elsewhere
+UNSEEN_POSES: Final = 150  # on which errors are measured: further folds are skipped, since they add nothing
+PLACING_POSES: Final = 60  # to which base and tool are fitted: few files have them, and they differ between folds
 PLACING_SESSION: Final = 12  # of these at least, in each session with unseen poses, whose base is its own. A judgement.
 ALIKE: Final = 1e-7  # up to which two files have the flange at one place: tables have six digits of a millimetre [m, 1]
-BEFORE: Final = 3  # poses before each: after a move shorter than its play, a joint is where an earlier move left it
-BEYOND_PLAY: Final = 0.03  # move of a joint that no play outlasts: where it was before no longer counts [rad, m]
+BEFORE: Final = 3  # poses before each: after a move shorter than its play, a joint stays where an earlier move left it
+BEYOND_PLAY: Final = 0.03  # move of a joint larger than any play: earlier positions no longer matter [rad, m]
 WAY_S: Final = 0.6  # in which MuJoCo drives an arm with play from one pose to the next. A judgement.
 REST_S: Final = 0.3  # in which MuJoCo's springs come to rest. A judgement.
 
@@ -45,7 +45,7 @@ REST_S: Final = 0.3  # in which MuJoCo's springs come to rest. A judgement.
 @final
 @dataclass(frozen=True, eq=False)
 class Delivered:
-    """A file of the corrected arm, by the model that it delivers most with."""
+    """A file of the corrected arm, of the model with which its error is smallest."""
 
     file: str
     text: str
@@ -66,8 +66,8 @@ class Delivered:
 def delivered(calibration: Calibration) -> list[Delivered]:
     """The files of the corrected arm with their errors on unseen poses, base and tool fitted to others.
 
-    What a file cannot hold, the rest of the model leans on: where one fitted without it delivers more, the file is of
-    that one.
+    The rest of a model depends on effects that a file cannot hold: if a model fitted without them has a smaller error,
+    the file is of that one.
 
     Args:
         calibration: The corrected model, with its fits without each fold.
@@ -107,7 +107,7 @@ def delivered(calibration: Calibration) -> list[Delivered]:
 
 
 def arm_in(files: Sequence[Delivered], arm: Robot | None) -> Robot | None:
-    """The corrected arm as its URDF has it, which may be of a smaller model; as it is where there is no such file."""
+    """The corrected arm of its URDF, which may be of a smaller model; of the model where there is no such file."""
     text = next((one.text for one in files if one.file == "robot_corrected.urdf"), None)
     if arm is None or text is None:
         return arm
@@ -115,7 +115,7 @@ def arm_in(files: Sequence[Delivered], arm: Robot | None) -> Robot | None:
 
 
 def _without_others(calibration: Calibration, chosen: Sequence[CandidateEffect]) -> Calibration:
-    """The model with only some of the arm's effects, and those of the sensor, fitted anew."""
+    """The model with only some of the arm's effects, and those of the sensor, re-fitted."""
     kept = [one for one in calibration.model.effects if one in chosen or one.effect.stage not in OF_THE_ARM]
     model = Model(calibration.model.dataset, tuple(kept))
     known = dict(zip(calibration.model.parameters.names, calibration.x.tolist(), strict=True))
@@ -133,7 +133,7 @@ def _without_others(calibration: Calibration, chosen: Sequence[CandidateEffect])
 @final
 @dataclass(frozen=True, eq=False)
 class _Fold:
-    """A model without a fold's poses, and these poses with some more, by which base and tool are placed."""
+    """A model without a fold's poses, and these poses with some more, which locate base and tool."""
 
     without: Calibration
     looked_at: Bools
@@ -143,7 +143,7 @@ class _Fold:
     known: list[tuple[Array, Array]]
 
     def errors(self, flange: Array) -> Array:
-        """Of the fold's rows seen from flange poses, (m, j) [m]; several files often have the same ones."""
+        """Errors of the fold's rows from flange poses, (m, j) [m]; several files often have the same ones."""
         for there, errors in self.known:
             if np.abs(there - flange).max() < ALIKE:
                 return errors
@@ -161,7 +161,7 @@ class _Replay:
         self._folds = list(_folds(calibration))
 
     def error(self, write: Writer, read: Reader) -> float | None:
-        """Root mean square over the rows, each seen by the file that was written without its pose [m]."""
+        """Root mean square over the rows, each by the file written without its pose [m]."""
         data = self.calibration.fitted_model.dataset
         flanges = [read(write(fold.without) or "", data, fold.looked_at) for fold in self._folds]
         if not flanges or not all(np.isfinite(flange).all() for flange in flanges):  # a simulated arm may fly apart
@@ -176,7 +176,7 @@ def _folds(calibration: Calibration) -> Iterator[_Fold]:
     count = 0
     is_known = np.ones(len(data.poses), dtype=bool)
     if any(isinstance(part, Play) for part in CorrectedArm(calibration).parts):
-        is_known[[path[0] for path in data.paths]] = False  # where the arm came from, and its play, stands in no file
+        is_known[[path[0] for path in data.paths]] = False  # no file holds the path of the arm with its play
     for number, x in enumerate(unseen.x):
         if count >= UNSEEN_POSES:
             return
@@ -192,7 +192,7 @@ def _folds(calibration: Calibration) -> Iterator[_Fold]:
 
 
 def _placed_anew(calibration: Calibration, part: Dataset, flange: Array, unseen: Bools, course: Course | None) -> Array:
-    """Errors of rows seen from given flange poses, (m, j) [m]; base, tool and target are fitted to those not unseen."""
+    """Errors of rows from given flange poses, (m, j) [m]; base, tool and target are fitted to those not unseen."""
     model = calibration.model
     poses = Poses(part.poses.names, time_s=part.poses.time_s, session=part.poses.session, T_base_flange=flange)
     sensor = tuple(one for one in model.effects if one.effect.stage not in OF_THE_ARM)
@@ -230,7 +230,7 @@ def _by_module(text: str, data: Dataset, held: Bools) -> Array:
 
 
 def _by_arm(read: Callable[[str, Robot, Array], Array]) -> Callable[[str, Dataset, Bools], Array]:
-    """The same by what reads a file and computes with the arm's joint values alone."""
+    """The same by a reader of a file that uses the arm's joint values alone."""
     return lambda text, data, held: read(text, data.arm[0], data.arm[1][held])
 
 
@@ -240,23 +240,23 @@ def _flange_by_urdf(text: str, robot: Robot, q: Array) -> Array:
 
 
 def _by_mujoco(text: str, data: Dataset, held: Bools) -> Array:
-    """The same where MuJoCo comes to rest; where a gear has play, on its way through the poses before.
+    """The same where MuJoCo comes to rest; with play, on a path through the poses before.
 
-    NaN where the arm flies apart: MuJoCo would start anew, and would tell so on the terminal and in a file of the
+    NaN where the simulation diverges: MuJoCo would reset, and would report that on the terminal and in a file of the
     current folder.
     """
     import mujoco  # noqa: PLC0415 - an extra
 
-    told = mujoco.get_mju_user_warning()
+    previous = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: None)
     try:
         return _simulated(mujoco.MjModel.from_xml_string(text), data, held)
     finally:
-        mujoco.set_mju_user_warning(told)
+        mujoco.set_mju_user_warning(previous)
 
 
 def _simulated(model: Any, data: Dataset, held: Bools) -> Array:
-    """Where the arm of a MuJoCo model is at the held poses."""
+    """Flange poses of a MuJoCo model at the held poses."""
     import mujoco  # noqa: PLC0415 - an extra
 
     bad = [getattr(mujoco.mjtWarning, f"mjWARN_BAD{what}") for what in ("QPOS", "QVEL", "QACC")]
@@ -290,7 +290,7 @@ def _simulated(model: Any, data: Dataset, held: Bools) -> Array:
 
 
 def _since_beginning(data: Dataset) -> Array:
-    """When the poses were, (n,) [s], or how many poses, after the first of their session."""
+    """Times of the poses, (n,) [s], or their number, after the first of their session."""
     places, whole = data.in_whole(), data.whole or data
     since = np.zeros(len(whole.poses))
     for path in whole.paths:

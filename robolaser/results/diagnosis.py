@@ -1,4 +1,4 @@
-"""Diagnoses that were just made or read back."""
+"""Diagnoses, new or loaded."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
@@ -35,7 +35,7 @@ class DiagnosisResult(FittedResult):
     """A diagnosis: the entries of diagnosis.json, as a dictionary and as attributes.
 
     Attributes:
-        diagnosis: All contents of the report; None if it was read back.
+        diagnosis: All contents of the report; None if it was loaded.
 
     Examples:
         >>> why = robolaser.diagnose(dataset, effects=[], seed=1)
@@ -59,17 +59,17 @@ class DiagnosisResult(FittedResult):
 
     @classmethod
     def of(cls, made: Diagnosis, seed: int, again: Again | None = None) -> Self:
-        """A diagnosis that was just made.
+        """A new diagnosis.
 
         Args:
             made: It.
-            seed: With which.
+            seed: Its seed.
             again: Diagnoses another data set in the same way; without it, the diagnosis cannot grow.
         """
         return cls(diagnosis_json(made), made, seed=seed, again=again)
 
     def __missing__(self, key: str) -> Any:
-        """The files of the corrected arm: they are written and held against unseen poses when they are asked for."""
+        """The files of the corrected arm, written and tested on unseen poses at the first access."""
         if key != "files" or self.diagnosis is None:
             raise KeyError(key)
         self[key] = [Record(one.to_dict()) for one in self._delivered]
@@ -77,7 +77,7 @@ class DiagnosisResult(FittedResult):
 
     @cached_property
     def model(self) -> Calibration | None:
-        """The corrected model, as a calibration; None if the diagnosis was read back."""
+        """The corrected model, as a calibration; None if the diagnosis was loaded."""
         return None if self.diagnosis is None else corrected(self.diagnosis, self._seed)
 
     @cached_property
@@ -96,7 +96,7 @@ class DiagnosisResult(FittedResult):
 
         Raises:
             DataError: They are of another arm or kind of sensor, or have names of earlier poses.
-            UsageError: The diagnosis was read back.
+            UsageError: The diagnosis was loaded.
 
         Examples:
             >>> why = robolaser.diagnose(dataset, effects=[], seed=1)
@@ -109,9 +109,9 @@ class DiagnosisResult(FittedResult):
         return type(self).of(with_poses(self.diagnosis, dataset, self._again), self._seed, self._again)
 
     def to_dict(self) -> dict[str, Any]:
-        """What diagnosis.json holds."""
+        """The contents of diagnosis.json."""
         if self.diagnosis is not None:
-            self["files"]  # written when they are first asked for
+            self["files"]  # written at the first access
         return super().to_dict()
 
     @property
@@ -121,7 +121,7 @@ class DiagnosisResult(FittedResult):
         return robot_in(self._folder) if made is None else arm_in(self._delivered, made.robot)
 
     def _of_data(self) -> dict[str, Any]:
-        """What calibration.json says of the run."""
+        """The run of calibration.json."""
         if self.diagnosis is not None:
             return {"run": asdict(RunSummary.of(self.diagnosis.dataset))}
         return run_in(self._folder or Path())
@@ -148,7 +148,7 @@ class DiagnosisResult(FittedResult):
 
 
 def load_diagnosis(path: str | Path) -> DiagnosisResult:
-    """A diagnosis read back from diagnosis.json or its folder.
+    """Load a diagnosis from diagnosis.json or its folder.
 
     Raises:
         DataError: It cannot be read, or is of another format.

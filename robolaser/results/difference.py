@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
 FORMAT: Final = "robolaser-diff/1"
 POSTURES: Final = 200  # at which two arms are compared
-OF_THE_DATA: Final = ("dataset", "poses", "run")  # what a diagnosis, or a calibration, says of the data that it is of
-Fact = tuple[Any, str, float | None]  # what a result says under a name: a value, its unit, and its standard error
+OF_THE_DATA: Final = ("dataset", "poses", "run")  # entries of a diagnosis, or a calibration, on its data
+Fact = tuple[Any, str, float | None]  # an entry of a result by name: a value, its unit, and its standard error
 ERRORS: Final = ("objective_m2", "rms_m", "max_m", "held_out_rms_m")
 
 
 @final
 class Difference(dict[str, Any]):
-    """What two results say of the same things: `rows`, as `difference` has them; it prints as a table."""
+    """The difference of two results: `rows`, as `difference` has them; it prints as a table."""
 
     def to_frame(self) -> "pd.DataFrame":
-        """A row for each thing."""
+        """A row for each entry."""
         import pandas as pd  # noqa: PLC0415 - half a second that the command does without
 
         return pd.DataFrame(self["rows"])
@@ -43,12 +43,12 @@ class Difference(dict[str, Any]):
         write_text(Path(path), render(document(self)))
 
     def __repr__(self) -> str:
-        """What `robolaser diff` prints."""
+        """The output of `robolaser diff`."""
         return printed(document(self)).rstrip("\n")
 
 
 def difference(first: str | Path, second: str | Path) -> Difference:
-    """What two saved results say of the same things.
+    """Compare two saved results.
 
     Args:
         first: A result's folder, or its JSON file.
@@ -63,7 +63,7 @@ def difference(first: str | Path, second: str | Path) -> Difference:
 
 
 def _read(path: str | Path) -> tuple[dict[str, Any], Robot | None]:
-    """A saved result, with what calibration.json says of the data that a diagnosis beside it is of; and its arm."""
+    """A saved result, with the data entries of calibration.json beside a diagnosis; and its arm."""
     contents, folder = read_result(Path(path))
     return run_in(folder) | contents, robot_in(folder)
 
@@ -74,18 +74,18 @@ def between(
     arms: tuple[Robot | None, Robot | None],
     names: tuple[str, str] = ("this", "the other"),
 ) -> Difference:
-    """What two results say of the same things.
+    """Compare two results.
 
     Args:
-        before: What a result's JSON file holds.
+        before: The contents of a result's JSON file.
         after: Likewise, of the same kind.
         arms: The corrected arms of both.
-        names: What a message calls them.
+        names: Their names in messages.
 
     Returns:
         `format`; `kind` of the results; `results`, their data sets; `same_data`, whether these are the same; and
-        `rows`, each with the `name` of what is said, `first` and `second` (null where one says nothing), their `unit`
-        where they have one, and for numbers their `change` and the change in standard errors of both, `errors`.
+        `rows`, each with the `name` of an entry, `first` and `second` (null where one has none), their `unit` if they
+        have one, and for numbers their `change` and the change in standard errors of both, `errors`.
 
     Raises:
         UsageError: One is a calibration, the other a diagnosis.
@@ -122,7 +122,7 @@ def _errors(result: Mapping[str, Any]) -> dict[str, Fact]:
 
 
 def _at_flange(one: Robot | None, other: Robot | None) -> list[dict[str, Any]]:
-    """How far apart two corrected arms have the flange, root mean square over their joints' ranges."""
+    """Distance between the flanges of two corrected arms, root mean square over their joints' ranges."""
     if one is None or other is None or one.joints != other.joints:
         return []
     low, high = one.range

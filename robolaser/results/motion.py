@@ -1,4 +1,4 @@
-"""Diagnoses of moving arms that were just made."""
+"""New diagnoses of moving arms."""
 
 from typing import TYPE_CHECKING, Any, Final, final
 
@@ -24,7 +24,7 @@ class MotionResult(FittedResult):
     """A diagnosis of a moving arm: the entries of diagnosis.json, as a dictionary and as attributes.
 
     Attributes:
-        diagnosis: With all that a report shows.
+        diagnosis: All contents of the report.
     """
 
     command = "diagnose"
@@ -48,7 +48,7 @@ class MotionResult(FittedResult):
 
 
 def _delivered(found: dict[str, Any]) -> list[dict[str, Any]]:
-    """The table of the servos' numbers, which has them all and which nothing reads back, as `files` has others."""
+    """The table of all the servos' numbers, an entry of `files` that nothing reads back."""
     pairs = dict.fromkeys((one["effect"], one["where"]) for one in found["effects"])
     return (
         [{"file": servo_table.FILE, "held_out_mm": None, "contains": [*map(list, pairs)], "lacks": []}] if pairs else []
@@ -60,7 +60,7 @@ class MotionCalibrationResult(FittedResult):
     """Numbers of effects on a moving arm: the entries of calibration.json, as a dictionary and as attributes.
 
     Attributes:
-        fit: With all that a report shows.
+        fit: All contents of the report.
     """
 
     command = "calibrate"

@@ -1,4 +1,4 @@
-"""Rigid bodies that stand for a robot's links and what is about them: boxes, spheres, cylinders and capsules."""
+"""Rigid bodies of a robot's links and its surroundings: boxes, spheres, cylinders and capsules."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
@@ -46,17 +46,17 @@ def arm_length(robot: Robot | None) -> float:
 
 
 def link_radius(robot: Robot | None) -> float:
-    """Radius that links without geometry are given [m]."""
+    """Radius of links without geometry [m]."""
     return float(np.clip(SHARE_OF_ARM * arm_length(robot), LEAST_RADIUS_M, MOST_RADIUS_M))
 
 
 def link_bodies(robot: Robot, radius_m: float | None = None) -> tuple[Body, ...]:
     """The bodies of a robot's links.
 
-    A link has the boxes, spheres and cylinders of its `<collision>` elements. Where it has none, or meshes, which are
-    not read, capsules stand for it: from its own joint straight to the axis of each joint that it carries, and along
-    that to the joint's origin, which may lie anywhere on its axis. Their radius is a share of the arm's length where
-    none is given.
+    A link has the boxes, spheres and cylinders of its `<collision>` elements. If it has none, or meshes, which are not
+    read, it is represented by capsules: from its own joint straight to the axis of each joint that it carries, and
+    along that to the joint's origin, which may be anywhere on its axis. Their radius is a share of the arm's length
+    unless given.
     """
     arm, drawn = robot.by_pinocchio, _drawn(robot.urdf)
     radius = link_radius(robot) if radius_m is None else radius_m
@@ -86,7 +86,7 @@ def carried_bodies(name: str, robot: Robot, points: Array, radius: float) -> lis
 
 
 def _to_joint(arm: PinocchioModel, child: Link) -> list[Array]:
-    """Corners of the way from a link's origin to the joint of a link that it carries, (3,) [m] each."""
+    """Corners of the path from a link's origin to the joint of a link that it carries, (3,) [m] each."""
     end = child.T_parent_link[:3, 3]
     axis = np.zeros(3) if child.joint is None else child.T_parent_link[:3, :3] @ arm.axes[child.joint]
     return [np.zeros(3), end - (end @ axis) * axis, end]
@@ -95,7 +95,7 @@ def _to_joint(arm: PinocchioModel, child: Link) -> list[Array]:
 def _drawn(text: str) -> dict[str, list[tuple[str, tuple[float, ...], Array]]]:
     """Kind, size and placement on its link of each shape that a URDF draws for collisions.
 
-    Links with a mesh or with a shape whose size cannot be read are left out: their other shapes are but a part of them.
+    Links with a mesh or with a shape of unreadable size are omitted: their other shapes are only a part of them.
     """
     drawn = {}
     for link in read_xml(text).findall("link"):

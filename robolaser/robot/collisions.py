@@ -20,8 +20,8 @@ TRIED = 100  # configurations all over the joints' range: two bodies that overla
 class CollisionModel:
     """The pairs of bodies that could hit each other.
 
-    Not looked at are bodies that do not move against each other, links of neighbouring joints, links of which capsules
-    are all that is known and which lie within NEAR of each other along the arm, and what overlaps wherever the arm is.
+    Excluded are bodies that do not move against each other, links of neighbouring joints, links known only as capsules
+    within NEAR of each other along the arm, and bodies that overlap in every configuration.
 
     Args:
         robot: Any arm.
@@ -60,7 +60,7 @@ class CollisionModel:
             for (i, j), near in zip(candidates, always, strict=True)
             if near and not (is_link[i] and is_link[j]) and carriers[i] + carriers[j] > 1
         )
-        """Pairs with a body that is no link, which overlap wherever the arm is; but not what the arm stands on."""
+        """Pairs with a body that is no link, which overlap in every configuration; except the arm's support."""
 
     def _look_at(self, pairs: Sequence[tuple[int, int]]) -> None:
         self._scene.removeAllCollisionPairs()
@@ -69,7 +69,7 @@ class CollisionModel:
         self.pairs, self._found = tuple(pairs), self._scene.createData()
 
     def gaps(self, q: Array) -> Array:
-        """Distance of each pair at configurations (n, j), (n, pairs) [m]; below zero, how deep they overlap."""
+        """Distance of each pair at configurations (n, j), (n, pairs) [m]; below zero, the depth of their overlap."""
         gaps = np.empty((len(q), len(self.pairs)))
         for gap, row in zip(gaps, self._arm.rows(q), strict=True):
             self._pinocchio.updateGeometryPlacements(self._model, self._data, self._scene, self._found, row)
@@ -88,7 +88,7 @@ class CollisionModel:
         return np.asarray(np.all(self.gaps(q) >= margin_m, axis=1))
 
     def name(self, pair: tuple[int, int]) -> str:
-        """What people call a pair."""
+        """A pair in words."""
         return " and ".join(self.bodies[i].name for i in pair)
 
 

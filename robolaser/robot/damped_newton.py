@@ -1,6 +1,6 @@
-"""Joint values at which what is missing from a goal vanishes, by damped Newton steps within the joints' limits.
+"""Joint values at which the distance from a goal vanishes, by damped Newton steps within the joints' limits.
 
-The damping falls with the square of what is missing, so that a goal need not lie in reach, nor a posture be regular.
+The damping falls with the square of the distance, so that a goal need not be in reach, nor a posture be regular.
 Sugihara 2011, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, IEEE T-RO 27(5).
 """
 
@@ -11,11 +11,11 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 
 Missing = Callable[[Array], tuple[Array, Array]]
-"""Joint values (n, j) to what is missing there (n, k), and how what is reached moves with the joints, (n, k, j)."""
+"""Joint values (n, j) to the distance from the goal (n, k), and derivatives of the position, (n, k, j)."""
 
 STEPS = 60
 STRIDE = 0.5  # at most, in a joint [rad or m]
-DAMPING = 0.1  # of the squared slopes, times the square of what is missing,
+DAMPING = 0.1  # of the squared slopes, times the square of the distance,
 LEAST_DAMPING = 1e-9  # and beyond it
 
 
@@ -25,8 +25,8 @@ def solve(missing: Missing, start: Array, limits: tuple[Array, Array], reached: 
     Args:
         missing: [m or rad].
         start: Joint values where the search starts, (n, j) [rad or m].
-        limits: Least and most that each joint may be, (j,) or (n, j) each [rad or m].
-        reached: What may be missing of a goal that is reached [m or rad].
+        limits: Least and largest value of each joint, (j,) or (n, j) each [rad or m].
+        reached: Distance from a goal up to which it is reached [m or rad].
     """
     q = np.clip(start, *limits)
     for _ in range(STEPS):

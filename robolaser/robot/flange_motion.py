@@ -1,4 +1,4 @@
-"""How the flange moves with the joints and with their placements: the geometric Jacobian of a serial arm.
+"""Motion of the flange with the joints and with their placements: the geometric Jacobian of a serial arm.
 
 Siciliano, Khatib 2016, Springer Handbook of Robotics, ch. 2.8.
 """
@@ -16,7 +16,7 @@ from robolaser.geometry.rigid_motion import inverse, skew
 @final
 @dataclass(frozen=True, eq=False)
 class FlangeMotion:
-    """Where the flange is at each pose, and its twists: the shift of what is at the base's origin, and the turn.
+    """The flange at each pose, and its twists: the shift of the point at the base's origin, and the turn.
 
     Twists are in the base frame [m, rad].
     """
@@ -26,7 +26,7 @@ class FlangeMotion:
     by_placements: Array | None  # per unit of each joint's shift and turn in its own frame, (c, n, 6, j, 6)
 
     def carried(self, q: Array, placements: Array) -> Array:
-        """T_base_flange with derivatives by what joint values or placements have derivatives by."""
+        """T_base_flange with the derivatives of joint values or placements."""
         angles, placed, twists = cast("Any", q), cast("Any", placements), []
         if is_dual(q):
             twists.append((angles.of, self.twists_by_joints(angles.slopes.swapaxes(0, 1))))
@@ -52,11 +52,11 @@ class FlangeMotion:
         return np.moveaxis(self.by_joints @ np.moveaxis(moves, 1, -1), -1, 1)
 
     def twists_by_placements(self, placements: Array, moves: Array) -> Array:
-        """Twists by what is added to placements of the joints (c or 1, n or 1, j, 4, 4) in q directions, (c, q, n, 6).
+        """Twists by changes of placements of the joints (c or 1, n or 1, j, 4, 4) in q directions, (c, q, n, 6).
 
         The moves are small, (c or 1, q, n or 1, j, 4, 4).
         """
-        assert self.by_placements is not None  # the caller asked for them
+        assert self.by_placements is not None  # requested by the caller
         c, n = self.by_placements.shape[:2]
         out = np.zeros((max(c, len(moves)), moves.shape[1], n, 6))
         for i in range(moves.shape[3]):
@@ -69,7 +69,7 @@ class FlangeMotion:
 
 
 def moved_by_twists(T: Array, twists: Array) -> Array:
-    """What is added to motions T (c, n, 4, 4), to first order, by twists in the base frame (c or 1, q, n or 1, 6)."""
+    """First-order changes of motions T (c, n, 4, 4) by twists in the base frame (c or 1, q, n or 1, 6)."""
     out = np.zeros((max(len(T), len(twists)), twists.shape[1], *T.shape[1:]))
     x, y, z = np.moveaxis(twists[..., 3:, None], -2, 0)
     along = T[:, None]

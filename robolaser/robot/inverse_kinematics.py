@@ -1,4 +1,4 @@
-"""Postures that bring a point on the flange to given places, whichever way the arm is folded."""
+"""Postures that bring a point on the flange to given positions, in any configuration of the arm."""
 
 from collections.abc import Callable
 
@@ -11,12 +11,12 @@ from robolaser.robot.damped_newton import solve
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, limits, most_crowded, random_configurations
 
-Forward = Callable[[Array], Array]  # joint values (n, j) to T_base_flange (n, 4, 4), whatever bends the arm
+Forward = Callable[[Array], Array]  # joint values (n, j) to T_base_flange (n, 4, 4), effects included
 
 REACHED_M = 1e-12
 ATTEMPTS = 10
 SPARE = 4  # candidates for each posture wanted
-PATCH = 0.3  # radius of the places that are chosen among, over the reach
+PATCH = 0.3  # radius of the candidate positions, over the reach
 
 
 def touching(
@@ -28,9 +28,9 @@ def touching(
     still: Bools | None = None,
     forward: Forward | None = None,
 ) -> tuple[Array, Bools]:
-    """Bring a point on the flange to given places, the orientation free.
+    """Bring a point on the flange to given positions, the orientation free.
 
-    The nominal arm's Jacobian leads there: whatever bends the arm is small beside it.
+    The nominal arm's Jacobian suffices: effects change it little.
 
     Args:
         robot: The nominal arm.
@@ -41,7 +41,7 @@ def touching(
         forward: The arm as it is; the nominal one when absent.
 
     Returns:
-        Joint values (n, j), and whether each stands within the limits with the point at its goal, (n,).
+        Joint values (n, j), and whether each is within the limits with the point at its goal, (n,).
     """
     fixed = np.zeros(q.shape[1], dtype=bool) if still is None else still
 
@@ -55,14 +55,14 @@ def touching(
 
 
 def reaching(robot: Robot, tool: Array, goals: Array, *, wanted: int, rng: np.random.Generator) -> tuple[Array, Ints]:
-    """Postures that bring a point on the flange to one or another of several places, the wanted ones first.
+    """Postures that bring a point on the flange to one of several positions, the wanted ones first.
 
     Args:
         robot: Any arm.
         tool: In the flange frame, (3,) [m].
         goals: In the base frame, (s, 3) [m].
         wanted: How many are needed, goal after goal; spares follow in the same order.
-        rng: Where chance comes from.
+        rng: Random numbers.
 
     Returns:
         Postures (≥ wanted, j), and the goal of each.
@@ -94,7 +94,7 @@ def reaching(robot: Robot, tool: Array, goals: Array, *, wanted: int, rng: np.ra
 
 
 def within_reach(robot: Robot, tool: Array, count: int, rng: np.random.Generator) -> Array:
-    """Places that a point on the flange reaches from many sides, one by the other, (count, 3) [m]."""
+    """Neighbouring positions that a point on the flange reaches from many sides, (count, 3) [m]."""
     T = robot.forward(random_configurations(robot, 2000 + 50 * count, rng)[None])[0]
     places = apply(T, tool)
     reach = float(np.linalg.norm(places - places.mean(axis=0), axis=-1).max())

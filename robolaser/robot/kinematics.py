@@ -1,4 +1,4 @@
-"""A robot's arm: joint values to flange poses, many candidates at once, and the weight its joints carry."""
+"""A robot's arm: joint values to flange poses, many candidates at once, and gravity torques."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -17,10 +17,10 @@ from robolaser.robot.pinocchio_model import PinocchioModel
 from robolaser.robot.reading import read_arm
 from robolaser.robot.urdf.editing import with_placements
 
-DOWN = (0.0, 0.0, -9.81)  # gravity in the frame of a base that stands upright [m/s²]
+DOWN = (0.0, 0.0, -9.81)  # gravity in the frame of an upright base [m/s²]
 NEAR_AXIS = np.cos(np.radians(2.0))  # bases are mounted along axes
 REACHED = 1e-9  # [m, rad]
-STARTS = 40  # of an inverse, beside the one that is given: fewer leave out some of what a six-axis arm reaches
+STARTS = 40  # of an inverse, besides the given one: fewer miss some poses within reach of a six-axis arm
 
 
 @final
@@ -36,7 +36,7 @@ class Robot:
     flange: str  # the link that carries the sensor
     gravity: tuple[float, float, float]  # in the base frame [m/s²]
     urdf: str  # the URDF as it was read
-    # what follows from the URDF; joints that are not listed and follow none of these are fixed at neutral
+    # derived from the URDF; joints that are not listed and follow none of these are fixed at neutral
     by_pinocchio: PinocchioModel = field(compare=False)
     chain: tuple[int, ...] = field(compare=False)  # indices into `joints` of those that move the flange, base first
     lower: Array = field(compare=False)  # least value of each joint, (j,) [rad] or [m]; -inf for continuous joints
@@ -64,7 +64,7 @@ class Robot:
             flange: The link that carries the sensor.
             joints: The columns of q; when absent, all that move the flange and mimic none, from base to flange.
             gravity: In the base frame, (3,) [m/s²].
-            source: What error messages call the URDF.
+            source: Name of the URDF in error messages.
 
         Raises:
             RobotError: The text is no robot; there is no such flange or no such moving joint; a joint is listed twice;
@@ -92,14 +92,14 @@ class Robot:
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Another process builds Pinocchio's model for itself."""
+        """Another process builds its own Pinocchio model."""
         read = partial(type(self).from_urdf, flange=self.flange, joints=self.joints, gravity=self.gravity)
         return read, (self.urdf,)
 
     def other_gravity(self, direction: Array) -> Array | None:
-        """The gravity in the base frame that a direction (3,) stands for, along an axis where it is near one, (3,).
+        """The gravity in the base frame of a direction (3,), along an axis if it is near one, (3,).
 
-        None where it is the arm's own, nearly.
+        None if it is nearly the arm's own.
         """
         stated = np.array(self.gravity)
         size, along = float(np.linalg.norm(stated)), direction / np.linalg.norm(direction)
@@ -112,7 +112,7 @@ class Robot:
         return type(self).from_urdf(self.urdf, flange=self.flange, joints=self.joints, gravity=gravity)
 
     def forward(self, q: Array, placements: Array | None = None) -> Array:
-        """Where the flange is. Joint limits are not checked here.
+        """Pose of the flange. Joint limits are not checked here.
 
         Args:
             q: Joint values, (c or 1, n, j) [rad] or [m]; fewer leading axes, (n, j) or (j,), give fewer.
@@ -135,7 +135,7 @@ class Robot:
     def joint_frames(self, q: Array, placements: Array | None = None) -> Array:
         """T_base_joint of the chain, from base to flange, each turned by its own value, (c, n, len(chain), 4, 4).
 
-        Arguments as those of `forward`; fewer leading axes give fewer.
+        Arguments as for `forward`; fewer leading axes give fewer.
         """
         if np.ndim(q) < 3:
             whole: Array = self.joint_frames(self._rows(q), placements)[0]
@@ -143,13 +143,13 @@ class Robot:
         return self.by_pinocchio.frames(q, placements)[:, :, [self.by_pinocchio.columns[i] for i in self.chain]]
 
     def motion(self, q: Array, placements: Array | None = None, *, by_placements: bool = True) -> FlangeMotion:
-        """Where the flange is, as for `forward`, and how it moves with the joints and, if wanted, their placements."""
+        """Pose of the flange, as `forward`, and its twists by the joints and, if wanted, their placements."""
         arm = self.by_pinocchio
         frames, by_joints, by_placement = arm.frames_and_twists(q, placements, by_placements=by_placements)
         return FlangeMotion(arm.flange(frames), by_joints, by_placement)
 
     def jacobian(self, q: Array, points: Array | None = None) -> Array:
-        """How a point that the flange carries moves with the joints: the geometric Jacobian in the base frame.
+        """The geometric Jacobian of a point that the flange carries, in the base frame.
 
         Args:
             q: Joint values, (c, n, j) [rad] or [m]; fewer leading axes, (n, j) or (j,), give fewer.
@@ -180,8 +180,8 @@ class Robot:
     def inverse(self, T_base_flange: Array, start: Array | None = None) -> tuple[Array, Bools]:
         """Joint values within the limits that bring the flange to given poses.
 
-        Of several solutions, the one that damped Newton steps reach first from the start; where they reach none, from
-        others all over the joints' range, the same in each call.
+        Of several solutions, the one that damped Newton steps reach first from the start; if they reach none, from
+        other starts in the joints' range, the same in each call.
 
         Args:
             T_base_flange: Poses, (n, 4, 4).
@@ -215,20 +215,20 @@ class Robot:
 
     @property
     def range(self) -> tuple[Array, Array]:
-        """Least and most that each joint is used at, (j,) and (j,) [rad] or [m]: its limits; continuous ones, ±π."""
+        """Least and largest used value of each joint, (j,) and (j,) [rad] or [m]: its limits; continuous ones, ±π."""
         lower = np.where(self.prismatic, self.lower, np.maximum(self.lower, np.minimum(-np.pi, self.upper - np.pi)))
         upper = np.where(self.prismatic, self.upper, np.minimum(self.upper, np.maximum(np.pi, lower + np.pi)))
         return lower, upper
 
     def gravity_torques(self, q: Array) -> Array:
-        """What each joint must bear to hold the arm still at q, all masses counted, (..., j) -> (..., j) [Nm] or [N].
+        """Torque of each joint that holds the arm still at q, with all masses, (..., j) -> (..., j) [Nm] or [N].
 
         Unlisted joints are at neutral; zeros for a URDF without masses.
         """
         return self.by_pinocchio.gravity_torques(q.reshape(-1, q.shape[-1])).reshape(q.shape)
 
     def carried(self, q: Array) -> tuple[Array, Array]:
-        """The mass of all that each joint carries, by the URDF, (j,) [kg], and its centre at q (n, j), (n, j, 3) [m].
+        """The mass that each joint carries, by the URDF, (j,) [kg], and its centre at q (n, j), (n, j, 3) [m].
 
         Centres are in the base frame; where there is no mass, the joint's origin. Unlisted joints are at neutral.
         """
@@ -245,9 +245,9 @@ class Robot:
         return tuple(link.name for link in self.by_pinocchio.links)
 
     def with_placements(self, placements: Array, offsets: Array | None = None) -> Self:
-        """The same arm with its joints placed anew, (j, 4, 4), and their zeros moved by offsets, (j,) [rad or m].
+        """The same arm with other placements of its joints, (j, 4, 4), and zeros moved by offsets, (j,) [rad or m].
 
-        Joints that follow one follow its true value, so that their zeros move, too.
+        Joints that mimic one follow its true value, so that their zeros move, too.
         """
         arm, placed = self.by_pinocchio, self.by_pinocchio.placements.copy()
         placed[arm.columns] = placements

@@ -1,8 +1,8 @@
 """An arm's Pinocchio model: one pass over the configurations gives all frames.
 
-Pinocchio's answers are read from its own memory, because a Python object for each frame would take ten times as long
-as the kinematics. Its regressors refuse joints that follow others (mimic), so these move by themselves in it, by
-ratios q + offsets of the joints that are read, and derivatives follow by the chain rule.
+Pinocchio's results are read from its own memory, because a Python object for each frame would take ten times as long
+as the kinematics. Its regressors refuse joints that follow others (mimic), so these are independent joints in it, with
+values ratios q + offsets of the joints that are read, and derivatives follow by the chain rule.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,7 +25,7 @@ class Link:
     name: str
     parent: str  # "" for the root
     T_parent_link: Array  # (4, 4)
-    joint: int | None  # what moves it on its parent, as one of `PinocchioModel.moving`; None: nothing does
+    joint: int | None  # its joint on its parent, as one of `PinocchioModel.moving`; None: it is fixed
 
 
 @final
@@ -56,14 +56,14 @@ class PinocchioModel:
         """One for each joint that carries the flange, (m,)."""
         moved = (int(column) for joint in np.flatnonzero(self.way) for column in np.flatnonzero(ratios[joint]))
         self.chain = tuple(dict.fromkeys(moved))
-        """Those of the joints that are read that move the flange, from base to flange."""
+        """The joints read that move the flange, from base to flange."""
         self._endless = np.array(model.nqs)[1:] == 2
         self.placements = _poses(np.array(_view(model.jointPlacements)[1:]))
         """Of each joint on the one that carries it, or the base, (m, 4, 4)."""
         self.masses = np.array([one.mass for one in model.inertias])[1:]
         """Of what each joint moves, up to the next joints, (m,) [kg]."""
         self.centres = np.array([one.lever for one in model.inertias])[1:]
-        """Where these masses have their centres, in the frames of the joints, (m, 3) [m]."""
+        """Centres of these masses, in the frames of the joints, (m, 3) [m]."""
         self._data, self._moved, self._lock = model.createData(), model.copy(), Lock()
         self._moved_data = self._moved.createData()
         at_rest, jacobian = pinocchio.neutral(model), pinocchio.computeJointJacobian
@@ -127,7 +127,7 @@ class PinocchioModel:
         return frames, (J * self.way) @ self.ratios, None if regressors is None else regressors[:, :, :, self.columns]
 
     def _computed(self, q: Array, placements: Array | None, J: Array | None, regressors: Array | None) -> Array:
-        """T_base_joint of all joints at each posture of each candidate; fills in what else is asked for."""
+        """T_base_joint of all joints at each posture of each candidate; fills in other requested arrays."""
         c, n = _candidates(q, placements)
         rows = np.broadcast_to(self.rows(q), (c, n, self.model.nq))
         frames = np.empty((c, n, self.model.njoints, 4, 3))
@@ -153,7 +153,7 @@ class PinocchioModel:
         return _poses(frames[:, :, 1:])
 
     def gravity_torques(self, q: Array) -> Array:
-        """What each joint that is read must bear to hold the arm still, (n, j) -> (n, j) [Nm or N]."""
+        """Torque of each joint that is read to hold the arm still, (n, j) -> (n, j) [Nm or N]."""
         return self._torques(self._pinocchio.computeGeneralizedGravity, self.rows(q)) @ self.ratios
 
     def inverse_dynamics(self, q: Array, speed: Array, acceleration: Array) -> Array:
@@ -170,11 +170,11 @@ class PinocchioModel:
         return torques
 
     def inertial_numbers(self, joint: int) -> Array:
-        """What one of the joints that move carries, by the URDF, in the order of `torque_regressor`, (10,)."""
+        """Inertial numbers of the load of a moving joint, by the URDF, in the order of `torque_regressor`, (10,)."""
         return np.asarray(self.model.inertias[joint + 1].toDynamicParameters())
 
     def torque_regressor(self, q: Array, speed: Array, acceleration: Array, joint: int) -> Array:
-        """The same torques for a unit of each inertial number of what a joint, numbered as in `moving`, carries.
+        """The same torques for a unit of each inertial number of a joint's load, numbered as in `moving`.
 
         Returns:
             (n, j, 10): of the mass, its first moments x, y, z, and the inertia xx, xy, yy, xz, yz, zz about the joint.
@@ -188,7 +188,7 @@ class PinocchioModel:
         return np.asarray(np.einsum("nmk,mj->njk", torques, self.ratios))
 
     def carried(self, q: Array) -> tuple[Array, Array]:
-        """The mass that each joint carries, (j,) [kg], and where its centre is in the base frame, (n, j, 3) [m]."""
+        """The mass that each joint carries, (j,) [kg], and its centre in the base frame, (n, j, 3) [m]."""
         centres, frames = np.empty((len(q), self.model.njoints, 3)), np.empty((len(q), self.model.njoints, 4, 3))
         with self._lock:
             found, own = _view(self._data.oMi), _view_of_points(self._data.com)
@@ -203,7 +203,7 @@ class PinocchioModel:
 
 
 def _candidates(q: Array, placements: Array | None) -> tuple[int, int]:
-    """How many candidates, and postures of each, there are."""
+    """Numbers of candidates, and of postures of each."""
     c, n = np.broadcast_shapes(q.shape[:2], (1, 1) if placements is None else placements.shape[:2])
     return c, n
 

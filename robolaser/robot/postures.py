@@ -1,4 +1,4 @@
-"""Configurations of an arm within its limits, and which of many to take."""
+"""Configurations of an arm within its limits, and a choice of them."""
 
 import numpy as np
 
@@ -22,12 +22,12 @@ def random_configurations(robot: Robot, count: int, rng: np.random.Generator) ->
 
 
 def foot_of(robot: Robot) -> Array:
-    """Where the first joint stands, (3,) [m]."""
+    """Position of the first joint, (3,) [m]."""
     return np.asarray(robot.joint_frames(np.clip(0.0, robot.lower, robot.upper))[0, :3, 3])
 
 
 def most_crowded(places: Array, radius: float, centres: int = 500) -> Bools:
-    """Mark places (n, k) within a radius of that one of the first, so many, which has most of them around it, (n,)."""
+    """Mark points (n, k) within a radius of the one of the first, so many, with the most neighbours, (n,)."""
     if not len(places):
         return np.zeros(0, dtype=np.bool_)
     from scipy.spatial import KDTree  # noqa: PLC0415 - takes a while to import

@@ -15,7 +15,7 @@ MOST_JOINTS = 100  # that move: Pinocchio's memory grows with their cube
 
 
 def only_end(text: str, source: str) -> str:
-    """The one link that carries no other.
+    """The only link that carries no other.
 
     Raises:
         RobotError: There are several, or the text is no robot.
@@ -32,7 +32,7 @@ def only_end(text: str, source: str) -> str:
 
 
 def read_arm(text: str, *, flange: str, joints: Sequence[str] | None, source: str) -> tuple[PinocchioModel, str]:
-    """The arm of a URDF, and its name; arguments and errors as those of `Robot.from_urdf`."""
+    """The arm of a URDF, and its name; arguments and errors as for `Robot.from_urdf`."""
     import pinocchio  # noqa: PLC0415 - loaded only for data sets with an arm that is computed
 
     robot, followers = for_pinocchio(text, source)
@@ -89,7 +89,7 @@ def _listed(names: Sequence[str], moving: Sequence[str], source: str) -> list[st
 
 
 def _rule(name: str, listed: Sequence[str], followers: Mapping[str, Mimic]) -> Mimic:
-    """The joint at the end of those that one follows, its value over that joint's, and where that one is at zero."""
+    """The leader at the end of a joint's mimic chain, the joint's value over the leader's, and at the leader's zero."""
     ratio, offset = 1.0, 0.0
     while name not in listed and name in followers:
         name, further, shift = followers[name]

@@ -15,14 +15,14 @@ from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, foot_of, most_crowded, random_configurations
 
 BATCH = 20_000  # configurations at a time: some ten milliseconds
-BATCHES = 20  # tried at most; five times as many where one in five of those wanted has been found
+BATCHES = 20  # tried at most; five times as many if a fifth of the wanted ones has been found
 TILT = 35 * np.pi / 180  # the camera looks down within this: steeper, a stripe on a matt target gets too dim
 MARGIN = 0.08  # of the image, left free on each side
-ROUNDING_PX = 1e-6  # the stripe's ends stand on the margin itself
+ROUNDING_PX = 1e-6  # the stripe's ends are on the margin itself
 PATCH = 0.3  # radius of the target over the arm's reach
 CLEAR = 0.3  # the middle of the stripe keeps this far from the base's axis, over the arm's reach
 LEVEL_STEP_M = 0.05
-NATURAL = 0.3  # the base's own level is taken where it offers this share of the best level's configurations
+NATURAL = 0.3  # the base's own level is taken if it has this share of the best level's configurations
 SPARE = 4  # candidates for each configuration wanted,
 MOST_SPARE = 80  # but no more than this beyond them
 
@@ -30,7 +30,7 @@ MOST_SPARE = 80  # but no more than this beyond them
 @final
 @dataclass(frozen=True)
 class View:
-    """What a stripe scanner on a flange sees."""
+    """The view of a stripe scanner on a flange."""
 
     T_flange_camera: Array  # (4, 4)
     values: Mapping[str, float]  # uses `f`, `s_u`, `s_v`, `u_0`, `v_0`, `b`, `theta`
@@ -43,7 +43,7 @@ class View:
         return 0 if self.stripe_axis == "u" else 1
 
     def illuminated(self, T_base_camera: Array, level: float, at: Array) -> Array:
-        """Where the laser plane meets the plane z = level, for an undistorted lens.
+        """Intersection of the laser plane with the plane z = level, for an undistorted lens.
 
         Args:
             T_base_camera: (n, 4, 4).
@@ -74,7 +74,7 @@ class View:
         return np.asarray(image / (v["s_u"], v["s_v"]) + (v["u_0"], v["v_0"]))
 
     def stripe(self, T_base_camera: Array, level: float, at: Array) -> Array:
-        """Pixels of the stripe on the plane z = level, (n, k, 2) [px]; arguments as those of `illuminated`."""
+        """Pixels of the stripe on the plane z = level, (n, k, 2) [px]; arguments as for `illuminated`."""
         return self.pixels(self.illuminated(T_base_camera, level, at))
 
     def stripe_range(self, margin: float = MARGIN) -> tuple[float, float]:
@@ -83,7 +83,7 @@ class View:
         return margin * length, (1 - margin) * length
 
     def contains(self, pixel: Array, margin: float = MARGIN) -> Bools:
-        """Whether pixels (..., 2) lie in the image, a margin (a share of it) left free."""
+        """Whether pixels (..., 2) are in the image, a margin (a share of it) left free."""
         size = np.array(self.image_px) - 1.0
         room = np.abs(pixel - size / 2) <= (0.5 - margin) * size + ROUNDING_PX
         return np.asarray(room.all(axis=-1))
@@ -94,8 +94,8 @@ def configurations_looking_down(
 ) -> tuple[Array, float]:
     """Configurations from which the whole stripe on a flat target is in the image.
 
-    Configurations are drawn within the joint limits until enough look down on one patch of the target, which lies
-    clear of the base; of these, ones far from each other (in place, tilt and heading of the camera) come first.
+    Configurations are drawn within the joint limits until enough look down on one patch of the target, clear of the
+    base; of these, ones far from each other (in position, tilt and heading of the camera) come first.
 
     Args:
         robot: Any arm.
@@ -105,7 +105,7 @@ def configurations_looking_down(
 
     Returns:
         Configurations (`wanted` and some more, j), and the height of the target in the base frame [m]: the base's own
-        level where the arm can look at it, else the level that most postures look at.
+        level if the arm can see it, else the level that most postures see.
 
     Raises:
         RobotError: Not enough are found.
@@ -141,7 +141,7 @@ def configurations_looking_down(
 
 
 def _focus(T_base_camera: Array, view: View) -> Array:
-    """Where the laser plane crosses the optical axis, (n, 3) [m]."""
+    """Intersection of the laser plane with the optical axis, (n, 3) [m]."""
     depth = abs(view.values["b"] / np.tan(view.values["theta"]))
     return apply(T_base_camera, np.array([0.0, 0.0, depth]))
 
@@ -167,7 +167,7 @@ def _sees(robot: Robot, q: Array, T_base_camera: Array, view: View, level: float
 
 def _features(T_base_camera: Array, view: View, patch: float) -> Array:
     """Position, tilt, heading and height of the camera, each scaled to a width of about one, (n, 7)."""
-    place = _focus(T_base_camera, view)[:, :2] / patch
+    position = _focus(T_base_camera, view)[:, :2] / patch
     tilt = T_base_camera[:, :2, 2] / np.sin(TILT)
     height = T_base_camera[:, 2, 3:] / abs(view.values["b"])
-    return np.concatenate([place, tilt, T_base_camera[:, :2, 0], height], axis=1)
+    return np.concatenate([position, tilt, T_base_camera[:, :2, 0], height], axis=1)

@@ -1,4 +1,4 @@
-"""What a cell with given effects would record."""
+"""Simulated recordings of a cell with given effects."""
 
 from robolaser.simulation.effect_specs import sizes_of
 from robolaser.simulation.setup import CellOptions

@@ -1,4 +1,4 @@
-"""Corners of a board that a simulated stripe scanner's camera sees beside the stripe."""
+"""Corners of a board, seen by a simulated stripe scanner's camera beside the stripe."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -15,10 +15,10 @@ from robolaser.model.stages import Stage
 from robolaser.parameters import as_batch
 
 ALONG = 5  # squares of the board along a stripe that crosses the image
-ROUNDS = 40  # of a fixed point that settles by a factor of ten or more each
+ROUNDS = 40  # of a fixed-point iteration that converges by a factor of ten or more each
 SETTLED_PX = 1e-9
 MARGIN_PX = 2.0
-FEWEST = 6  # corners of a pose that tell where the board is; a pose with fewer has none
+FEWEST = 6  # corners of a pose that locate the board; a pose with fewer has none
 
 
 def seen_beside(
@@ -32,15 +32,15 @@ def seen_beside(
     """A data set of two sensors, `stripe` and `camera`: all that the scanner's images show.
 
     Args:
-        exact: What the scanner saw of its stripe, without noise.
+        exact: The scanner's stripe points, without noise.
         truth: All parameters by name.
-        effects: At work.
-        noisy: The same as the cell gives it.
-        noise: Of corners, too.
+        effects: Of the cell.
+        noisy: The same with noise.
+        noise: Including corners.
         rng: Draws it.
 
     Raises:
-        EffectError: An effect of the target is at work, which is not made for corners.
+        EffectError: There is an effect of the target, which is not implemented for corners.
     """
     for one in effects:
         if one.effect.stage is Stage.TARGET:
@@ -53,7 +53,7 @@ def seen_beside(
 
 
 def _seen(exact: Dataset, truth: Mapping[str, float], effects: tuple[CandidateEffect, ...]) -> Points:
-    """The corners within each image, where the model with its effects has them."""
+    """The corners within each image, as the model with its effects predicts them."""
     assert exact.image_px is not None  # a scanner has it
     size, corners = np.array(exact.image_px), _near(exact)
     pixel = np.tile((size - 1) / 2.0, (len(corners), 1))

@@ -1,4 +1,4 @@
-"""The effects that a simulated cell is asked to have: from texts to numbers."""
+"""The requested effects of a simulated cell: from texts to numbers."""
 
 from collections.abc import Iterable, Mapping
 
@@ -42,7 +42,7 @@ def _unclear(text: str) -> UsageError:
 
 
 def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[CandidateEffect, ...], dict[str, float]]:
-    """The effects asked for, and all their numbers by name: what is not stated is nominal.
+    """The requested effects, and all their numbers by name: unstated ones are nominal.
 
     Args:
         sizes: By NAME[:WHERE[.NUMBER]]: without NUMBER the principal one, without WHERE at every location.

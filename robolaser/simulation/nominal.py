@@ -1,4 +1,4 @@
-"""The scanner of the 2004 paper as it was drawn, fitted to any flange, and as it may have been built."""
+"""The scanner of the 2004 paper, nominal on any flange, and as it may have been built."""
 
 from collections.abc import Mapping
 from itertools import product
@@ -30,22 +30,22 @@ DRAWN = {
     "t_z": (-0.1, -0.065, -0.05),
 }
 """Lower bound, nominal value, upper bound. Bounds: Lee et al. 2004, Table 2; nominal values: a Sony XC-55's pitch and
-centre, and what a ruler would say of the rest."""
+centre, the rest as measured by a ruler."""
 
 BUILT = {
     "f": 0.16e-3, "s_u": 0.05e-6, "s_v": 0.05e-6, "u_0": 6.0, "v_0": 6.0, "k": 1000.0, "b": 2e-3,
     "theta": 1.5 * DEGREE, "w": 1.5 * DEGREE, "phi": 1.5 * DEGREE, "psi": 1.5 * DEGREE,
     "t_x": 2e-3, "t_y": 2e-3, "t_z": 2e-3,
 }  # fmt: skip
-"""How far a workshop's scanner is from its drawing at most: lenses are made to 2 %, sensors centred to some pixels,
-brackets bent by degrees, lengths read from a ruler. Table 2's bounds are wider than any real scanner: its widest
-pixel pitch, 0.1 mm, is fourteen times the sensor's own."""
+"""Tolerances of a workshop's scanner: lenses are made to 2 %, sensors centred to some pixels, brackets bent by
+degrees, lengths read from a ruler. Table 2's bounds are wider than any real scanner: its widest pixel pitch, 0.1 mm,
+is fourteen times the sensor's own."""
 
-WITHIN = 0.02  # of the bounds' width: the truth never lies on a bound
+WITHIN = 0.02  # of the bounds' width: the truth is never on a bound
 
 
 def scanner(bracket_quat: Quaternion) -> dict[str, Parameter]:
-    """Nominal values and bounds; the shift on the flange turns with the bracket, and its box of bounds too."""
+    """Nominal values and bounds; the shift on the flange and its bounds turn with the bracket."""
     R = from_quaternion(np.array(bracket_quat))
     shifts = np.array([DRAWN[f"t_{axis}"] for axis in "xyz"])
     corners = np.array(list(product(*shifts[:, ::2]))) @ R.T
@@ -63,7 +63,7 @@ def built(
     most: Mapping[str, float] = BUILT,
     within: float = WITHIN,
 ) -> dict[str, float]:
-    """What the drawing became: each number uniform around its nominal value or `about`, inside the bounds."""
+    """The scanner as built: each number uniform around its nominal value or `about`, inside the bounds."""
     truth = {}
     for name, item in drawn.items():
         inset = within * (item.upper - item.lower) if name != "k" else 0.0
@@ -73,9 +73,9 @@ def built(
 
 
 def facing_outward(robot: Robot) -> Quaternion:
-    """The smallest turn that lays the camera's view along the last joint's axis, away from the arm.
+    """The smallest turn of the camera's view onto the last joint's axis, away from the arm.
 
-    On most arms that is the flange's own z, and the turn is none.
+    On most arms that is the flange's z, and the turn is zero.
     """
     middle = np.clip(0.0, robot.lower, robot.upper)
     T_base_flange, frames = robot.forward(middle), robot.joint_frames(middle)

@@ -1,4 +1,4 @@
-"""What a sensor would see from poses that are planned: without noise, in a cell like those that are simulated."""
+"""Measurements of a sensor at planned poses: without noise, in a cell like the simulated ones."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -16,16 +16,16 @@ from robolaser.parameters import Values, as_batch
 from robolaser.simulation.sensors import simulated_sensor
 from robolaser.simulation.setup import CellOptions, RandomStreams, SensorSetup
 
-DRAWN = 8  # sensors that are drawn, at most: how one is mounted decides what it sees
-TRIED = 4  # planned poses, and poses that see a target, by pairs of which it is placed
-MOVED = 1e-6  # move of a joint, from which on another pose is measured: a socket holds an arm as it has it [rad or m]
-ENOUGH = 0.9  # share of the poses that see the target, from which on no other place is tried
+DRAWN = 8  # sensors that are drawn, at most: the mounting determines the view
+TRIED = 4  # planned poses, and poses that see a target; pairs of both place it
+MOVED = 1e-6  # move of a joint above which the measured pose differs: a socket determines the arm's posture [rad or m]
+ENOUGH = 0.9  # share of the poses that see the target, above which no other placement is tried
 
 
 @final
 @dataclass(frozen=True)
 class Planned:
-    """A planned run as the sensor would see it."""
+    """A planned run with its measurements."""
 
     dataset: Dataset  # all poses, and the points of those that see the target
     truth: Mapping[str, float]  # every parameter of the sensor by name
@@ -33,16 +33,16 @@ class Planned:
 
 
 def planned(dataset: Dataset, *, points: int | None = None, mount: Mount = "flange", seed: int = 0) -> Planned:
-    """Measure from a data set's poses, which nobody has measured from.
+    """Simulate measurements at a data set's planned poses.
 
-    The sensor is the data set's where it states its parameters, else a usual one of its kind. An unplaced target is put
-    where most poses see it: nobody knows better where it will stand.
+    The sensor is the data set's if it states its parameters, else a usual one of its kind. An unplaced target is put
+    where most poses see it, since its placement is unknown.
 
     Args:
         dataset: Poses of a robot, without points.
-        points: In each pose; when absent, as `simulate` has it.
-        mount: Where a camera sits, unless the data set says it.
-        seed: Of what is drawn of the sensor.
+        points: In each pose; when absent, as in `simulate`.
+        mount: Of a camera, unless the data set states it.
+        seed: Of the drawn sensor.
 
     Raises:
         EstimationError: No pose sees anything.
@@ -82,7 +82,7 @@ def planned(dataset: Dataset, *, points: int | None = None, mount: Mount = "flan
 
 
 def _placements(truth: Mapping[str, float], flange: Array, there: Array) -> Iterator[dict[str, float]]:
-    """The target as it was built; then seen from planned poses as it was from others, as it stands or levelled.
+    """The target as built; then in the same relation to planned poses as to others, unchanged or levelled.
 
     Args:
         truth: As built.

@@ -1,4 +1,4 @@
-"""What is asked of a simulated cell's sensor, and the random numbers that the cell is drawn with."""
+"""The request for a simulated cell's sensor, and the random numbers that draw the cell."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
@@ -28,22 +28,22 @@ class CellOptions:
 
     placed: bool = True  # whether target points are given in the base frame, or in their own (stripe only)
     stripe_axis: str = "u"  # image axis the stripe runs along
-    # nominal turn of the camera on the flange; None: it looks away from the arm
+    # nominal turn of the camera on the flange; None: view away from the arm
     bracket_quat: Quaternion | None = None
-    mount: Mount = "flange"  # what carries a camera or a profile sensor
+    mount: Mount = "flange"  # mount of a camera or a profile sensor
     repeats: int = 1  # images at each unmoved pose
     sessions: int = 1  # campaigns of the same arm and sensor, each with base, target or sockets elsewhere
-    # Joints' typical speed at the exposure [rad/s or m/s]. None: the arm rests and no speed is recorded, save where an
-    # effect of the timing is asked for.
+    # Joints' typical speed at the exposure [rad/s or m/s]. None: the arm rests and no speed is recorded, except for an
+    # effect of the timing.
     speed: float | None = None
-    stated: Noise | None = None  # what the data set says of the noise; None: all of it
+    stated: Noise | None = None  # the stated noise of the data set; None: all of it
     name: str = ""  # of the data set
 
 
 @final
 @dataclass(frozen=True)
 class SensorSetup:
-    """What is asked of a sensor; a kind takes from it what concerns it."""
+    """The request for a sensor; each kind uses its part of it."""
 
     points: int  # in each pose, or names of points
     options: CellOptions
@@ -53,7 +53,7 @@ class SensorSetup:
 
     @property
     def hand_eye(self) -> Array | None:
-        """Where an earlier session has the sensor, on the flange or in the cell, (4, 4); None in the first."""
+        """The sensor's pose of an earlier session, on the flange or in the cell, (4, 4); None in the first."""
         if "hand_eye.x" not in self.known:
             return None
         return np.asarray(motion(as_batch(self.known), "hand_eye")[0])
@@ -62,7 +62,7 @@ class SensorSetup:
 @final
 @dataclass(frozen=True)
 class RandomStreams:
-    """Separate random generators, so that one more draw here changes nothing there."""
+    """Separate random generators, so that a further draw from one does not change the others."""
 
     build: np.random.Generator
     place: np.random.Generator

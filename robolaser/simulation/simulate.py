@@ -1,4 +1,4 @@
-"""Data sets as a real cell would give them, of any robot and with any departures from its nominal model."""
+"""Simulated data sets, of any robot and with any departures from its nominal model."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -27,8 +27,8 @@ from robolaser.simulation.setup import CellOptions, RandomStreams, SensorSetup
 
 TRAVEL = 0.3  # fastest joint's mean speed between poses [rad/s or m/s]
 PAUSE_S = 30.0  # time spent at each pose
-EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the timing needs one [rad/s or m/s]
-MOST_GROSS = 0.5  # of the rows: beyond, the gross ones are the rule
+EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, for an effect of the timing [rad/s or m/s]
+MOST_GROSS = 0.5  # of the rows: beyond, gross errors are the rule
 
 
 @final
@@ -43,9 +43,9 @@ class Simulated:
         0.03
     """
 
-    dataset: Dataset  # as the cell would give it
+    dataset: Dataset  # as measured
     truth: Mapping[str, float]  # every parameter of the sensor, and the numbers of the effects, by name
-    effects: tuple[CandidateEffect, ...] = ()  # the effects that are in it
+    effects: tuple[CandidateEffect, ...] = ()  # its effects
     gross: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))  # rows with gross errors
 
 
@@ -122,7 +122,7 @@ def simulate(
 @final
 @dataclass(frozen=True)
 class _Cell:
-    """What is asked of a cell, alike in all of its sessions."""
+    """The request for a cell, the same in all its sessions."""
 
     robot: Robot
     sensor_type: type[SimulatedSensor]
@@ -153,7 +153,7 @@ class _Cell:
         return Simulated(spoilt, truth, effects, rows)
 
     def _described(self, random: RandomStreams) -> Dataset:
-        """The data set before anything is measured: its poses stand in the middle of the joint limits."""
+        """The data set before any measurement: its poses are in the middle of the joint limits."""
         robot, options = self.robot, self.setup.options
         speed = EXPOSURE_SPEED if options.speed is None else options.speed
         way = random.speed.uniform(-1.0, 1.0, (self.poses, len(robot.joints)))
@@ -171,7 +171,7 @@ class _Cell:
 
 
 def _joined(sessions: Sessions, made: Sequence[Simulated]) -> Simulated:
-    """Campaigns as one; known distances are left out, since sockets of one name stand differently in each."""
+    """Campaigns as one; known distances are omitted, since sockets of one name differ between them."""
     datasets = [replace(one.dataset, distances_m=()) for one in made]
     rows = np.cumsum([0, *(len(one.points) for one in datasets)])
     return Simulated(
@@ -244,7 +244,7 @@ def _times(q: Array) -> Array:
 
 
 def _share_of_outliers(sizes: dict[str, float]) -> float:
-    """Take the share of gross errors out of the effects asked for; 0 where there is none."""
+    """Remove the share of gross errors from the requested effects; 0 where there is none."""
     share = sizes.pop(f"{OUTLIERS}:{OF_OUTLIERS}", 0.0) or sizes.pop(OUTLIERS, 0.0)
     if not 0 <= share <= MOST_GROSS:
         raise impossible(f"share of {OUTLIERS}", share, f"a number from 0 to {MOST_GROSS:g}")
@@ -252,7 +252,7 @@ def _share_of_outliers(sizes: dict[str, float]) -> float:
 
 
 def _gross_rows(count: int, share: float, rng: np.random.Generator) -> tuple[Ints, Array]:
-    """A share of so many rows, one at least, and to which side each errs (±1), (g,) and (g,)."""
+    """A share of so many rows, one at least, and the sign of each error (±1), (g,) and (g,)."""
     if not share:
         return np.empty(0, dtype=np.int64), np.empty(0)
     rows = np.sort(rng.choice(count, size=max(1, round(share * count)), replace=False))

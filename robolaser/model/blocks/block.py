@@ -1,4 +1,4 @@
-"""Residual blocks: a sensor, what the problem calls its parameters, and its rows."""
+"""Residual blocks: a sensor, the problem's names of its parameters, and its rows."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,14 +15,14 @@ from robolaser.parameters import Parameter, Values
 
 T = TypeVar("T")
 THINGS = ("tool", "socket", "ball")
-"""First parts of parameters that say where a named thing is: it is the same for all sensors."""
+"""First parts of parameters that locate a named thing: it is the same for all sensors."""
 LASER = ("b", "theta")  # parameters of a scanner that are not its camera's
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Block:
-    """The rows that one sensor saw in one session."""
+    """The rows of one sensor in one session."""
 
     sensor: Sensor  # as for a data set of these rows and all poses
     named: Mapping[str, str]  # the problem's name of each of its parameters
@@ -30,7 +30,7 @@ class Block:
     of_rows: int  # how many rows the data set has
     name: str = ""  # of the sensor, where there are several
     session: str = ""  # where there are several
-    scale: float = 1.0  # what a unit of its residuals counts for in the problem's
+    scale: float = 1.0  # a unit of its residuals in the problem's unit
 
     @property
     def is_whole(self) -> bool:
@@ -43,7 +43,7 @@ class Block:
         return self.sensor.format.numbers
 
     def values(self, values: Mapping[str, T]) -> dict[str, T]:
-        """Those that the sensor has, by its own names."""
+        """The sensor's parameters, by its own names."""
         return {own: values[whole] for own, whole in self.named.items() if whole in values}
 
     def of_problem(self, values: Mapping[str, T]) -> dict[str, T]:
@@ -55,7 +55,7 @@ class Block:
         return perturb if self.is_whole else perturb.of_rows(self.rows, self.of_rows)
 
     def at(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Values, Array, Perturbation]:
-        """What most functions of a sensor take: its values, the flange, the effects."""
+        """The arguments of most functions of a sensor: its values, the flange, the effects."""
         return self.values(values), T_base_flange, self.perturbed(perturb)
 
     def scaled(self, residuals: Array) -> Array:
@@ -100,7 +100,7 @@ def _own_names(sensor: Sensor) -> dict[str, str]:
 
 
 def _with_parameters(dataset: Dataset, block: Block, named: Mapping[str, str]) -> Block:
-    """A block with the problem's names, and with what the data set says of its sensor's parameters."""
+    """A block with the problem's names, and the values that the data set gives its sensor's parameters."""
 
     def in_problem(name: str) -> str:
         return dataset.sessions.named(name, block.session) if dataset.sessions else name
@@ -118,10 +118,10 @@ def _with_parameters(dataset: Dataset, block: Block, named: Mapping[str, str]) -
 
 
 def _names_in_problem(sensors: Sequence[SensorData], names: Sequence[Sequence[str]]) -> list[Mapping[str, str]]:
-    """What the parameters of each sensor are called in the problem, by the sensor's own names.
+    """The problem's names of each sensor's parameters, by the sensor's own names.
 
     A target, a camera, a reflector, a socket or a ball that two sensors see has one set of parameters. Else a name that
-    several sensors have begins with the sensor's, or with that of its camera or target: `left.base.x`.
+    several sensors have is prefixed with the name of the sensor, its camera or its target: `left.base.x`.
     """
     owners: dict[str, set[str]] = {}
     for sensor, own in zip(sensors, names, strict=True):
@@ -134,7 +134,7 @@ def _names_in_problem(sensors: Sequence[SensorData], names: Sequence[Sequence[st
 
 
 def _owner(sensor: SensorData, name: str) -> str:
-    """What a parameter describes, the same text for the same thing."""
+    """The thing that a parameter describes, the same text for the same thing."""
     head = name.partition(".")[0]
     if "." in name and head in THINGS:
         return head

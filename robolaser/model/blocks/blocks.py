@@ -1,4 +1,4 @@
-"""All blocks of a problem: what is said of a problem's rows and parameters, put together from its blocks."""
+"""All blocks of a problem: its rows and parameters, combined from its blocks."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cached_property
@@ -24,9 +24,8 @@ A = TypeVar("A", bound=np.ndarray[Any, Any])
 class Blocks:
     """The blocks of a data set, in the order of its sensors and their sessions.
 
-    A row of the problem is a row of one block, as its sensor has it. Where sensors differ, rows are in metres, those of
-    pixels by what one typically shows on the target, and have as many numbers as the widest; those beyond a row's own
-    are zero.
+    A row of the problem is a row of one block, as its sensor has it. Where sensors differ, rows are in metres (pixels
+    by their typical size on the target), and padded with zeros to the most numbers.
     """
 
     def __init__(self, dataset: Dataset) -> None:
@@ -41,7 +40,7 @@ class Blocks:
 
     @property
     def sensor(self) -> Sensor:
-        """That of the first block: what is said of sensors in words is said of the first one."""
+        """The sensor of the first block, which stands for all in texts."""
         return self._blocks[0].sensor
 
     @cached_property
@@ -53,7 +52,7 @@ class Blocks:
     def one_sensor(self) -> Sequence[Block]:
         """The blocks where there is one sensor; none where there are several.
 
-        For what several sensors do not have as one: groups of rows beyond poses, linear parameters, aims.
+        For properties that several sensors do not share: groups of rows beyond poses, linear parameters, aims.
         """
         return self._blocks if len(self.by_sensor) == 1 else ()
 
@@ -68,7 +67,7 @@ class Blocks:
 
     @cached_property
     def derived(self) -> tuple[str, ...]:
-        """Those that follow from the others, and that no block has among its free ones."""
+        """Parameters that follow from the others, and are free in no block."""
         free = set(self.free)
         return tuple(name for name in self.names(lambda sensor: sensor.parameters.derived) if name not in free)
 
@@ -85,7 +84,7 @@ class Blocks:
 
     @cached_property
     def given(self) -> Mapping[str, Parameter]:
-        """What the data set says of parameters, by the problem's names: of `base.x` for every session that has one."""
+        """The data set's parameters, by the problem's names: `base.x` for every session that has one."""
         given: dict[str, Parameter] = {}
         for block in self:
             for own, whole in block.named.items():
@@ -95,17 +94,17 @@ class Blocks:
 
     @property
     def put_anew(self) -> tuple[str, ...]:
-        """Parameters that say where things were put or mounted for a campaign: another one has others."""
+        """Parameters of placements and mounts, which differ between campaigns."""
         return self.names(lambda sensor: sensor.put_anew)
 
     @property
     def has_laser_plane(self) -> bool:
-        """Whether one of the sensors has."""
+        """Whether any sensor has."""
         return any(block.sensor.has_laser_plane() for block in self)
 
     @cached_property
     def numbers(self) -> int:
-        """Numbers of a row of residuals: those of the widest sensor's."""
+        """Numbers of a row of residuals: the most of any sensor."""
         return max(block.numbers for block in self)
 
     @cached_property
@@ -120,7 +119,7 @@ class Blocks:
 
     @cached_property
     def kinds_of_rows(self) -> dict[str, tuple[Ints, str, int]]:
-        """Rows (m,) of each sensor by what results call it, their unit, and how many of their numbers are angles."""
+        """Rows (m,) of each sensor by its name in results, their unit, and how many of their numbers are angles."""
         kinds = {}
         for blocks in self.by_sensor:
             declared, rows = blocks[0].sensor.format, np.sort(np.concatenate([block.rows for block in blocks]))
@@ -134,12 +133,12 @@ class Blocks:
         return block.unscaled(residuals if block.is_whole else residuals[..., rows, :])
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Measured or known less predicted, (c, m, k) [`unit`]; arguments as those of `Sensor.residuals`."""
+        """Measured or known less predicted, (c, m, k) [`unit`]; arguments as for `Sensor.residuals`."""
         at = values, T_base_flange, perturb
         return self.together([block.scaled(block.sensor.residuals(*block.at(*at))) for block in self])
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """What residuals (c, m, k) mean at the point, (c, m, j) [m]."""
+        """Residuals (c, m, k) in metres at the point, (c, m, j)."""
         at = values, T_base_flange, perturb
         own = [block.unscaled(residuals if block.is_whole else residuals[..., block.rows, :]) for block in self]
         return self.together(
@@ -147,7 +146,7 @@ class Blocks:
         )
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Where each row's point is known or measured to be, (c, m, 3) [m]; None where rows are no points."""
+        """Known or measured position of each row's point, (c, m, 3) [m]; None where rows are no points."""
         return self.or_none([block.sensor.known(*block.at(values, T_base_flange, perturb)) for block in self])
 
     def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
@@ -156,21 +155,21 @@ class Blocks:
         return self.or_none([block.sensor.ranges(*block.at(*at)) for block in self], axis=0)
 
     def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
-        """Whether the sensor could see each row's known point where it is said to be, one candidate, (m,)."""
+        """Whether the sensor could see each row's known point at its stated position, one candidate, (m,)."""
         at = values, T_base_flange, perturb
         return self.together([block.sensor.in_view(*block.at(*at)) for block in self], axis=0)
 
     def fix_gauge(self, values: Values) -> Values:
-        """The same model, as far as any data can tell, with the fixed parameters at their nominal values."""
+        """An equivalent model for any data, with the fixed parameters at their nominal values."""
         for block in self:
             values = {**values, **block.of_problem(block.sensor.parameters.fix_gauge(block.values(values)))}
         return values
 
     @property
     def held_out_groups(self) -> Ints | None:
-        """Group of each row, (m,), where cross-validation leaves out more than poses together; None: whole poses.
+        """Group of each row, (m,), where cross-validation holds out more than poses together; None: whole poses.
 
-        Several sensors share no more than poses.
+        Several sensors share only poses.
         """
         groups, before = [], 0
         for block in self.one_sensor:
@@ -182,12 +181,12 @@ class Blocks:
         return self.together(groups, axis=0) if groups else None
 
     def located_apart(self, errors: Array) -> Array:
-        """Errors of held-out rows (m, k) once what only they can locate is located from them."""
+        """Errors of held-out rows (m, k) after what only they can locate is located from them."""
         parts = [block.sensor.new_poses.located_apart(errors[block.rows]) for block in self.one_sensor]
         return self.together(parts, axis=0) if parts else errors
 
     def seen_from(self, values: Values, T_base_flange: Array) -> Seen:
-        """What would be measured at other poses (p, 4, 4), see `NewPoses`, things as in the last session."""
+        """Measurements at other poses (p, 4, 4), see `NewPoses`, placements as in the last session."""
         last = [of_sensor[-1] for of_sensor in self.by_sensor]
         each = [one.sensor.new_poses.seen_from(one.values(values), T_base_flange) for one in last]
         seen = [one for one in each if one is not None]
@@ -200,19 +199,19 @@ class Blocks:
         return points.take(order), np.logical_and.reduce([good for _, good in seen])
 
     def aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array] | None:
-        """Places on the flange, (a, 3), and where each must come for the only sensor to see something; None: any."""
+        """Points on the flange, (a, 3), and where each must be for the only sensor to see something; None: anywhere."""
         last = self.one_sensor[-1:]
         return last[0].sensor.new_poses.aims(last[0].values(values), T_base_flange) if last else None
 
     @property
     def description(self) -> dict[str, Any]:
-        """What calibration.json says under `model`: of the first sensor, and where there are several of each."""
+        """The entries of calibration.json under `model`: of the first sensor; if there are several, of each."""
         first = [blocks[0] for blocks in self.by_sensor]
         every = [{"name": one.name, "kind": one.sensor.format.kind, **one.sensor.description} for one in first]
         return {**self.sensor.description, **({"sensors": every} if len(every) > 1 else {})}
 
     def together(self, parts: Sequence[A], axis: int = 1) -> A:
-        """Rows of the blocks in the data set's order; candidates may be one for all in some of them."""
+        """Rows of the blocks in the data set's order; some may have one candidate for all."""
         if self._blocks[0].is_whole:
             return parts[0]
         before = np.broadcast_shapes(*(own.shape[:axis] for own in parts))

@@ -1,4 +1,4 @@
-"""What stands in the cell and sits on the flange, as all blocks have it: cameras and frames for other programs."""
+"""The cameras and frames of all blocks in the cell and on the flange, for other programs."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -18,8 +18,8 @@ def in_cell(blocks: Blocks, values: Values, perturb: Perturbation) -> InCell:
     """The sensors in the cell, for one candidate.
 
     Where sensors or sessions have different frames of one name, a later one's name begins with the sensor's or ends in
-    the session's. Published is what the first session has; the camera is the first one. The mount is that of the first
-    sensor that the flange carries, at each pose as in its session.
+    the session's. The frames of the first session are published; the camera is the first one. The mount is of the first
+    sensor on the flange, at each pose as in its session.
     """
     each = [
         [(block, block.sensor.in_cell(block.values(values), block.perturbed(perturb))) for block in of_sensor]

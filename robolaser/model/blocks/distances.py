@@ -1,4 +1,4 @@
-"""Distances between named points that are known beforehand: rows of their own in every fit, one number in metres."""
+"""Known distances between named points: additional rows in every fit, one number in metres."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class KnownDistances:
 
     # parameters of each row's first point, such as `socket.a.x`, `.y` and `.z`, (r,)
     first: tuple[tuple[str, ...], ...]
-    second: tuple[tuple[str, ...], ...]  # those of its second, (r,)
+    second: tuple[tuple[str, ...], ...]  # of its second, (r,)
     known: Array  # the distances, (r,) [m]
     sigma_m: float  # their standard deviation
 
@@ -35,7 +35,7 @@ class KnownDistances:
         return left
 
     def jacobian(self, values: Values, names: Sequence[str]) -> Array:
-        """Derivatives of the residuals by the named parameters, (c, r, len(names)); zero by all that are no points."""
+        """Derivatives of the residuals by the named parameters, (c, r, len(names)); zero except by points."""
         moving = {name: Dual.parameter(values[name], i) for i, name in enumerate(names) if name in values}
         left: Any = self.residuals(cast("Values", {**values, **moving}))
         slopes = np.zeros((*left.shape, len(names)))
@@ -53,7 +53,7 @@ class KnownDistances:
 
 
 def known_distances(blocks: Blocks) -> KnownDistances | None:
-    """Rows of their own that state distances between named points, each once; None where there are none."""
+    """The stated distances between named points, each once; None where there are none."""
     rows, noise = {}, blocks.dataset.noise
     for block in blocks:
         for one, other, distance in block.sensor.dataset.distances_m:
@@ -68,6 +68,6 @@ def known_distances(blocks: Blocks) -> KnownDistances | None:
 
 
 def _place(block: Block, point: str) -> tuple[str, ...]:
-    """The problem's names of the parameters that hold a named point's place; none where it has no such point."""
+    """The problem's names of a named point's coordinates; none where it has no such point."""
     own = (f"{block.sensor.format.named_points}.{point}.{part}" for part in "xyz")
     return tuple(block.named[name] for name in own if name in block.named)

@@ -1,4 +1,4 @@
-"""What may shake the rows of all blocks: errors of rows, and small motions of whole poses."""
+"""Noise sources of the rows of all blocks: errors of rows, and small motions of whole poses."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,9 +17,9 @@ from robolaser.parameters import Values
 
 
 def row_errors(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[ErrorSource, ...]:
-    """What may shake rows one by one, at one candidate; of several sensors named `SENSOR.pixel`.
+    """Noise sources of single rows, at one candidate; of several sensors named `SENSOR.pixel`.
 
-    A source of one sensor moves no row of another one, and no row shares its errors with one of another session.
+    A source moves only rows of its sensor, and rows of different sessions share no errors.
     """
     at = values, T_base_flange, perturb
     return tuple(
@@ -57,8 +57,8 @@ def _source(blocks: Blocks, of_sensor: Sequence[Block], sources: Sequence[ErrorS
 def moved_with_pose(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
     """Move of each row by shifts and by turns of its pose, one candidate, (m, k, 3) [unit/m] and [unit/rad].
 
-    Turns are about the middle of the pose's points, or about the flange where nothing is known of points: shift and
-    turn are distinguished by what they do there, and neither grows to cancel the other over the arm between.
+    Turns are about the middle of the pose's points, or about the flange where points are unknown: there shift and turn
+    are distinguishable, and neither grows to cancel the other over the arm between.
     """
     at = values, T_base_flange, perturb
     known, declared = blocks.known(*at) if blocks.one_sensor else None, blocks.sensor.format

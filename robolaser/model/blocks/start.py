@@ -1,4 +1,4 @@
-"""Where the parameters of a problem start, and which of them follow from the others: block by block."""
+"""Start values of a problem's parameters, and those that follow from the others, block by block."""
 
 from collections.abc import Mapping, Sequence
 
@@ -13,16 +13,16 @@ from robolaser.model.sensors.sensor_parameters import not_given
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter, Parameters, Values, from_batch
 
-LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
+LENGTH_SPAN_M = 1.0  # closed forms are off by centimetres; an arm's reach bounds the search generously
 ANGLE_SPAN_RAD = np.pi
 
 
 def parameters_of(blocks: Blocks, T_base_flange: Array) -> Parameters:
-    """All parameters, sensor after sensor: as given, else around a closed form; what one has found the next knows.
+    """All parameters, sensor after sensor: as given, else around a closed form; each knows the earlier ones.
 
     Raises:
         DataError: The data set gives one that no sensor has, or not all free ones of a sensor.
-        EstimationError: The data do not tell them.
+        EstimationError: The data do not determine them.
     """
     _check_given(blocks)
     found = dict(blocks.given)
@@ -32,7 +32,7 @@ def parameters_of(blocks: Blocks, T_base_flange: Array) -> Parameters:
 
 
 def _check_given(blocks: Blocks) -> None:
-    """See that the data set gives no parameter, and no list of what sessions own, that its sensors do not have."""
+    """Check that the data set gives, for the whole or per session, only parameters that its sensors have."""
     names, sessions = blocks.free + blocks.derived, blocks.dataset.sessions
     plain = {name.partition("@")[0] for name in names} if sessions else set()
     for name in blocks.dataset.parameters:
@@ -66,7 +66,7 @@ def _by_knowledge(blocks: Blocks) -> Sequence[Sequence[Block]]:
 
 
 def _of_sensor(blocks: Sequence[Block], known: Mapping[str, Parameter], T_base_flange: Array) -> dict[str, Parameter]:
-    """The parameters of one sensor in all its sessions: as known, else around what its closed forms find."""
+    """The parameters of one sensor in all its sessions: as known, else around its closed forms."""
     free = tuple(dict.fromkeys(block.named[name] for block in blocks for name in block.sensor.parameters.free))
     derived = tuple(dict.fromkeys(block.named[name] for block in blocks for name in block.sensor.parameters.derived))
     given = {name: known[name] for name in free + derived if name in known}
@@ -108,7 +108,7 @@ def _largest_first(blocks: Sequence[Block]) -> list[Block]:
 def _initialized(
     blocks: Sequence[Block], values: Values, T_base_flange: Array, perturb: Perturbation
 ) -> dict[str, Array]:
-    """Derived parameters of one sensor, and free ones that are missing; what sessions share, from the most rows."""
+    """Derived and missing free parameters of one sensor; shared ones from the session with the most rows."""
     found: dict[str, Array] = {}
     for block in _largest_first(blocks):
         own = block.sensor.initialize(*block.at({**found, **values}, T_base_flange, perturb))
@@ -119,10 +119,10 @@ def _initialized(
 def initialize(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Perturbation) -> dict[str, Array]:
     """Start values of the derived parameters, for each candidate, (c,) by name.
 
-    Sensors with the most rows come first; the others leave what these found. Arguments as those of a sensor's.
+    Sensors with the most rows come first; the others keep their values. Arguments as for a sensor's.
 
     Raises:
-        EstimationError: What one sensor could not find no other did.
+        EstimationError: No sensor could find a parameter.
     """
     found: dict[str, Array] = {}
     failed: list[EstimationError] = []
@@ -147,8 +147,8 @@ def solve_conditional(
 ) -> Values:
     """The conditionally linear and the derived parameters that fit best with the others, (c,) each.
 
-    What sessions share fits best to the one with the most rows, the rest with it. Arguments as those of
-    `SensorParameters.solve`: parameters to be found are, in `values`, where the model is linearized.
+    Shared parameters fit best to the session with the most rows, the rest with them. Arguments as for
+    `SensorParameters.solve`: the model is linearized at the parameters in `values`.
     """
     linear: dict[str, Array] = {}
     for block in _largest_first(blocks.one_sensor):

@@ -15,7 +15,7 @@ from robolaser.plugins import announced
 from robolaser.robot.kinematics import Robot
 
 GROUP: Final = "robolaser.effects"  # entry points under which installed packages announce effects
-DECLARED: Final = ("title", "reference", "stage")  # what a subclass must declare besides its name and what is abstract
+DECLARED: Final = ("title", "reference", "stage")  # declared by every subclass, besides its name and abstract methods
 
 EFFECTS: tuple[type[Effect], ...]
 """Every effect that comes with the package, and those that other installed packages announce, by name.

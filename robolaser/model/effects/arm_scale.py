@@ -16,7 +16,7 @@ class ArmScale(Effect):
     """Each joint is farther from the one before by a share of their distance: t' = t (1 + scale).
 
     A steel arm grows by 1.2e-5 a kelvin, an aluminium one by 2.3e-5. A tracker whose lengths are too short looks the
-    same: distances that are known tell them apart.
+    same: known distances distinguish them.
     """
 
     name = "arm_scale"

@@ -42,7 +42,7 @@ class Backlash(Effect):
     start: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0, tried=(-1.0, 0.0, 1.0))
 
     def apply(self, q: Array, run: Run, /) -> Array:
-        """Drive the joint through the play; a negative width makes the link lead instead of lag."""
+        """Drive the joint through the play; with a negative width the link leads."""
         driver, half = q[:, :, joint_column(run, self.where)], np.maximum(np.abs(self.lost_motion) / 2, NARROWEST_RAD)
         ahead = np.concatenate([play(driver[:, poses], half * self.start, half) for poses in run.paths], axis=1)
         share = ahead[:, np.argsort(np.concatenate(run.paths))] / half[:, None]
@@ -69,18 +69,18 @@ class Backlash(Effect):
 
 
 def play(driver: Array, ahead: Array, half: Array) -> Array:
-    """A play operator: what is driven lags by half the play, and follows only when pushed.
+    """A play operator: the driven side lags by half the play, and follows only when pushed.
 
-    Each pose clips where the link is to the play around its driver, and clips after one another are one clip: so all
-    poses are found in as many rounds as their number has binary digits.
+    Each pose clips the link's position to the play around its driver, and successive clips are one clip: so all poses
+    are found in as many rounds as their number has binary digits.
 
     Args:
-        driver: Where the driving side is at every pose, (c or 1, n).
+        driver: Position of the driving side at every pose, (c or 1, n).
         ahead: Of the driven side at the first pose, (c,), within the play.
         half: Half the play, (c,), not negative.
 
     Returns:
-        How far what is driven is ahead of what drives at every pose, (c, n).
+        How far the driven side is ahead of the driving one at every pose, (c, n).
 
     Source: Krasnoselskii, Pokrovskii 1989, Systems with Hysteresis.
     """

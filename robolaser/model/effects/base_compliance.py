@@ -20,10 +20,10 @@ from robolaser.model.stages import Stage
 class BaseCompliance(Effect):
     r"""The base turns about its origin: :math:`T' = \exp(φ)\,T`, :math:`φ = C \sum_i m_i\,r_i \times g`.
 
-    The sum is the overturning moment: that of the weight of all that the first joint carries, the stated payload
-    included, about the base's origin. It has no component along gravity. C is compliance (1 + anisotropy) about the
-    base's x axis and compliance (1 - anisotropy) about its y axis; of a base on a wall, about the two axes that are
-    nearest to these and horizontal. It is counted from the unloaded base. Feet and floors soften or stiffen:
+    The sum is the overturning moment of the weight that the first joint carries, the stated payload included, about
+    the base's origin. It has no component along gravity. C is compliance (1 + anisotropy) about the base's x axis and
+    compliance (1 - anisotropy) about its y axis; of a base on a wall, about the nearest horizontal axes. The turn is
+    zero for the unloaded base. Feet and floors soften or stiffen:
     φ (1 - hardening \|φ\| / max \|φ\|).
     """
 
@@ -40,7 +40,7 @@ class BaseCompliance(Effect):
     depends_on_trajectory = True
 
     compliance: Array = parameter(unit="rad/Nm", bound=1e-3, prior_scale=1e-5, lower=0.0)
-    # alike about both axes, and stiffer about either
+    # equal about both axes, and stiffer about either
     anisotropy: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0, tried=(0.0, -0.7, 0.7))
     hardening: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
@@ -50,13 +50,13 @@ class BaseCompliance(Effect):
         return pose(exp_so3(turn), np.zeros(3)) @ T_base_flange
 
     def _turn(self, run: Run) -> Array:
-        """How far the base turns about each horizontal axis, (c, n, 2)."""
+        """Turn of the base about each horizontal axis, (c, n, 2)."""
         compliance = self.compliance[:, None] * np.stack([1.0 + self.anisotropy, 1.0 - self.anisotropy], axis=-1)
         turn, reference = (compliance[:, None] * _moment(each) for each in (run, run.reference))
         return hardened(turn, reference, self.hardening)
 
     def parts(self, run: Run) -> tuple[MechanismPart, ...]:
-        """Springs about the horizontal axes that give way, by least squares where these harden."""
+        """Springs about the horizontal axes, by least squares where these harden."""
         turn, moment, axes = self._turn(run)[0], _moment(run), horizontal_axes(np.array(run.robot.gravity))
         worked = (turn * moment).sum(axis=0)
         soft = worked > 0.0
@@ -64,7 +64,7 @@ class BaseCompliance(Effect):
         return (Footing(axes[soft], stiffness),) if soft.any() else ()
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
-        """It acts as it was found, but the largest moment of other poses is another one."""
+        """It acts as found, but the largest moment of other poses differs."""
         carried, unhardened = super().carried_to(run, found_in), replace(self, hardening=np.zeros(1))
         return with_hardening(carried, self.hardening, unhardened)
 
@@ -76,7 +76,7 @@ def _moment(run: Run) -> Array:
 
 
 def horizontal_axes(gravity: Array) -> Array:
-    """Two unit vectors across gravity, (2, 3): x and y of a base that stands upright."""
+    """Two unit vectors across gravity, (2, 3): x and y of an upright base."""
     down = gravity / max(float(np.linalg.norm(gravity)), 1e-12)
     first = np.eye(3)[0] if abs(down[0]) < np.sqrt(0.5) else np.eye(3)[2]
     x = first - down * (down @ first)

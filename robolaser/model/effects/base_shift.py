@@ -26,8 +26,8 @@ def enough_poses(dataset: Dataset) -> str:
 class BaseShift(Effect):
     """After a moment of the run the flange is elsewhere: turned about the middle of all flanges, then shifted.
 
-    Of several sessions the moment is in one. A target that was moved looks the same, with the opposite sign. Turning
-    about the middle, and not about the base, keeps turn and shift separable.
+    Of several sessions the moment is in one. A moved target looks the same, with the opposite sign. Turning about the
+    middle, not the base, keeps turn and shift separable.
     """
 
     name = "base_shift"
@@ -75,7 +75,7 @@ class BaseShift(Effect):
         return pose(R + turned @ R, t + moved)
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
-        """Everything counts as after the shift; it turned about the middle of the run that it was found in."""
+        """All poses are after the shift; the turn is about the middle of the run that it was found in."""
         doubt = "the cell is taken as it was after the shift. If it was moved again, calibrate again"
         if found_in is None:
             return CarryOver(self, doubt)

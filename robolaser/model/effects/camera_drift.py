@@ -23,7 +23,7 @@ class CameraDrift(Effect):
     r"""A pixel at :math:`p` from the image's middle moves by :math:`g (t + \mathrm{growth}\,p + \mathrm{turn}\,Jp)`.
 
     J turns from u to v, and t is (x, y); g is the measured rise of temperature over its largest (`temperature_c` in the
-    data), else that of a creep with `settling`: even with 0. The amplitudes are what has accumulated at the end.
+    data), else of a creep with `settling`: even with 0. The amplitudes are the accumulated drift at the end.
     """
 
     name = "camera_drift"
@@ -49,12 +49,12 @@ class CameraDrift(Effect):
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
-        """Only one where temperatures were measured, which do without."""
+        """Only one where temperatures were measured: these need no settling."""
         tried = super().grid(dataset, where)
         return tried if temperature_rise(dataset.poses) is None else tried[:1]
 
     def apply(self, pixel: Array, run: Run, /) -> Array:
-        """Where each pixel would be in a cold camera."""
+        """The pixels of a cold camera."""
         risen = crept(run.progress, self.settling) if run.rise is None else run.rise[None]
         size = run.dataset.image_px
         middle = run.reference.points["pixel"].mean(axis=0) if size is None else 0.5 * np.array(size)

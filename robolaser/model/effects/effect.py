@@ -1,4 +1,4 @@
-"""What a departure from the nominal model is: a stage, a location, a few parameters, and how they change a value."""
+"""A departure from the nominal model: a stage, a location, a few parameters, and how they change a value."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -31,7 +31,7 @@ NOT_WARM = (
 )
 
 WHERE_SLIDING = {"rad": "m", "rad/Nm": "m/N", "kg rad/Nm": "kg m/N"}
-"""Units of effects on the readings of a joint that slides, by those at one that turns."""
+"""Units of effects on the readings of a prismatic joint, by those at a revolute one."""
 
 
 class Amplitude(NamedTuple):
@@ -46,15 +46,15 @@ class Amplitude(NamedTuple):
 
 
 def parameter(*, unit: str, bound: float, prior_scale: float, lower: float | None = None) -> Any:
-    """Declare an amplitude, see `Amplitude`; it lies within ±bound where no lower bound is given."""
+    """Declare an amplitude, see `Amplitude`; it is within ±bound where no lower bound is given."""
     return field(metadata={"amplitude": (unit, -bound if lower is None else lower, bound, prior_scale)})
 
 
 def nonlinear(*, unit: str, lower: float, upper: float, nominal: float, tried: Sequence[float] = ()) -> Any:
     """Declare a nonlinear parameter, such as a frequency: it has no meaning while all amplitudes are zero.
 
-    Within [lower, upper] the misfit may have many minima: `tried` are values to start from, for all data, or
-    `Effect.grid` says which these are.
+    Within [lower, upper] the misfit may have many minima: `tried` are start values for all data, else `Effect.grid`
+    gives them.
     """
     return field(metadata={"nonlinear": (unit, nominal, lower, upper), "tried": tried or (nominal,)})
 
@@ -75,15 +75,15 @@ class Effect(ABC):
         remedy: The remedy in the cell, with {where} for the location.
         reference: Source of its physics and typical size.
         stage: The stage, from encoder and image to residual, at which it acts.
-        cause: The class of causes that it belongs to, such as `transmission`: where its members cannot be told apart,
-            the class still can. Empty: it is a class of its own.
+        cause: The class of causes that it belongs to, such as `transmission`: it can be identified even where its
+            members cannot. Empty: it is its own class.
         site: The location, one of `camera laser hand_eye target base timing image tool measuring_system`; empty: each
             moving joint.
         needs: Required data, besides values at the stage, see `requirements`.
         depends_on_trajectory: Whether the change at a pose or point depends on others.
-        harmonics: Of waves of its joint's angle: the multiples of its one nonlinear parameter, a frequency, that the
-            waves have whose sines and cosines its amplitudes are.
-        begins: Whether it begins at the share of the run that is its one nonlinear parameter, and does not change then.
+        harmonics: Of waves of its joint's angle: multiples of its one nonlinear parameter, a frequency; its amplitudes
+            are the sines and cosines of these waves.
+        begins: Whether its one nonlinear parameter is the share of the run at which it begins, constant from then on.
         in_urdf: Whether a URDF can represent it: then the exported robot does.
         where: Its location: a joint's name, or its site; a sensor's own as `left.laser`.
     """
@@ -139,7 +139,7 @@ class Effect(ABC):
     def locations(cls, dataset: Dataset) -> tuple[str, ...]:
         """Locations at which these data can test it; empty if something is missing.
 
-        Where several sensors each have its site, that of each is a location: `left.laser`.
+        If several sensors have its site, each sensor's is a location: `left.laser`.
         """
         if cls.missing(dataset):
             return ()
@@ -161,7 +161,7 @@ class Effect(ABC):
 
     @classmethod
     def usual_shape(cls, dataset: Dataset, where: str) -> dict[str, float]:
-        """Nonlinear parameters of a simulated one by name, as far as their nominal values mean nothing there."""
+        """Nonlinear parameters of a simulated effect by name, where their nominal values are meaningless."""
         return {}
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> "CarryOver":
@@ -179,7 +179,7 @@ class Effect(ABC):
         return self.missing(run.dataset)
 
     def parts(self, run: Run) -> tuple[MechanismPart, ...]:
-        """What stands for it in a simulator, of one candidate; empty: nothing does, and a note says so."""
+        """Its parts in a simulator, of one candidate; empty: there are none, and a note says so."""
         return ()
 
     @classmethod
@@ -202,11 +202,11 @@ class Effect(ABC):
 @final
 @dataclass(frozen=True)
 class CarryOver:
-    """What becomes of an effect in another run than the one that it was found in."""
+    """An effect in another run than the one that it was found in."""
 
     effect: Effect | None  # as it acts there; None: it is left out
-    doubt: str = ""  # why it is left out, or what is not known of it there; "" for nothing
-    assumption: str = ""  # what the size of the doubt is told for, such as "On a tilted surface"; may be empty
+    doubt: str = ""  # why it is left out, or what is unknown of it there; "" for nothing
+    assumption: str = ""  # the condition for the size of the doubt, such as "On a tilted surface"; may be empty
     # Other ways in which it may act there, None for not at all. How far these move points, compared with `effect`, is
     # the size of the doubt.
     alternatives: tuple[Effect | None, ...] = ()
@@ -226,12 +226,12 @@ class CandidateEffect:
     @property
     def clause(self) -> str:
         """It as a clause of a sentence; where it is at one of several sensors, with the sensor's name."""
-        said = (self.effect.clause or "{where}: {title}").format(where=self.where, title=self.effect.title)
-        return f"{said} ({self.where.rpartition('.')[0]})" if of_sensor(self.where) else said
+        clause = (self.effect.clause or "{where}: {title}").format(where=self.where, title=self.effect.title)
+        return f"{clause} ({self.where.rpartition('.')[0]})" if of_sensor(self.where) else clause
 
     @property
     def remedy(self) -> str:
-        """What to do about it."""
+        """Its remedy."""
         return self.effect.remedy.format(where=self.where)
 
     @cached_property
@@ -244,7 +244,7 @@ class CandidateEffect:
         return Parameters((*amplitudes, *inner))
 
     def parameters_in(self, robot: Robot | None) -> Parameters:
-        """The same in an arm: what is an angle where a joint turns is a length where it slides."""
+        """The same in an arm: an angle at a revolute joint is a length at a prismatic one."""
         if robot is None or self.effect.stage is not Stage.JOINTS or self.where not in robot.joints:
             return self.parameters
         if not robot.prismatic[robot.joints.index(self.where)]:
@@ -274,7 +274,7 @@ def perturb_with(effects: tuple[Effect, ...], run: Run) -> Perturbation:
 
 
 def _acted(effect: Effect, run: Run, value: Array) -> Array:
-    """What an effect makes of a value; of several sensors' rows, only of those that can have it."""
+    """The value with an effect; of several sensors' rows, only in those that can have it."""
     if not is_dual(value) and any(map(is_dual, vars(effect).values())):
         out = effect.apply(cast("Array", Dual.constant(value)), run)  # so that it can write into a copy
     else:

@@ -1,4 +1,4 @@
-"""Encoder discs that are not centred on their shaft, so that the reading errs once a turn."""
+"""Encoder discs that are not centred on their shaft, so that the reading has an error with one period per turn."""
 
 from dataclasses import dataclass
 from typing import final
@@ -17,7 +17,7 @@ from robolaser.model.stages import Stage
 class EncoderEccentricity(Effect):
     """An error of one cycle a joint turn: q' = q + sine sin q + cosine cos q.
 
-    A disc of radius r with a run-out of e errs by up to e / r.
+    A disc of radius r with a run-out of e has an error of up to e / r.
     """
 
     name = "encoder_eccentricity"

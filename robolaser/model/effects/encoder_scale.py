@@ -1,4 +1,4 @@
-"""Encoders that count too many or too few steps a turn, or drive ratios that differ from the controller's."""
+"""Encoders with too many or too few steps a turn, or drive ratios that differ from the controller's."""
 
 from dataclasses import dataclass
 from typing import final

@@ -1,4 +1,4 @@
-"""Lenses whose focal length follows the distance that they are focused at."""
+"""Lenses whose focal length depends on the focus distance."""
 
 from dataclasses import dataclass
 from typing import final
@@ -12,10 +12,10 @@ from robolaser.model.stages import Stage
 @final
 @dataclass(frozen=True)
 class FocusBreathing(Effect):
-    """The image grows with the distance of what it shows: u' = u (1 + breathing (d / d0 - 1)).
+    """The image grows with the distance of the object: u' = u (1 + breathing (d / d0 - 1)).
 
     d is the distance of a row's point from the camera by the nominal model, d0 its mean over all rows. A lens that
-    focuses anew on each image moves along its axis, and with it changes the focal length.
+    focuses on each image moves along its axis, which changes the focal length.
     """
 
     name = "focus_breathing"

@@ -1,4 +1,4 @@
-"""What an arm's joints and links bear under gravity, the payload's weight included."""
+"""Gravity loads of an arm's joints and links, payload included."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,7 +14,7 @@ from robolaser.robot.kinematics import Robot
 @final
 @dataclass(frozen=True)
 class LinkLoad:
-    """What hangs on the link before a joint, in the frame of that joint before it turns."""
+    """The load of the link before a joint, in the frame of that joint before it turns."""
 
     mass: Array  # of all that the joint carries, (n, 1) [kg]
     first_moment: Array  # the same times where its centre is, (n, 3) [kg m]
@@ -39,7 +39,7 @@ class LinkLoad:
 @final
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """What an arm bears in some poses: the URDF's masses, and the payload as a point at the flange's origin."""
+    """Loads of an arm in some poses: the URDF's masses, and the payload as a point at the flange's origin."""
 
     robot: Robot
     q: Array  # joint values, (n, j) [rad or m]
@@ -48,13 +48,13 @@ class Loads:
 
     @cached_property
     def gravity_torques(self) -> Array:
-        """What each joint must bear to hold the arm still, (n, j) [Nm or N]."""
+        """Torque of each joint that holds the arm still, (n, j) [Nm or N]."""
         own = self.robot.gravity_torques(self.q)
         return own if self.payload_kg is None else own + self.payload_kg[:, None] * self.torques_of_one_kg
 
     @cached_property
     def torques_of_one_kg(self) -> Array:
-        """What each joint must bear to hold one kilogram at the flange's origin, (n, j) [Nm or N]."""
+        """Torque of each joint that holds one kilogram at the flange's origin, (n, j) [Nm or N]."""
         lever = self.robot.jacobian(self.q[None])[0, :, :3]
         return np.asarray(-np.einsum("nxj,x->nj", lever, np.array(self.robot.gravity)))
 
@@ -85,11 +85,11 @@ class Loads:
 
     @cached_property
     def overturning_moment(self) -> Array:
-        """The moment of the weight of all that moves about the base's origin, in the base frame, (n, 3) [Nm]."""
+        """The moment of all moving weight about the base's origin, in the base frame, (n, 3) [Nm]."""
         return np.asarray(np.cross(self.carried[1][:, self.robot.chain[0]], np.array(self.robot.gravity)))
 
     def of_link(self, joint: str) -> LinkLoad:
-        """What hangs on the link before a joint that is not the first."""
+        """The load of the link before a joint that is not the first."""
         if joint in self._of_links:
             return self._of_links[joint]
         robot, masses, first_moments = self.robot, *self.carried

@@ -22,7 +22,7 @@ class HandEyeDrift(Effect):
     r"""T' = T (exp(g turn), g shift), in the camera's own frame: it turns about its optical centre.
 
     :math:`g = (1 - e^{-s\,p}) / (1 - e^{-s})` of the run's progress p, where s is `settling`: with 0 the creep is
-    even, with a larger one it settles. The amplitudes are what has accumulated at the end of the run.
+    even, with a larger one it settles. The amplitudes are the accumulated motion at the end of the run.
     """
 
     name = "hand_eye_drift"

@@ -1,4 +1,4 @@
-"""Brackets that give way under the sensor's weight, by its direction in the flange."""
+"""Brackets that deflect under the sensor's weight, by its direction in the flange."""
 
 from dataclasses import dataclass
 from typing import final
@@ -17,11 +17,11 @@ from robolaser.model.stages import Stage
 class HandEyeSag(Effect):
     r"""The camera sinks by sag ĝ and turns by moment × ĝ + U ĝ; ĝ is gravity's direction in the flange frame.
 
-    A bracket of stiffness k yields to the weight mg by mg / k, and to the weight's moment r × mg about the flange by a
-    turn in proportion: `moment` is the lever r, from the flange to what hangs there, times mg over the rotational
-    stiffness. Where that differs between the flange's axes, U holds the differences: it is symmetric and zero on its
-    diagonal, and `uneven_x`, `uneven_y`, `uneven_z` each join the two other axes. It is counted from a weightless
-    bracket: the hand-eye is then that of the unloaded one. The camera turns about its optical centre.
+    A bracket of stiffness k deflects under the weight mg by mg / k, and turns in proportion to the weight's moment
+    r × mg about the flange: `moment` is the lever r, from the flange to the centre of mass, times mg over the
+    rotational stiffness. Where that differs between the flange's axes, U holds the differences: it is symmetric and
+    zero on its diagonal, and `uneven_x`, `uneven_y`, `uneven_z` each join the two other axes. The deflection is zero
+    without weight: the hand-eye is of the unloaded bracket. The camera turns about its optical centre.
     """
 
     name = "hand_eye_sag"
@@ -44,7 +44,7 @@ class HandEyeSag(Effect):
     uneven_z: Array = parameter(unit="rad", bound=0.1, prior_scale=5e-4)
 
     def apply(self, T_flange_camera: Array, run: Run, /) -> Array:
-        """Let the camera hang."""
+        """Move the camera under its weight."""
         down = run.gravity_in_flange
         turn = np.cross(np.stack([self.moment_x, self.moment_y, self.moment_z], axis=-1)[:, None], down)
         x, y, z = (each[:, None] for each in (self.uneven_x, self.uneven_y, self.uneven_z))

@@ -1,4 +1,4 @@
-"""What yields less and less, or more and more, the more it is loaded."""
+"""Compliance that decreases, or increases, with the load."""
 
 from dataclasses import replace
 
@@ -9,11 +9,11 @@ from robolaser.model.effects.effect import CarryOver, Effect
 
 
 def hardened(deflection: Array, reference: Array, hardening: Array) -> Array:
-    """Deflections d (c, n, k) as d (1 - hardening |d| / max |d|); below zero what yields softens.
+    """Deflections d (c, n, k) as d (1 - hardening |d| / max |d|); below zero they soften.
 
     Args:
-        deflection: Of what yields in proportion to its load, in k directions.
-        reference: The same at the poses that were calibrated, (c, m, k), whose largest counts.
+        deflection: In proportion to the load, in k directions.
+        reference: The same at the calibrated poses, (c, m, k), of which the largest counts.
         hardening: Of each candidate, (c,).
     """
     most = np.linalg.norm(reference, axis=2).max(axis=1)[:, None, None]
@@ -23,7 +23,7 @@ def hardened(deflection: Array, reference: Array, hardening: Array) -> Array:
 
 
 def with_hardening(carried: CarryOver, hardening: Array, unhardened: Effect) -> CarryOver:
-    """What becomes of an effect that hardens in another run, whose largest load is another one."""
+    """A hardening effect in another run with another largest load."""
     if carried.effect is None or not hardening.any():
         return carried
     doubt = "its hardening is relative to the largest load of the poses, which differ from the calibrated ones"

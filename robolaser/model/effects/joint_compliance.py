@@ -1,4 +1,4 @@
-"""Gearboxes that give way under the weight of the arm."""
+"""Gearboxes that deflect under the weight of the arm."""
 
 from dataclasses import dataclass, replace
 from typing import final
@@ -20,7 +20,7 @@ UNSEEN_RAD = 1e-12  # by which rounding may seem to move a joint: a spring for i
 @final
 @dataclass(frozen=True)
 class JointCompliance(Effect):
-    """A joint yields behind its encoder to the torque it bears: q' = q - d, d = compliance g + payload g1, hardened.
+    """A joint deflects behind its encoder under its torque: q' = q - d, d = compliance g + payload g1, hardened.
 
     g is the gravity torque at the angles read, from the URDF's masses and the stated payload. The true masses scale the
     estimate: a URDF that is 10 % too light makes it 10 % too large. g1 is the torque of one kilogram at the flange,
@@ -58,7 +58,7 @@ class JointCompliance(Effect):
         return wound
 
     def parts(self, run: Run) -> tuple[MechanismPart, ...]:
-        """A spring; none where nothing bears on the joint, as on one that turns about the vertical."""
+        """A spring; none where the joint is unloaded, as one about the vertical."""
         column = joint_column(run, self.where)
         q = np.zeros((1, *run.q.shape))
         sunk = -self.apply(q, run)[0, :, column]
@@ -68,6 +68,6 @@ class JointCompliance(Effect):
         return (spring,) if np.abs(sunk).max() > UNSEEN_RAD else ()
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
-        """It acts as it was found, but the largest load of other poses is another one."""
+        """It acts as found, but the largest load of other poses differs."""
         carried, unhardened = super().carried_to(run, found_in), replace(self, hardening=np.zeros(1))
         return with_hardening(carried, self.hardening, unhardened)

@@ -25,10 +25,10 @@ HOMES = (0.0, -2.0, 2.0, -5.0, 5.0)  # tried; a fit goes on from there
 class JointCoupling(Effect):
     """The joint follows another one: q' = q + ratio (q_other - home).
 
-    The drive of a wrist passes the joints before it: where a gear, belt or cable is led along another joint, that
-    joint's motion turns this one too, unless the controller takes it out with the right ratio. `other` is the number of
-    the other joint, counted from the base and from one, at most two joints away. `home` is its reading where the joints
-    were homed: within a turn, so that what is a wrong zero of the joint is none of its.
+    The drive of a wrist passes the joints before it: if a gear, belt or cable runs along another joint, that joint's
+    motion turns this one too, unless the controller compensates it with the right ratio. `other` is the number of the
+    other joint, counted from the base and from one, at most two joints away. `home` is its reading where the joints
+    were homed: within a turn, so that it does not replace a wrong zero of the joint.
     """
 
     name = "joint_coupling"
@@ -60,7 +60,7 @@ class JointCoupling(Effect):
 
     @classmethod
     def usual_shape(cls, dataset: Dataset, where: str) -> dict[str, float]:
-        """The first joint that can be led along this one."""
+        """The first joint whose drive can pass this one."""
         return {"other": float(cls.grid(dataset, where)[0, 0])}
 
     def apply(self, q: Array, run: Run, /) -> Array:

@@ -1,4 +1,4 @@
-"""The joints of an arm at which effects can sit, and joint values or placements with one joint moved."""
+"""The joints of an arm that can have effects, and joint values or placements with one joint moved."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ def moving_joints(robot: Robot | None) -> tuple[str, ...]:
 
 
 def turning_joints(robot: Robot | None) -> tuple[str, ...]:
-    """Those of them that turn, and do not slide."""
+    """The revolute ones of them."""
     return () if robot is None else tuple(robot.joints[i] for i in robot.chain if not robot.prismatic[i])
 
 
@@ -35,7 +35,7 @@ def add_to_joint(q: Array, run: Run, joint: str, move: Array) -> Array:
 def placed_anew(placements: Array, run: Run, joint: str, placement: Array) -> Array:
     """Placements of the joints (c or 1, n or 1, j, 4, 4) with another one (c, n or 1, 4, 4) of one joint.
 
-    It rests on the one before, so that it has at least their derivatives.
+    It is computed from the old one, so it has at least their derivatives.
     """
     moved: Array = np.zeros_like(placement, shape=(*placement.shape[:2], *placements.shape[2:]))
     moved[:] = placements

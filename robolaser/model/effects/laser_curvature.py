@@ -15,10 +15,9 @@ from robolaser.model.stages import Stage
 class LaserCurvature(Effect):
     r"""The surface bulges along the stripe: a point slides on its ray until :math:`n \cdot P = d + κ y^2/2 + t(r - s)`.
 
-    κ is a uniform curvature; t = tan(cone) describes a cone, as line lenses project it: r and s are the distances from
-    the projector to the point and to the stripe's middle beside it. y is the camera's coordinate along the stripe, n
-    the nominal plane's normal: turning it by the few degrees by which the true plane differs changes κ by as many per
-    cent, and nothing else.
+    κ is a uniform curvature; t = tan(cone) describes a cone, as projected by line lenses: r and s are the distances
+    from the projector to the point and to the stripe's middle beside it. y is the camera's coordinate along the stripe,
+    n the nominal plane's normal: an error of a few degrees in it changes κ by as many per cent, and nothing else.
     """
 
     name = "laser_curvature"

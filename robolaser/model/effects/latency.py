@@ -1,4 +1,4 @@
-"""Images that are taken while the arm moves, later or earlier than its joints are read."""
+"""Images taken while the arm moves, later or earlier than its joints are read."""
 
 from dataclasses import dataclass
 from typing import final

@@ -1,4 +1,4 @@
-"""Links that bend and twist under what they carry."""
+"""Links that bend and twist under load."""
 
 from dataclasses import dataclass
 from typing import final
@@ -21,14 +21,14 @@ SHORTEST_M = 1e-4
 class LinkCompliance(Effect):
     r"""The link from the joint before to this one turns by :math:`φ = C M` about a point on its line.
 
-    M is the moment of the weight that hangs beyond that point about it, and
+    M is the moment about that point of the weight beyond it, and
     :math:`C = \mathrm{bending}\,(1 - u u^T - (1 - \mathrm{axial})\,a a^T) + \mathrm{twist}\,u u^T`, with a the axis
-    of this joint and u the part of the link's direction across it. Where `axial` is 0, the link yields across the
-    joint's axis only, as a tilting bearing does; about it, it cannot be told from a joint that gives way. `hinge` is
-    where on the line between the joints it yields, from the joint before (0) to this one (1); of the link's own
+    of this joint and u the part of the link's direction across it. Where `axial` is 0, the link bends across the
+    joint's axis only, as a tilting bearing does; about it, it is indistinguishable from joint compliance. `hinge` is
+    the point's position on the line between the joints, from the joint before (0) to this one (1); of the link's own
     weight the share beyond that point counts, and `payload` is a mass at the flange that neither URDF nor data state.
-    A beam of constant section acts as if hinged in its middle: exactly so for the turn of its end, within a quarter
-    for the shift.
+    A beam of constant section acts like a hinge in its middle: exactly for the turn of its end, within a quarter for
+    the shift.
     """
 
     name = "link_compliance"
@@ -49,7 +49,7 @@ class LinkCompliance(Effect):
 
     @classmethod
     def sites(cls, robot: Robot | None) -> tuple[str, ...]:
-        """Every moving joint but the first: what is before that is the base."""
+        """Every moving joint but the first, before which is the base."""
         return moving_joints(robot)[1:]
 
     def apply(self, placements: Array, run: Run, /) -> Array:

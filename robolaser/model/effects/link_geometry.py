@@ -1,4 +1,4 @@
-"""Links that were not made or mounted as drawn, so that the next joint sits elsewhere."""
+"""Links whose geometry or mounting is not nominal, so that the next joint is elsewhere."""
 
 from dataclasses import dataclass
 from typing import final
@@ -17,8 +17,8 @@ from robolaser.model.stages import Stage
 class LinkGeometry(Effect):
     """A small motion of one joint's placement: T' = T (exp(turn), shift), in the joint's own frame.
 
-    Where one of the six only repeats another parameter (a turn about the joint's own axis, say), the calibration lists
-    it as one that the data cannot determine.
+    If one of the six only repeats another parameter (as a turn about the joint's own axis), the calibration lists it
+    as not determined by the data.
     """
 
     name = "link_geometry"

@@ -1,4 +1,4 @@
-"""Parts of a machine that stand for effects in a simulator."""
+"""Parts of a machine that represent effects in a simulator."""
 
 from dataclasses import dataclass
 from typing import final
@@ -13,18 +13,18 @@ class Play:
 
     joint: str
     width: float
-    friction: float  # [Nm or N]: more than the link's weight, else it would always rest on the same side
+    friction: float  # [Nm or N]: more than the link's weight, else it would always be on the same side
 
 
 @final
 @dataclass(frozen=True)
 class ElasticJoint:
-    """A joint behind whose encoder a spring gives way."""
+    """A joint with a spring behind its encoder."""
 
     joint: str  # its name
-    sunk: Array  # how far it gave way in each pose, (n,) [rad or m]
-    borne: Array  # what it bore there by the masses that are stated, (n,) [Nm or N]
-    of_one_kg: Array  # and what of each further kilogram at the flange, (n,)
+    sunk: Array  # its deflection in each pose, (n,) [rad or m]
+    borne: Array  # its load there by the stated masses, (n,) [Nm or N]
+    of_one_kg: Array  # and by each further kilogram at the flange, (n,)
 
 
 @final
@@ -41,7 +41,7 @@ class MimicJoint:
 @final
 @dataclass(frozen=True)
 class Footing:
-    """What the robot stands on, turning about the base's origin on springs."""
+    """The robot's support, turning about the base's origin on springs."""
 
     axes: Array  # unit vectors in the base frame, (a, 3)
     stiffness: Array  # about each, (a,) [Nm/rad]

@@ -1,4 +1,4 @@
-"""Gross errors: points that are not what they are taken for; a diagnosis finds them and leaves them out."""
+"""Gross errors: points that are not what they are taken for; a diagnosis finds and excludes them."""
 
 from typing import Final
 

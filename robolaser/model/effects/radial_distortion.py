@@ -19,7 +19,7 @@ class RadialDistortion(Effect):
     r"""The first radial term that the model does not have, after its k the fifth order's: :math:`u' = u (1 + k_2 r^4)`.
 
     r is the distance from the principal point. Where a camera's own k2 is fitted, but not its k3, the term is of the
-    order above, :math:`k_2 r^6 / R^2` with R = 3 mm, and k_2 still says how far it goes there.
+    order above, :math:`k_2 r^6 / R^2` with R = 3 mm, so that k_2 is of the same size.
     """
 
     name = "radial_distortion"

@@ -1,4 +1,4 @@
-"""What effects need of a data set: each function says why the data do not have it, "" where they do."""
+"""Requirements of effects on a data set: each function returns why the data do not meet it, "" if they do."""
 
 from typing import final
 
@@ -25,25 +25,25 @@ PARTS = {
 
 @final
 class SensorLacks(str):
-    """The reason that no sensor of a kind can have an effect; other reasons are of the data."""
+    """Why no sensor of a kind can have an effect; other reasons concern the data."""
 
     __slots__ = ()
 
 
 @final
 class DataLack(str):
-    """A reason that goes away with other data; `remedy` says with which."""
+    """A reason that other data would remove; `remedy` names them."""
 
     remedy: str
 
     def __new__(cls, reason: str, remedy: str) -> "DataLack":
-        """Say what is missing, and what would have to be recorded or stated."""
+        """What is missing, and what would have to be recorded or stated."""
         made = super().__new__(cls, reason)
         made.remedy = remedy
         return made
 
     def __reduce__(self) -> tuple[type["DataLack"], tuple[str, str]]:
-        """What a copy is made of."""
+        """The arguments of a copy."""
         return DataLack, (str(self), self.remedy)
 
 
@@ -81,23 +81,23 @@ def passes(stage: Stage, dataset: Dataset) -> str:
 
 
 def known_ranges(dataset: Dataset) -> str:
-    """A camera sees points of a target at known places."""
+    """A camera sees points of a target at known positions."""
     return passes(Stage.IMAGE, dataset) or passes(Stage.TARGET, dataset)
 
 
 def no_mount(dataset: Dataset) -> str:
-    """What the flange carries is no sensor: that of a sensor is `hand_eye_sag`."""
+    """The flange carries no sensor: for a sensor there is `hand_eye_sag`."""
     mounted = not passes(Stage.MOUNT, dataset)
     return "the flange carries the sensor, whose bracket has an effect of its own" if mounted else ""
 
 
 def laser_plane(dataset: Dataset) -> str:
-    """A plane of light cuts the surface."""
+    """A laser plane intersects the surface."""
     return passes(Stage.LASER_PLANE, dataset)
 
 
 def camera_alone_on_flange(dataset: Dataset) -> str:
-    """The camera's rival is its bracket: a laser plane beside it, or a stand in the cell, would drift likewise."""
+    """The alternative is the camera's bracket: a laser plane on it, or a stand in the cell, would drift likewise."""
     is_alone = bool(laser_plane(dataset)) and not is_of_scanner(dataset) and not stands(dataset)
     return "" if is_alone else SensorLacks("indistinguishable from a drift of what else is fixed to the camera")
 
@@ -125,41 +125,41 @@ def turning_joint(dataset: Dataset) -> str:
 
 
 def masses(dataset: Dataset) -> str:
-    """It is known what the joints bear."""
+    """The loads of the joints are known."""
     payload = dataset.poses.payload_kg
     known = dataset.robot is not None and (dataset.robot.has_masses or (payload is not None and payload.any()))
     return joint_angles(dataset) or ("" if known else NO_MASSES)
 
 
 def weight(dataset: Dataset) -> str:
-    """It is known which way is down."""
+    """The direction of gravity is known."""
     return "" if gravity_of(dataset).any() else "no gravity in the data"
 
 
 def own_lengths(dataset: Dataset) -> str:
-    """What measures has lengths of its own, and sees no target with given ones."""
+    """The sensor measures lengths, and sees no target with given ones."""
     stages = sensor_class(dataset.kind).stages_in(dataset)
     measures = Stage.TARGET in stages and Stage.PIXELS not in stages
     return "" if measures else SensorLacks(f"a {dataset.format.title} has no lengths of its own")
 
 
 def pose_order(dataset: Dataset) -> str:
-    """It is known which pose came first."""
+    """The order of the poses is known."""
     return "" if dataset.poses.time_s is not None else NO_ORDER
 
 
 def path(dataset: Dataset) -> str:
-    """It is known from where the arm came to each pose."""
+    """The path to each pose is known."""
     return joint_angles(dataset) or pose_order(dataset) or ("" if dataset.path_known else NO_PATH)
 
 
 def warm_up(dataset: Dataset) -> str:
-    """Temperatures or times tell how far things had warmed up."""
+    """Temperatures or times determine the progress of the warm-up."""
     return "" if temperature_rise(dataset.poses) is not None else pose_order(dataset)
 
 
 def velocities(dataset: Dataset) -> str:
-    """The arm moved at some exposures, and it is known how."""
+    """The arm moved at some exposures, with known velocity."""
     if dataset.poses.qd is None:
         return NO_VELOCITIES if dataset.robot is not None else NO_MOTION
     if len(unknown := without_velocity(dataset)):

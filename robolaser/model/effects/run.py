@@ -1,4 +1,4 @@
-"""A run as effects see it: poses, points, and what follows from them once and for all."""
+"""A run as effects see it: poses, points, and quantities derived from them, computed once."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
@@ -27,28 +27,28 @@ RUN = "_run"
 @final
 @dataclass(frozen=True)
 class Course:
-    """How far a run had come at each pose."""
+    """Progress of a run at each pose."""
 
     progress: Array  # share of the run that had passed, (n,), from 0 to 1
     # temperature above the lowest over the largest such rise, (n,); None where it is unknown or constant
     rise: Array | None
-    by_thermometer: bool  # whether temperatures of this very run say so
+    by_thermometer: bool  # whether it is from temperatures of this run
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A data set as effects see it. What takes time is worked out when it is first needed, and kept.
+    """A data set as effects see it. Slow quantities are computed when first needed, and cached.
 
-    What the data set lacks must not be read: `Effect.missing` says what that is.
+    Data that the data set lacks must not be read: `Effect.missing` names them.
     """
 
     dataset: Dataset  # what was measured
-    course: Course | None = None  # how far it had come, where that is not counted from its own beginning
+    course: Course | None = None  # its progress, where that does not start at zero
 
     @cached_property
     def untouched(self) -> dict[Hashable, Bools]:
-        """Rows of sensors that cannot have an effect at a place, (m,) each, as far as they were asked for."""
+        """Rows of sensors that cannot have an effect at a location, (m,) each, as far as requested."""
         return {}
 
     @property
@@ -131,7 +131,7 @@ class Run:
         return self.course.rise if self.course is not None else temperature_rise(self.poses)
 
     def course_at(self, chosen: Bools) -> Course | None:
-        """How far the run had come at some of its poses, (n,); None where their order is not known."""
+        """Progress of the run at some of its poses, (n,); None where their order is unknown."""
         if self.poses.time_s is None:
             return None
         rise = None if self.rise is None else self.rise[chosen]
@@ -139,7 +139,7 @@ class Run:
 
     @property
     def reference(self) -> "Run":
-        """The run whose loads, poses and points effects are relative to: the whole one, where this is a part of it."""
+        """The run to whose loads, poses and points effects are relative: the whole, where this is a part."""
         whole = self.dataset.whole
         if whole is None:
             return self
@@ -157,7 +157,7 @@ class Run:
 
     @cached_property
     def loads(self) -> Loads:
-        """What the arm bears at the angles read."""
+        """Loads of the arm at the angles read."""
         return Loads(self.robot, self.q, self.poses.payload_kg)
 
     @cached_property
@@ -182,7 +182,7 @@ class Run:
 
     @cached_property
     def relative_range(self) -> Array:
-        """By what share each row's point is farther from its camera than the mean, by the nominal model, (m,)."""
+        """Relative excess of each row's distance from its camera over the mean, by the nominal model, (m,)."""
         ranges, of_whole = self._ranges, self.reference._ranges
         return np.zeros(len(self.points)) if ranges is None or of_whole is None else ranges / of_whole.mean() - 1.0
 
@@ -225,7 +225,7 @@ class Run:
 
 
 def gravity_of(dataset: Dataset) -> Array:
-    """Gravity in the base frame, (3,) [m/s²]; downwards where no arm says otherwise."""
+    """Gravity in the base frame, (3,) [m/s²]; downwards unless the arm states otherwise."""
     return np.array(DOWN if dataset.robot is None else dataset.robot.gravity)
 
 

@@ -1,4 +1,4 @@
-"""What must be known of a run to apply the effects found in it to another one."""
+"""The summary of a run that is needed to apply its effects to another one."""
 
 import hashlib
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ class RunSummary:
     """The run that a calibration was made from."""
 
     poses: Annotated[int, Meta(ge=1)]  # number of poses
-    sha256: str  # of their names, readings and times: tells whether another run has the same poses
+    sha256: str  # digest of names, readings and times: identifies a run with the same poses
     # middle of all flanges by the nominal arm, about which `base_shift` turns, (3,) [m]
     middle_m: Annotated[list[float], Meta(min_length=3, max_length=3)]
     # the lowest and highest temperature [°C]; None where it was not measured
@@ -42,7 +42,7 @@ class RunSummary:
 def continued(summary: RunSummary | None, dataset: Dataset) -> Run:
     """Another data set as a later part of a run, of which nothing may be known.
 
-    All its poses count as taken at the end of that run, warmed up; where both have temperatures, these say how warm.
+    All its poses count as taken at the end of that run, warmed up, or by temperatures where both have them.
     """
     n = len(dataset.poses)
     low, high = [0.0, 0.0] if summary is None or summary.temperature_c is None else summary.temperature_c

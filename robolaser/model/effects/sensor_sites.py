@@ -13,7 +13,7 @@ OWNER: dict[str, Callable[[SensorData], str]] = {
     "camera": lambda sensor: sensor.camera,
     "target": lambda sensor: sensor.target,
 }
-"""What such a site's name begins with: sensors that look through one camera or at one target share the site."""
+"""The prefix of such a site's name: sensors with a common camera or target share the site."""
 
 
 def kind_of_site(where: str) -> str:
@@ -23,20 +23,20 @@ def kind_of_site(where: str) -> str:
 
 
 def of_sensor(where: str) -> bool:
-    """Whether a site is that of some sensors alone."""
+    """Whether a site belongs to some sensors only."""
     return kind_of_site(where) != where
 
 
 def sensors_at(where: str, dataset: Dataset) -> Bools:
-    """Which of the sensors are at a site that is some sensors' own, (sensors,)."""
+    """Which sensors are at such a site, (sensors,)."""
     name, _, site = where.rpartition(".")
     return np.array([OWNER[site](sensor) == name for sensor in dataset.sensors])
 
 
 def sites_of_sensors(site: str, dataset: Dataset, has: Callable[[int], bool]) -> dict[str, Bools]:
-    """Names of a site such as `laser`, and which of the sensors are there, (sensors,); itself where it is one for all.
+    """Names of a site such as `laser`, and which sensors are there, (sensors,); itself if all share it.
 
-    `has` says whether the sensor of a number has the site.
+    `has` is whether the sensor of a number has the site.
     """
     sensors, owner = dataset.sensors, OWNER.get(site)
     there = np.array([has(number) for number in range(len(sensors))])

@@ -1,4 +1,4 @@
-"""Joints that are measured before they have arrived, or that creep on after they were read."""
+"""Joints measured before they have arrived, or that creep on after their reading."""
 
 from dataclasses import dataclass
 from typing import final
@@ -13,7 +13,7 @@ from robolaser.model.effects.requirements import path
 from robolaser.model.stages import Stage
 
 ALIKE = 0.2
-"""Spread of the lengths of a joint's moves over their mean, up to which what they lack looks like lost motion."""
+"""Spread of the lengths of a joint's moves over their mean, up to which a missing share looks like lost motion."""
 
 
 def moves(q: Array, run: Run) -> Array:
@@ -25,7 +25,7 @@ def moves(q: Array, run: Run) -> Array:
 
 
 def various_moves(dataset: Dataset) -> str:
-    """Some joint came to its poses by moves of several lengths."""
+    """Some joint has last moves of several lengths."""
     if reason := path(dataset):
         return reason
     alike = "the last moves of each joint all have the same length, so a missing share looks like lost motion"

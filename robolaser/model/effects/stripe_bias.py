@@ -45,7 +45,7 @@ class StripeBias(Effect):
         return pixel + shift[..., None] * run.across_stripe
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
-        """It needs the tilt of the surface, which only the target points of a data set tell."""
+        """It needs the tilt of the surface, which is known for target points only."""
         if not (reason := self.hindrance(run)):
             return CarryOver(self)
         tilted = replace(self, tilt=float(np.tan(np.radians(ORDINARY_DEG))))

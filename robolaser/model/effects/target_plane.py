@@ -13,9 +13,9 @@ from robolaser.model.sensors import scanner_geometry
 from robolaser.model.stages import Perturbation
 
 THIN = 0.05  # a target is flat where its planes are less thick than this share of their breadth
-STEP = 0.01  # of the target's size along the normal: points farther apart lie on different steps
+STEP = 0.01  # of the target's size along the normal: points farther apart are on different steps
 GRAZING = 0.05  # cosine of the steepest tilt that is distinguished: 87°
-FEWEST = 8  # points on each plane on average: any three lie on one
+FEWEST = 8  # points on each plane on average: any three are on one
 
 
 @final
@@ -31,10 +31,10 @@ class TargetPlane:
 
 
 def plane_of(xyz: Array) -> TargetPlane:
-    """The plane of points (m, 3) [m], or that of all steps where they lie on parallel ones.
+    """The plane of points (m, 3) [m], or of all steps where they are on parallel ones.
 
-    Candidates are the plane through all points and the three across the frame's axes; the one in whose steps the points
-    are thinnest is taken. Its axes are as near to those of the frame as possible.
+    Candidates are the plane through all points and the three across the frame's axes; the one with the thinnest steps
+    is taken. Its axes are as near to the frame's as possible.
     """
     centre = (xyz.max(axis=0) + xyz.min(axis=0)) / 2
     through = np.linalg.svd(xyz - xyz.mean(axis=0), full_matrices=False)[2][-1]
@@ -68,8 +68,8 @@ def _stepped(xyz: Array, guess: Array) -> tuple[Array, float]:
 def surface_tilt(dataset: Dataset, T_base_flange: Array, target: TargetPlane) -> Array:
     """Tangent of the angle from each ray back to the camera to the surface's normal, across the stripe, (m,).
 
-    By the nominal model: a degree more or less matters little to a bias of tenths of a pixel. Where the target is not
-    placed, its pose is the rigid fit of its points to those of the nominal model.
+    By the nominal model: a degree matters little to a bias of tenths of a pixel. If the target is not placed, its pose
+    is the rigid fit of its points to the nominal model's.
     """
     points, unperturbed = dataset.points, Perturbation()
     nominal = {name: np.array([item.nominal]) for name, item in dataset.parameters.items()}

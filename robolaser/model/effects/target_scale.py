@@ -1,4 +1,4 @@
-"""Printed targets that are larger or smaller than their drawing."""
+"""Printed targets that are larger or smaller than stated."""
 
 from dataclasses import dataclass
 from typing import final
@@ -17,8 +17,8 @@ from robolaser.model.stages import Stage
 class TargetScale(Effect):
     """The grid's scale, in its plane: P' = P + scale (P - centre) without the part along the normal.
 
-    A grid that was located by one of its points grows from there. Which it was is not known: the centre is a nonlinear
-    parameter, along the plane's axes from the middle of the target points.
+    A grid that was located by one of its points grows from that unknown point: the centre is a nonlinear parameter,
+    along the plane's axes from the middle of the target points.
     """
 
     name = "target_scale"
@@ -39,7 +39,7 @@ class TargetScale(Effect):
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
-        """The middle of the target and eight points around it; it alone where a shift of the target makes up for it."""
+        """The middle of the target and eight points around it; only the middle if a target shift is equivalent."""
         if not dataset.placed:
             return np.zeros((1, 2))
         half = Run(dataset).target.half

@@ -20,8 +20,8 @@ class TargetStretch(Effect):
     """The grid is longer along one direction of its plane: P' = P + stretch e (e · (P - middle) - centre).
 
     e is turned by `direction` from the plane's first axis, which is as near to the frame's x axis as the plane permits.
-    Printers feed paper by rollers, whose diameter scales one direction alone. Which point the grid was located by is
-    not known: `centre` is how far it lies from the middle of the target points, along e.
+    Printers feed paper by rollers, whose diameter scales one direction alone. The point by which the grid was located
+    is unknown: `centre` is its distance from the middle of the target points, along e.
     """
 
     name = "target_stretch"
@@ -41,7 +41,7 @@ class TargetStretch(Effect):
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
-        """Along the sides and between them, about three centres; about the middle where a shift makes up for it."""
+        """Along the sides and between them, about three centres; about the middle if a shift is equivalent."""
         centres = 0.7 * Run(dataset).target.half * np.array([-1.0, 0.0, 1.0]) if dataset.placed else [0.0]
         turns = np.linspace(-np.pi / 2, np.pi / 2, DIRECTIONS, endpoint=False)
         return np.array([[turn, centre] for centre in centres for turn in turns])

@@ -26,7 +26,7 @@ class ThermalDrift(Effect):
 
     g is the measured rise of temperature over its largest (`temperature_c` in the data), else
     :math:`1 - \exp(-\mathrm{progress} / τ)` with τ in shares of the run. Aluminium grows 23e-6 a kelvin, plastics up to
-    1e-4: the bound is that of plastics 50 K warmer.
+    1e-4: the bound is for plastics 50 K warmer.
     """
 
     name = "thermal_drift"
@@ -45,7 +45,7 @@ class ThermalDrift(Effect):
 
     @classmethod
     def sites(cls, robot: Robot | None) -> tuple[str, ...]:
-        """Every joint that moves the flange and is not in one place with the joint before."""
+        """Every joint that moves the flange and is at a distance from the joint before."""
         if robot is None:
             return ()
         length = dict(zip(robot.joints, np.linalg.norm(robot.placements[:, :3, 3], axis=-1), strict=True))

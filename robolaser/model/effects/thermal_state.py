@@ -1,4 +1,4 @@
-"""How far something has warmed up in the course of a run, from 0 towards 1, and what is known of it in another run."""
+"""Progress of a warm-up in the course of a run, from 0 towards 1, and in another run."""
 
 from typing import Any
 
@@ -28,13 +28,13 @@ def warmed(run: Run, tau: Array) -> Array:
 
 
 def time_constants(dataset: Dataset) -> Array:
-    """Time constants worth trying, (g, 1): only one where temperatures were measured, which do without."""
+    """Time constants to try, (g, 1): only one where temperatures were measured, which need none."""
     measured = temperature_rise(dataset.poses) is not None
     return np.array([[USUAL]]) if measured else np.geomspace(SHORTEST, LONGEST, TRIED)[:, None]
 
 
 def carried_by_temperature(effect: Effect, run: Run) -> CarryOver:
-    """What warms up follows the thermometer of another run; without one it stays as at the end of the first run."""
+    """A warm-up follows the thermometer of another run; without one it stays as at the end of the first run."""
     by_thermometer = run.course is not None and run.course.by_thermometer
     return CarryOver(effect) if by_thermometer else CarryOver(effect, doubt=NOT_WARM, alternatives=(None,))
 

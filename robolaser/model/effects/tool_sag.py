@@ -1,4 +1,4 @@
-"""Reflector holders and tools that give way under gravity."""
+"""Reflector holders and tools that deflect under gravity."""
 
 from dataclasses import dataclass
 from typing import final
@@ -15,12 +15,12 @@ from robolaser.model.stages import Stage
 @final
 @dataclass(frozen=True)
 class ToolSag(Effect):
-    r"""What the flange carries shifts by C ĝ and turns by moment × ĝ; ĝ is gravity's direction in the flange frame.
+    r"""The tool on the flange shifts by C ĝ and turns by moment × ĝ; ĝ is gravity's direction in the flange frame.
 
-    A holder yields to its weight by the symmetric matrix C, here with the elements sag + uneven_xx, sag - uneven_xx and
-    0 on its diagonal and uneven_xy, uneven_xz, uneven_yz beside it: a holder along the flange's z axis sinks by sag
-    across it. To the weight's moment r × mg about the flange it yields by a turn in proportion: `moment` is the lever r
-    times mg over the rotational stiffness. A shift that is alike in all directions is no other than one of the base.
+    A holder deflects by the symmetric matrix C, with the elements sag + uneven_xx, sag - uneven_xx and 0 on its
+    diagonal and uneven_xy, uneven_xz, uneven_yz beside it: a holder along the flange's z axis sinks by sag across it.
+    It turns in proportion to the weight's moment r × mg about the flange: `moment` is the lever r times mg over the
+    rotational stiffness. A shift that is equal in all directions is indistinguishable from a shift of the base.
     """
 
     name = "tool_sag"
@@ -44,7 +44,7 @@ class ToolSag(Effect):
     moment_z: Array = parameter(unit="rad", bound=0.1, prior_scale=1e-3)
 
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
-        """Let the tool hang."""
+        """Move the tool under its weight."""
         down = run.gravity_in_flange
         turn = np.cross(np.stack([self.moment_x, self.moment_y, self.moment_z], axis=-1)[:, None], down)
         xx, xy, xz, yz = (e[:, None] for e in (self.uneven_xx, self.uneven_xy, self.uneven_xz, self.uneven_yz))

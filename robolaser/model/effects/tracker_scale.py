@@ -1,4 +1,4 @@
-"""Trackers whose own measure of length is off."""
+"""Trackers with a scale error."""
 
 from dataclasses import dataclass
 from typing import final
@@ -12,11 +12,11 @@ from robolaser.model.stages import Stage
 @final
 @dataclass(frozen=True)
 class TrackerScale(Effect):
-    """All lengths that the measuring system reads are too long by a share: P' = P / (1 + scale), from its origin.
+    """All measured lengths are too long by a share: P' = P / (1 + scale), from the measuring system's origin.
 
     Air a kelvin colder than the instrument assumes changes an interferometer by 1e-6; scale bars of photogrammetry are
     good to 1e-5, and a stereo camera whose baseline creeps is off by 1e-3. An arm whose links are all too short looks
-    the same: known distances tell them apart.
+    the same: known distances distinguish them.
     """
 
     name = "tracker_scale"

@@ -1,4 +1,4 @@
-"""Harmonic drives and gears whose output leads and lags, periodically in the motor's angle."""
+"""Harmonic drives and gears with an error that is periodic in the motor's angle."""
 
 from dataclasses import dataclass
 from typing import final
@@ -13,7 +13,7 @@ from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.stages import Stage
 
 FEWEST, MOST = 10.0, 330.0
-"""Cycles a joint turn: below are dead zones and cables; a harmonic drive has at most twice 160."""
+"""Cycles a joint turn: fewer are dead zones and cables; a harmonic drive has at most twice 160."""
 STEP = 2.0  # of the phase over the joint's range [rad]: half a step off, a wave still fits 92 % of itself
 
 
@@ -22,7 +22,7 @@ STEP = 2.0  # of the phase over the joint's range [rad]: half a step off, a wave
 class TransmissionError(Effect):
     r"""Two harmonics: :math:`q' = q + s \sin Nq + c \cos Nq + s_2 \sin 2Nq + c_2 \cos 2Nq`, N cycles a joint turn.
 
-    A harmonic drive errs once and twice a turn of its wave generator.
+    The error of a harmonic drive has one and two periods per turn of its wave generator.
     """
 
     name = "transmission_error"

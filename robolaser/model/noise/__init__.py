@@ -1,1 +1,1 @@
-"""How much of a residual is measurement error."""
+"""Measurement errors in residuals."""

@@ -1,4 +1,4 @@
-"""How much of a residual is measurement error: its sources, their sizes, and residuals made comparable by them."""
+"""Measurement errors in residuals: their sources and sizes, and residuals whitened by them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -15,7 +15,7 @@ from robolaser.model.noise.whitening import GroupStage, Whitener
 FLOOR = 1e-6
 """Standard deviation of every number of a row in its own unit, added to all: no covariance becomes singular."""
 REGULAR = 1e-13
-"""Share of a row's variances that each of its numbers has at least: rows that err by metres keep a Cholesky factor."""
+"""Least share of a row's variances in each of its numbers: rows with errors of metres keep a Cholesky factor."""
 
 Origin = Literal["stated", "repeats", "estimated"]
 
@@ -25,7 +25,7 @@ Origin = Literal["stated", "repeats", "estimated"]
 class NoiseModel:
     """The errors of a data set's rows: independent between poses, correlated within."""
 
-    sources: tuple[ErrorSource, ...]  # what may shake the rows, see `robolaser.model.noise.sources`
+    sources: tuple[ErrorSource, ...]  # of errors of the rows, see `robolaser.model.noise.sources`
     sigmas: Mapping[str, float]  # standard deviation of each source, by name, in its unit
     # where each size comes from: "stated", "repeats", or "estimated" from the residuals
     origin: Mapping[str, Origin] = field(default_factory=dict)
@@ -33,7 +33,7 @@ class NoiseModel:
 
     @property
     def estimated(self) -> tuple[str, ...]:
-        """Sources whose sizes the residuals or repeats gave rather than the data set."""
+        """Sources with sizes from residuals or repeats, not from the data set."""
         return tuple(name for name, origin in self.origin.items() if origin != "stated")
 
     def at(self, sigmas: Mapping[str, float]) -> "NoiseModel":
@@ -41,10 +41,10 @@ class NoiseModel:
         return replace(self, sigmas={**self.sigmas, **sigmas})
 
     def for_weights(self) -> "NoiseModel":
-        """The noise that weights may rest on: all but estimated errors of whole poses.
+        """The noise for weights: all but estimated errors of whole poses.
 
-        Those hold what the model lacks. To weigh by them would trust the model within each pose, where it fails.
-        What is left tells how rows compare with each other, no longer how large their errors are.
+        Those contain unmodelled effects. Weights with them would trust the model within each pose, where it fails. The
+        rest gives the relative errors of rows, no longer their size.
         """
         gone = [source.name for source in self.sources if source.level == "pose" and source.name in self.estimated]
         return replace(self.at(dict.fromkeys(gone, 0.0)), relative=self.relative or bool(gone))
@@ -86,7 +86,7 @@ class NoiseModel:
     def scatter(self) -> Array:
         """Variance that errors of whole poses add to each direction in which they move a pose, (n q,).
 
-        In units of what is there without them; empty where there are none.
+        In units of the variance without them; empty where there are none.
         """
         return np.zeros(0) if self._of_poses is None else self._of_poses.spectrum[0].reshape(-1)
 
@@ -101,7 +101,7 @@ class NoiseModel:
 
     @property
     def sources_of_poses(self) -> tuple[ErrorSource, ...]:
-        """Those that shake whole poses."""
+        """The sources of errors of whole poses."""
         return tuple(source for source in self.sources if source.level == "pose")
 
     @property
@@ -130,7 +130,7 @@ class NoiseModel:
         return self._whitener.precision(moves)
 
     def correlate(self, white: Array) -> Array:
-        """Undo `whiten`: residuals whose whitened ones are given, (c, m k) -> (c, m k) [row's unit]."""
+        """The inverse of `whiten`, (c, m k) -> (c, m k) [row's unit]."""
         weighed = self.weigh(white)
         rows = weighed.reshape(len(white), self._rows, self.numbers).transpose(1, 2, 0)
         total: Array = FLOOR**2 * rows

@@ -1,4 +1,4 @@
-"""How likely sizes of noise sources make what a fit left over: every size that residuals tell comes from here."""
+"""The likelihood of noise sizes given the residuals of a fit: all sizes from residuals are estimated here."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -13,44 +13,43 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.model.noise import reml
 from robolaser.model.noise.covariance import FLOOR, NoiseModel, Origin
 
-MOST_ROWS_A_POSE = 30  # more say nothing new on how large the errors are
+MOST_ROWS_A_POSE = 30  # more add nothing on the size of the errors
 MOST_ROWS = 2000  # altogether, as long as each pose keeps a few
 LEAST_ROWS_A_POSE = 3
 Known = Mapping[str, tuple[float, Origin]]
 """Sizes of sources, and where they come from, by name."""
 UNMOVED = 1e-12  # variance by a source, over the largest, up to which it does not move a number
-FEW = 0.5  # share of a pose's numbers up to which it is worthwhile to part the directions that its errors move
+FEW = 0.5  # share of a pose's numbers up to which it pays to separate the directions of its errors
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class PoseErrors:
-    """What a fit left over at each pose, and what may have caused it."""
+    """Residuals of a fit at each pose, and their possible causes."""
 
     unit: Mapping[str, Array]  # covariance that a unit of each source causes, (n, s, s) by name
-    floor: Array  # covariance that is there without any, regular, (n, s, s)
+    floor: Array  # covariance without any, regular, (n, s, s)
     e: Array  # residuals, (n, s)
-    Q: Array  # a basis of what the fitted numbers can do to them, (n, s, d)
-    times: Array  # how often each pose is there, (n,)
+    Q: Array  # a basis of their changes by the fitted numbers, (n, s, d)
+    times: Array  # multiplicity of each pose, (n,)
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class NoiseLikelihood:
-    """How likely sizes of the sources make the residuals that a fit left over."""
+    """The likelihood of the sources' sizes given the residuals of a fit."""
 
-    sources: tuple[ErrorSource, ...]  # what may shake the rows
+    sources: tuple[ErrorSource, ...]  # errors of the rows
     of_pose: Ints  # pose of each row, (m,)
-    residuals: Array  # what the fit left over, (m, k) [row's unit]
-    J: Array  # the residuals by the parameters that were fitted, (m k, d)
+    residuals: Array  # residuals of the fit, (m, k) [row's unit]
+    J: Array  # derivatives of the residuals by the fitted parameters, (m k, d)
 
     def likeliest(self, known: Known, least: Mapping[str, float] | None = None) -> tuple[NoiseModel, float]:
-        """The noise with the sizes that are known (see `known_sizes`), and with the likeliest of the others.
+        """The noise with the known sizes (see `known_sizes`), and the likeliest others.
 
         Args:
             known: By name.
-            least: What others cannot be below, by name; what their source says when absent. Those that move no row are
-                that large.
+            least: Lower limits of others, by name; their source's when absent. Sources that move no row are that large.
 
         Returns:
             The noise, and the negative log of the restricted likelihood, up to a constant of the rows.
@@ -71,7 +70,7 @@ class NoiseLikelihood:
         return NoiseModel(self.sources, {name: sigmas[name] for name in names}, origin), cost
 
     def gain_of_growth(self, noise: NoiseModel, names: Collection[str]) -> float:
-        """By how much the logarithm of the largest likelihood would rise if named sources grew: a score test."""
+        """Increase of the largest log-likelihood if named sources grew: a score test."""
         shaking, (_, expected, there, curvature) = self._restricted(noise)
         tried = np.isin(shaking, list(names))
         slope = np.where(tried, there - expected, 0.0)
@@ -88,7 +87,7 @@ class NoiseLikelihood:
         return value, dict(zip(shaking, errors.tolist(), strict=True))
 
     def _restricted(self, noise: NoiseModel) -> tuple[list[str], tuple[float, Array, Array, Array]]:
-        """Names of the sources that shake, and `reml.restricted` of their sizes."""
+        """Names of the active sources, and `reml.restricted` of their sizes."""
         shaking = {name: size for name, size in noise.sigmas.items() if size > 0.0}
         errors, log_sigma = self._errors, np.log(list(shaking.values()))
         unit = [errors.unit[name] for name in shaking]
@@ -107,7 +106,7 @@ class NoiseLikelihood:
 
     @cached_property
     def _errors(self) -> PoseErrors:
-        """The residuals of each pose, and what may have caused them."""
+        """The residuals of each pose, and their possible causes."""
         k = self.residuals.shape[-1]
         columns = (k * self._table[:, :, None] + np.arange(k)).reshape(self._is_row.shape)
         e = np.where(self._is_row, self.residuals.reshape(-1)[columns], 0.0)
@@ -118,13 +117,13 @@ class NoiseLikelihood:
 
 
 def condensed(errors: PoseErrors, is_row: Bools) -> PoseErrors:
-    """The same likelihood, up to a constant, of fewer numbers; all of them where there is little to part.
+    """The same likelihood, up to a constant, of fewer numbers; all of them where separation gains little.
 
-    Errors of whole poses move all rows of a pose together, in a few directions. In all others there are nothing but
-    errors of each row's own, as those of pixels are, alike and independent: these directions may be turned among each
-    other, over all poses, until only as many as there are fitted numbers hold anything. The rest is zero, and counted.
+    Errors of whole poses move all rows of a pose together, in a few directions. In all others there are only equal and
+    independent errors of rows, such as pixel noise: these directions may be rotated among each other, over all poses,
+    until only as many as there are fitted numbers are nonzero. The rest is counted.
 
-    `is_row` says whether a pose has this number, (n, s): others have no residual, and a floor of one.
+    `is_row` is whether a pose has this number, (n, s): others have no residual, and a floor of one.
     """
     n, s = is_row.shape
     own = {name: size for name, C in errors.unit.items() if (size := _alike(C, is_row)) is not None}
@@ -158,6 +157,6 @@ def _diagonal(is_row: Bools) -> Bools:
 
 
 def _alike(C: Array, is_row: Bools) -> float | None:
-    """Variance by a source that moves each number by itself, and all alike; None for any other source."""
+    """Variance by a source that moves all numbers equally and independently; None for any other source."""
     size = float(C.max())
     return size if np.allclose(C, size * _diagonal(is_row), rtol=0.0, atol=UNMOVED * size) else None

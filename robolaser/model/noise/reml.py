@@ -1,7 +1,7 @@
-"""Standard deviations of several sources of error from what a fit left over: restricted maximum likelihood.
+"""Standard deviations of several sources of error from the residuals of a fit: restricted maximum likelihood.
 
-The d fitted numbers made the residuals smaller than the errors; the restricted likelihood looks only at those
-combinations of residuals that no fitted number can touch. Patterson, Thompson 1971, Biometrika 58; Harville 1977.
+The d fitted numbers made the residuals smaller than the errors; the restricted likelihood uses only the combinations
+of residuals that no fitted number can change. Patterson, Thompson 1971, Biometrika 58; Harville 1977.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,19 +10,19 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 
-SPAN = (1e-4, 1e2)  # search range of a standard deviation, in units of the one that alone would explain the residuals
+SPAN = (1e-4, 1e2)  # search range of a standard deviation, in units of the one that would explain the residuals alone
 STARTS = (1.0, 0.1)
-"""Where the search starts, in units of equal shares in what the residuals show: it may end in a lesser optimum."""
+"""Starts of the search, in units of equal shares in the residuals: a single one may end in a local optimum."""
 CALM_STEPS = 6
-"""Steps that cannot overshoot (Zhou et al. 2019, J. Comput. Graph. Stat. 28), before Newton's end the work: from afar
-these leap to where a source is nothing, and there the slope is nothing too."""
+"""Steps that cannot overshoot (Zhou et al. 2019, J. Comput. Graph. Stat. 28), before Newton's: from afar these leap to
+where a source vanishes, and there the slope vanishes too."""
 MOST_STEPS, HALVINGS = 100, 30
-TOGETHER = 0.1  # difference in logarithms of the standard deviations, below which two searches have come together
+TOGETHER = 0.1  # difference in logarithms of the standard deviations, below which two searches have converged to one
 LONGEST_STEP = 2.0  # of Newton's step, in logarithms of a standard deviation
-SUFFICIENT = 1e-4  # share of what the slope promises that a step must bring (Armijo)
-CONVERGED = 1e-3  # share of what cannot be noticed, below which a step's gain ends the search
+SUFFICIENT = 1e-4  # share of the slope's predicted gain that a step must reach (Armijo)
+CONVERGED = 1e-3  # share of the negligible gain below which a step ends the search
 ENOUGH = 1e-6
-"""Of the likelihood's logarithm for each row and axis, and of its slope: what thousands of rows cannot notice."""
+"""Of the likelihood's logarithm for each row and axis, and of its slope: negligible even for thousands of rows."""
 RANK = 1e-9  # singular values of the Jacobian below this share of the largest belong to null directions
 
 
@@ -49,23 +49,23 @@ def restricted(
 
     Args:
         log_sigma: Logarithms of the open standard deviations, (k,).
-        known: Covariance of each pose from what is known, (n, s, s) [m²].
+        known: Covariance of each pose from known sources, (n, s, s) [m²].
         unit: Covariance of each pose from a unit of each open source, k of (n, s, s).
         e: Residuals, (n, s) [m].
-        Q: A basis of what the fitted numbers can do to the residuals, (n, s, d).
-        times: How often each pose is there, (n,): more than once only where e and Q are zero.
+        Q: A basis of the residuals' changes by the fitted numbers, (n, s, d).
+        times: Multiplicity of each pose, (n,): more than one only where e and Q are zero.
 
     Returns:
-        The value; then for each open source what it would add to the squares (k,) and what is there of it (k,): the
-        gradient is their difference, and the optimum where they are alike. The average of observed and expected
-        information, (k, k), is the curvature (Gilmour, Thompson, Cullis 1995, Biometrics 51).
+        The value; then the expected (k,) and the observed squares of each open source (k,): the gradient is their
+        difference, zero at the optimum. The average of observed and expected information, (k, k), is the curvature
+        (Gilmour, Thompson, Cullis 1995, Biometrics 51).
     """
     variance = np.exp(2.0 * log_sigma)
     S_inv = np.linalg.inv(S := known + sum(v * C for v, C in zip(variance, unit, strict=True)))
     B = S_inv @ Q
     columns, d = Q.reshape(e.size, -1), Q.shape[-1]
     H = columns.T @ B.reshape(e.size, d)
-    H += np.finfo(float).eps * np.diag(np.diag(H))  # rounding's own: a pose may err by 1e20, all others by nothing
+    H += np.finfo(float).eps * np.diag(np.diag(H))  # rounding: the error of one pose may be 1e20, of all others zero
     z = np.einsum("nij,nj->ni", S_inv, e)
     z = z - B @ np.linalg.solve(H, columns.T @ z.reshape(-1))
     value = 0.5 * ((times * np.linalg.slogdet(S)[1]).sum() + np.linalg.slogdet(H)[1] + (z * e).sum())
@@ -80,7 +80,7 @@ def restricted(
 
 
 def basis(J: Array) -> Array:
-    """Of what fitted numbers can do to residuals, by their derivatives (n, s, d); null directions are welcome."""
+    """A basis of the residuals' changes by the fitted numbers, from derivatives (n, s, d); may have null directions."""
     n, s, d = J.shape
     flat = J.reshape(n * s, d)
     flat = flat[:, flat.any(axis=0)]
@@ -98,12 +98,12 @@ def estimate(
     most: Array | float = np.inf,
     times: Array | float = 1.0,
 ) -> tuple[Array, float]:
-    """The standard deviations that make the residuals likeliest, each within its least and most, (k,).
+    """The standard deviations of greatest likelihood, each within its limits, (k,).
 
-    The others are the arguments of `restricted`; what is known is regular.
+    The others are the arguments of `restricted`; the known covariance is regular.
 
     Returns:
-        (k,), each in the unit of its source, its least or next to nothing where the residuals ask for none; and the
+        (k,), each in the unit of its source, its lower limit or nearly zero where the residuals need none; and the
         negative log of the restricted likelihood, up to a constant.
     """
     total, tiny = float((e**2).sum()), np.finfo(float).tiny
@@ -135,10 +135,10 @@ def estimate(
 def _descended(
     objective: Callable[[Array], tuple[float, Array, Array]], x: Array, lowest: Array, highest: Array
 ) -> tuple[Array, float]:
-    """Where Newton's steps within bounds end, (k,), and the objective there.
+    """The end of Newton's steps within bounds, (k,), and the objective there.
 
-    The curvature is that along logarithms of the standard deviations, no less than the slope: a source that is far too
-    large or too small has next to none.
+    The curvature is along logarithms of the standard deviations, no less than the slope: it nearly vanishes for a
+    source that is far too large or too small.
     """
     value, slope, curvature = objective(x)
     for _ in range(MOST_STEPS):

@@ -1,4 +1,4 @@
-"""What shots at an unmoved pose say of the noise of pixels."""
+"""The noise of pixels, estimated from repeated shots at an unmoved pose."""
 
 from dataclasses import dataclass
 from typing import final
@@ -9,7 +9,7 @@ from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.model.grouped_rows import group_sums
 
-LEAST_REPEATS = 10  # differences between repeats, below which the residuals know more
+LEAST_REPEATS = 10  # differences between repeats, below which the residuals are more informative
 GROSS = 5.0  # standard deviations beyond which a repeat is a gross error, not noise
 NORMAL_MEDIAN = 0.6745  # median of |N(0, 1)|
 
@@ -20,15 +20,15 @@ class PixelRepeats:
     """Scatter of pixels between shots."""
 
     sigma_px: float  # pooled standard deviation
-    freedoms: int  # independent differences that it rests on
-    shared_px: Array  # standard deviation of what all rows of an image share, along u and v, (2,)
+    freedoms: int  # independent differences behind it
+    shared_px: Array  # standard deviation shared by all rows of an image, along u and v, (2,)
     shared_z: Array  # standard deviations by which the logarithm of its variance ratio exceeds that of chance, (2,)
 
 
 def pixel_repeats(dataset: Dataset) -> PixelRepeats | None:
     """Scatter of pixels between shots at an unmoved pose; None where repeats are too few.
 
-    Repeats with a gross error, judged by the median deviation, are left out.
+    Repeats with a gross error, judged by the median deviation, are excluded.
     """
     if dataset.points.pixel is None or dataset.points.repeat is None:
         return None
@@ -51,12 +51,12 @@ def pixel_repeats(dataset: Dataset) -> PixelRepeats | None:
 
 
 def _shared(dataset: Dataset, deviation: Array, rows: Bools) -> tuple[Array, Array]:
-    """What the rows of an image share, by an analysis of variance of their deviations, and how far that is from chance.
+    """The deviation shared by rows of an image, by an analysis of variance, and how far it is from chance.
 
     Means of images scatter by the noise of a row over their number, unless something moves all rows of an image.
     """
     points = dataset.points
-    assert points.repeat is not None  # whose deviations these are
+    assert points.repeat is not None  # groups of these deviations
     image = np.unique(np.column_stack([points.pose, points.repeat])[rows], axis=0, return_inverse=True)[1].reshape(-1)
     poses, own = len(np.unique(points.pose[rows])), deviation[rows]
     count = np.bincount(image)[:, None]

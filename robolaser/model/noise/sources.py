@@ -1,6 +1,6 @@
-"""All that may shake a model's residuals: errors of its rows, of joint readings and of flange poses.
+"""All noise sources of a model's residuals: errors of its rows, of joint readings and of flange poses.
 
-Poses are independent of each other; what shakes a pose as a whole shakes all its rows together.
+Poses are independent of each other; an error of a whole pose is shared by all its rows.
 """
 
 from dataclasses import replace
@@ -17,8 +17,8 @@ from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
 ROUNDING = 1e-9
-"""[row's unit per rad] Turns that move no row by more than this move none: what is left is rounding. Their size would
-be estimated from it, and grow to thousands of radians."""
+"""[row's unit per rad] Turns that move no row by more than this move none: the rest is rounding, from which their size
+would be estimated as thousands of radians."""
 
 
 def error_sources(
@@ -28,16 +28,15 @@ def error_sources(
 
     Where the model is of some rows only, `shared` says whether poses have several rows in all of them.
 
-    - What the sensor says of its rows: `pixel`, `target`, `board`, `point`, `angle`, `seat`.
+    - The sensor's errors of rows: `pixel`, `target`, `board`, `point`, `angle`, `seat`.
     - `joint` [rad], where joint angles were read: an independent error on each reading, carried through the chain,
-      shared by the pose's rows. A linear axis counts in metres with the same number: at arm's length alike.
-    - `probe` [m] and `probe_turn` [rad], shared by the pose's rows, where the sensor may err by a motion of the whole
-      pose: where it sees several points a pose, which may come from one measurement of six dimensions.
+      shared by the pose's rows. A linear axis has the same number in metres: equal at arm's length.
+    - `probe` [m] and `probe_turn` [rad], shared by the pose's rows, where the sensor's error may be a motion of the
+      whole pose: where it sees several points a pose, which may come from one six-dimensional measurement.
     - `flange` [m] and `flange_turn` [rad], likewise, where flange poses were measured, and for other sensors where
-      `joint_rad` is stated. Turns only where they move a row, not where a pose sees nothing but the point that it turns
-      about.
+      `joint_rad` is stated. Turns only where they move a row, not where a pose sees only the point that it turns about.
 
-    So at the level of the pose there is always a source that nobody stated, for which the residuals may speak.
+    So at the level of the pose there is always an unstated source, which the residuals can estimate.
     """
     dataset, blocks, at = model.dataset, model.blocks, model.at(x)
     rows = row_errors(blocks, *at)
@@ -69,14 +68,14 @@ def shared_by_rows(model: Model) -> bool:
 
 
 def _averaged(source: ErrorSource, shots: Ints) -> ErrorSource:
-    """A source whose errors are drawn anew with every shot, of rows averaged over so many (m,); others as they are."""
+    """A source of independent errors of shots, for rows averaged over so many (m,); others unchanged."""
     if source.level != "shot" or shots.max(initial=1) == 1:
         return source
     return replace(source, effect=source.effect / np.sqrt(shots)[:, None, None])
 
 
 def _joint_effect(model: Model, values: Values, perturb: Perturbation) -> Array:
-    """Move of each row with each joint of the chain, (m, k, j); loads stay those at the angles read."""
+    """Move of each row with each joint of the chain, (m, k, j); loads are kept at the angles read."""
     robot, q = model.dataset.arm
     slopes = np.zeros((len(robot.chain), 1, *q.shape))
     for number, joint in enumerate(robot.chain):

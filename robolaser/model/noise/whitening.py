@@ -23,7 +23,7 @@ MOTIONLESS = 1e-12  # variance over that of a white row, up to which a group's s
 class GroupStage:
     """(I + U Uᵀ)^(-1/2) for each group of rows."""
 
-    shared: Array  # U, what the group's shared errors do to each row once all finer levels are white, (m, k, q)
+    shared: Array  # U, effect of the group's shared errors on each row after all finer levels are white, (m, k, q)
     group: Ints  # (m,)
 
     @cached_property
@@ -46,7 +46,7 @@ class GroupStage:
 
     @cached_property
     def _factors(self) -> tuple[Array, Array]:
-        """U of each group that has rows (g, r k, q) and K Uᵀ (g, q, r k), zero for the rows that it lacks."""
+        """U of each group (g, r k, q) and K Uᵀ (g, q, r k), zero for missing rows."""
         shared = self.groups.apart(self.shared)
         shared = shared.reshape(len(shared), -1, shared.shape[-1])
         s2, V = (part[np.unique(self.group)] for part in self.spectrum)

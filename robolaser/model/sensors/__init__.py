@@ -1,6 +1,6 @@
 """Ways to measure, one file each.
 
-A sensor of one's own is a subclass of `Sensor`, defined anywhere before a data set of its kind is read; or an installed
+A custom sensor is a subclass of `Sensor`, defined anywhere before a data set of its kind is read; or an installed
 package announces it by an entry point in the group `robolaser.sensors`.
 """
 
@@ -20,7 +20,7 @@ from robolaser.parameters import Parameter
 from robolaser.plugins import announced
 
 NOT_THE_SCANNERS = {name: Parameter(name, "", 0.0, 0.0, 0.0) for name in ("k2", "k3", "p1", "p2")}
-"""Terms of a camera's lens that a stripe scanner's does not have."""
+"""Lens terms of a camera that a stripe scanner's does not have."""
 
 
 def sensors() -> dict[str, type[Sensor]]:
@@ -39,7 +39,7 @@ def sensor_class(kind: str) -> type[Sensor]:
 
 
 def sensors_of(dataset: Dataset) -> tuple[Sensor, ...]:
-    """Every sensor of a data set, for what it saw."""
+    """Every sensor of a data set, with its rows."""
     return tuple(_sensor(dataset, one) for one in dataset.sensors)
 
 
@@ -50,17 +50,17 @@ def _sensor(dataset: Dataset, one: SensorData) -> Sensor:
 
 
 def parts_with_lens(dataset: Dataset) -> tuple[Dataset, ...]:
-    """What each sensor saw, with what is stated of its lens."""
+    """The data of each sensor, with what is stated of its lens."""
     return tuple(replace(one.data, parameters=_stated_lens(dataset, one)) for one in dataset.sensors)
 
 
 def is_of_scanner(part: Dataset) -> bool:
-    """Whether what a camera saw, of `parts_with_lens`, was seen by a stripe scanner's camera."""
+    """Whether the camera of a part, of `parts_with_lens`, is a stripe scanner's."""
     return part.parameters is NOT_THE_SCANNERS
 
 
 def fitted_lens(part: Dataset) -> frozenset[str]:
-    """Parameters of the lens beyond the first radial term that a sensor fits: those that are not stated to be fixed."""
+    """Fitted lens parameters of a sensor beyond the first radial term: those that are not stated to be fixed."""
     fixed = {name for name, item in part.parameters.items() if item.fixed}
     return frozenset(part.format.lens) - fixed
 
@@ -72,7 +72,7 @@ def _stated_lens(dataset: Dataset, one: SensorData) -> dict[str, Parameter]:
 
 
 def _scanner_of(dataset: Dataset, one: SensorData) -> Dataset | None:
-    """The stripe scanner whose camera a camera is; None where it is its own."""
+    """The stripe scanner of a camera; None for a separate camera."""
     return scanner_of(dataset.sensors, one) if one.data.kind == ScannerCorners.format.kind else None
 
 

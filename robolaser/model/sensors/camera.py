@@ -24,11 +24,11 @@ from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values, from_batch
 
 SENSOR_WIDTH_M = 4.8e-3
-"""Width of an image sensor of 1/3", the commonest: what pixels are in metres, where effects of the lens ask for it."""
+"""Width of an image sensor of 1/3", the commonest: converts pixels to metres for effects of the lens."""
 MARGIN = 0.03  # of the image, left free around points that would be seen
-SHARE_SEEN = 0.6  # of the target's points that a pose worth taking shows
+SHARE_SEEN = 0.6  # of the target's points that a useful pose shows
 OPTICAL = "camera_optical"
-LENS_ROUNDS = 8  # of a fixed point that settles by a factor of ten or more each
+LENS_ROUNDS = 8  # of a fixed-point iteration that converges by a factor of ten or more each
 UNIT = np.eye(4)[None, None]
 
 
@@ -57,7 +57,7 @@ class CameraSensor(Sensor):
         self._rides = not stands(dataset)
         if not self._rides and dataset.placed:
             raise DataError(
-                "dataset.toml, [target] placed: the target of a camera that stands in the cell is on the flange, so"
+                "dataset.toml, [target] placed: the target of a camera that is fixed in the cell is on the flange, so"
                 " that its points cannot be given in the base frame. Write placed = false, and give them in the"
                 " target's own frame.",
                 file="dataset.toml",
@@ -73,7 +73,7 @@ class CameraSensor(Sensor):
 
     @cached_property
     def parameters(self) -> SensorParameters:
-        """The intrinsics, the hand-eye, and the target where it is not placed: all follow from the images."""
+        """The intrinsics, the hand-eye, and an unplaced target: all follow from the images."""
         things = ("hand_eye",) if self.dataset.placed else ("hand_eye", "target")
         derived = (*INTRINSICS, *(name for thing in things for name in six_names(thing)))
         return SensorParameters(derived=derived, spans=self._spans)
@@ -83,7 +83,7 @@ class CameraSensor(Sensor):
         return CameraStart(self.dataset, self.image_px, rides=self._rides)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """Zhang's method for the intrinsics, Shah's for hand-eye and target; what is known is held."""
+        """Zhang's method for the intrinsics, Shah's for hand-eye and target; known values are kept."""
         derived, given = self.parameters.derived, self.dataset.parameters
         stated = {name: np.array([given[name].nominal]) for name in derived if name in given and given[name].fixed}
         found = self._closed_form.initialize({**stated, **values}, T_base_flange)
@@ -121,7 +121,7 @@ class CameraSensor(Sensor):
         return carry(inverse(T_base_camera), self.dataset.points.pose, known)
 
     def _metres(self, values: Values) -> Array:
-        """From image points at unit focal length to ones on the sensor, (c, 1, 1) [m]."""
+        """Scale of image points from unit focal length to the sensor, (c, 1, 1) [m]."""
         return values["fx"][:, None, None] * SENSOR_WIDTH_M / self.image_px[0]
 
     def _through_lens(self, straight: Array, values: Values, perturb: Perturbation) -> Array:
@@ -131,7 +131,7 @@ class CameraSensor(Sensor):
         return to_pixels(distort(straight, values), values)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Pixel as seen less the one predicted, (c, m, 2) [px]."""
+        """Measured pixel less the predicted one, (c, m, 2) [px]."""
         straight = on_plane(self.in_camera(values, T_base_flange, perturb))
         return perturb(Stage.PIXELS, self._pixel) - self._through_lens(straight, values, perturb)
 
@@ -156,7 +156,7 @@ class CameraSensor(Sensor):
             if not perturb.touches(Stage.IMAGE):
                 return np.asarray(straight[0])
             there = straight
-            for _ in range(LENS_ROUNDS):  # the effect bends what the lens then distorts
+            for _ in range(LENS_ROUNDS):  # the effect acts before the lens distorts
                 there = there + straight - perturb(Stage.IMAGE, there * metres) / metres
             return np.asarray(there[0])
 
@@ -179,7 +179,7 @@ class CameraSensor(Sensor):
         return NewPoses(self._seen_from)
 
     def _seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
-        """Every point of the target once at each pose; poses that show most, on the side seen so far, are good."""
+        """Every point of the target once at each pose; good poses show most of them, from the side seen so far."""
         dataset, image_px, poses = self.dataset, np.array(self.image_px), len(T_base_flange)
         rows = each_once(dataset.points, poses)
         there = CameraSensor(replace(dataset, points=rows))

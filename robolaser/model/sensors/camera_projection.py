@@ -1,4 +1,4 @@
-"""OpenCV's camera: from points to pixels through a pinhole and Brown's distortion, and how pixels move."""
+"""OpenCV's camera: from points to pixels through a pinhole and Brown's distortion, and back."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Where a camera's fit starts: intrinsics from its boards, then hand-eye and target by A X = Z B."""
+"""Start values of a camera: intrinsics from its boards, then hand-eye and target by A X = Z B."""
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
@@ -25,27 +25,27 @@ FEWEST_PLACED = 3  # poses whose boards place the camera
 
 @final
 class CameraStart:
-    """Closed forms for one data set; what depends on the images alone is worked out once, however poses are read.
+    """Closed forms for one data set; results of the images alone are computed once for all readings of the poses.
 
     Args:
         dataset: With pixels and target points.
         image_px: Width and height of the images.
-        rides: Whether the camera sits on the flange, and the target in the cell.
+        rides: Whether the camera is on the flange, and the target in the cell.
     """
 
     def __init__(self, dataset: Dataset, image_px: tuple[int, int], *, rides: bool) -> None:
         self._rides, self._placed = rides, dataset.placed
-        # what the flange carries, and what stands in the cell
+        # parameters of the part on the flange, and of the one in the cell
         self._prefixes = ("hand_eye", "target") if rides else ("target", "hand_eye")
         views, self._poses = _views_of(dataset)
         self._shown = tuple((np.float64(view.points).tobytes(), np.float64(view.pixels).tobytes()) for view in views)
         self._image_px = image_px
 
     def initialize(self, values: Values, T_base_flange: Array) -> Values:
-        """All parameters of the camera, (c,) each: those of the values, else by the flange, (c or 1, n, 4, 4).
+        """All parameters of the camera, (c,) each: as given, else by the flange, (c or 1, n, 4, 4).
 
         Raises:
-            EstimationError: The images or the flange's poses do not tell them.
+            EstimationError: The images or the flange's poses do not determine them.
         """
         count = max([len(T_base_flange), *map(len, values.values())])
         each = [
@@ -85,7 +85,7 @@ class CameraStart:
 def _placed_boards(
     shown: tuple[tuple[bytes, bytes], ...], image_px: tuple[int, int], held: tuple[tuple[str, float], ...]
 ) -> tuple[Mapping[str, float], Array]:
-    """The intrinsics, and T_camera_board of each view, (v, 4, 4); the same images are often read in several ways."""
+    """The intrinsics, and T_camera_board of each view, (v, 4, 4); cached for several readings of the same images."""
     views = [
         BoardView(*(np.frombuffer(part).reshape(-1, n) for part, n in zip(view, (3, 2), strict=True))) for view in shown
     ]
@@ -99,7 +99,7 @@ def _placed_boards(
 
 
 def _views_of(dataset: Dataset) -> tuple[Sequence[BoardView], Ints]:
-    """What each pose shows, where that tells something, and which poses these are."""
+    """The informative views, and the numbers of their poses."""
     points = dataset.points
     found, poses = [], []
     for pose in np.unique(points.pose):

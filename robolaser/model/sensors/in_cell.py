@@ -1,4 +1,4 @@
-"""Where the parts of a sensor are in the cell and on the flange, and what its camera sees."""
+"""Positions of a sensor's parts in the cell and on the flange, and the view of its camera."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
@@ -20,11 +20,11 @@ class Mounting:
 @final
 @dataclass(frozen=True)
 class CameraView:
-    """Where a camera's pixels look, as programs that know pinholes see it."""
+    """A camera's viewing rays, for programs that know pinholes."""
 
     K: Array  # of the pinhole without distortion, (3, 3) [px]
-    slopes: Callable[[Array], Array]  # pixels (p, 2) to x/z and y/z of what they show, x along image u and y along v
-    distortion: Array | None = None  # OpenCV's k1, k2, p1, p2 and k3, (5,); None where the lens is another one
+    slopes: Callable[[Array], Array]  # pixels (p, 2) to x/z and y/z of their rays, x along image u and y along v
+    distortion: Array | None = None  # OpenCV's k1, k2, p1, p2 and k3, (5,); None for other lens models
 
 
 @final
@@ -33,11 +33,11 @@ class InCell:
     """A sensor in the cell, for one candidate.
 
     Attributes:
-        flange: T_flange_frame (4, 4) of what sits on the flange, by name: frames of exported files.
-        base: T_base_frame (4, 4) of what stands in the cell, by name.
-        published: Names of those that ROS is told of by commands of their own.
+        flange: T_flange_frame (4, 4) of frames on the flange, by name: for exported files.
+        base: T_base_frame (4, 4) of frames in the cell, by name.
+        published: Names of frames with their own commands in ROS.
         mount: T_flange_sensor where the flange carries the sensor, (1, n or 1, 4, 4).
-        stand: T_base_sensor where a camera stands in the cell, (1, 1, 4, 4).
+        stand: T_base_sensor of a camera in the cell, (1, 1, 4, 4).
         camera: None where it has none.
     """
 
@@ -50,5 +50,5 @@ class InCell:
 
 
 def stands(dataset: Dataset) -> bool:
-    """Whether the sensor stands in the cell."""
+    """Whether the sensor is in the cell."""
     return getattr(dataset.options, "mount", "flange") == "base"

@@ -1,4 +1,4 @@
-"""A tracker that stands in the cell and sees points on the flange."""
+"""A tracker in the cell that sees points on the flange."""
 
 from collections.abc import Sequence
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""A system that stands in the cell and sees where bodies on the flange are and how they are turned."""
+"""A tracker in the cell that measures positions and orientations of bodies on the flange."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -23,9 +23,9 @@ from robolaser.parameters import Values
 
 @final
 class Pose(Sensor):
-    """Measured T_world_body = T_world_base T_base_flange T_flange_body, the last one's for each body: A X = Z B.
+    """Measured T_world_body = T_world_base T_base_flange T_flange_body, the last for each body: A X = Z B.
 
-    Motion capture, 6-D trackers, and cameras that see tags. Of a row's six numbers three are the measured place less
+    Motion capture, 6-D trackers, and cameras that see tags. Of a row's six numbers three are the measured position less
     the predicted one; the others are the turn vector from the predicted orientation to the measured one, both in the
     world frame.
     """
@@ -54,7 +54,7 @@ class Pose(Sensor):
         return SensorParameters(derived=tuple(name for thing in things for name in six_names(thing)), two_axes=True)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """In closed form, wherever they lie."""
+        """In closed form, without start values."""
         rows = enough_of_each(self.dataset.points.number)
         T_world_body = pose(self._turned, perturb(Stage.TARGET, self._measured))[:, rows]
         T = T_base_flange[:, self.dataset.points.pose[rows]]
@@ -87,11 +87,11 @@ class Pose(Sensor):
         return np.stack([motion(values, f"tool.{name}") for name in self.names], axis=1)
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Of the place alone, (c, m, 3) [m]."""
+        """Of the position alone, (c, m, 3) [m]."""
         return residuals[..., :3]
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """The measured places, in the tracker's frame, (c or 1, m, 3) [m]."""
+        """The measured positions, in the tracker's frame, (c or 1, m, 3) [m]."""
         return perturb(Stage.TARGET, self._measured)
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
@@ -104,7 +104,7 @@ class Pose(Sensor):
         ]
 
     def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
-        """Each body as `tool_NAME`; where the tracker stands, as `tracker`."""
+        """Each body as `tool_NAME`; the tracker as `tracker`."""
         bodies = {f"tool_{name}": motion(values, f"tool.{name}")[0] for name in self.names}
         tracker = {"tracker": inverse(motion(values, "base"))[0]}
         return InCell(bodies, tracker, published=(*tracker, *bodies))

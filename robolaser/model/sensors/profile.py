@@ -22,10 +22,10 @@ from robolaser.model.sensors.tracker_fit import base_and_tools
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
-ENOUGH_PROFILES = 600  # profiles that start values are found from
-ROUNDS = 20  # of sides and places in turns, where these start
-GUESSES = 4  # of the sides, by chance, beside that of balls cut through their middle
-LEAST_ROWS = 3  # of a profile on a ball: a circle has three numbers
+ENOUGH_PROFILES = 600  # profiles for start values
+ROUNDS = 20  # alternations between sides and positions from each start
+GUESSES = 4  # random guesses of the sides, besides balls cut through their middle
+LEAST_ROWS = 3  # points of a profile on a ball: a circle has three numbers
 ARC = np.radians(60.0)  # half the arc of a ball that a sensor sees
 MOST_CUT = 0.75
 """Distance of a ball's middle from the profile's plane, over its radius, up to which the ball is seen well."""
@@ -34,18 +34,18 @@ ROWS = 24  # of a profile that would be seen
 
 @final
 class Profile(Sensor):
-    """Points (x, 0, z) of a profile lie on the ball: their distance from its centre is its radius.
+    """Points (x, 0, z) of a profile are on the ball: their distance from its centre is its radius.
 
     That distance less the radius is a row's one number. An isotropic error of a point moves it by the part of the
-    ball's normal that lies in the profile's plane: where the plane cuts the ball near its rim, rows weigh more. So the
-    fit that weighs rows by their noise is that of greatest likelihood, to first order in the noise over the radius.
+    ball's normal in the profile's plane: where the plane cuts the ball near its rim, rows weigh more. So the fit of
+    rows weighted by their noise has the greatest likelihood, to first order in the noise over the radius.
     """
 
     format: ClassVar[SensorFormat] = SensorFormat(
         kind="profile",
         title="profile sensor",
         columns={"profile": ("x_m", "z_m")},
-        absent={"y_m": "a profile lies in the sensor's plane y = 0"},
+        absent={"y_m": "a profile is in the sensor's plane y = 0"},
         numbers=1,
         options=Mounting,
         many_rows=True,
@@ -64,7 +64,7 @@ class Profile(Sensor):
 
     @cached_property
     def parameters(self) -> SensorParameters:
-        """The sensor's place on the flange or in the cell, the balls at the other end, and radii that are not known."""
+        """The sensor's placement on the flange or in the cell, the balls at the other end, and unknown radii."""
         balls = (f"ball.{name}.{part}" for name in self.names for part in "xyz")
         radii = () if self.dataset.radius_m else tuple(map(_radius, self.names))
         return SensorParameters(
@@ -81,7 +81,7 @@ class Profile(Sensor):
         return np.stack([values[_radius(name)] for name in self.names], axis=-1)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """From the circles in which the sensor's plane cuts the balls; the largest tell radii that are not stated.
+        """From the circles in which the sensor's plane cuts the balls; the largest determine unstated radii.
 
         Raises:
             EstimationError: A ball is in no profile of enough points.
@@ -106,10 +106,10 @@ class Profile(Sensor):
         return six_of(inverse(pose(R, shift)), "hand_eye") | places_by_name(balls, "ball", self.names) | sizes
 
     def _check_seen(self, balls: Ints) -> None:
-        """See that each ball is among those of profiles that give a circle.
+        """Check that each ball has a profile with a circle.
 
         Raises:
-            EstimationError: One is not.
+            EstimationError: One has none.
         """
         unseen = [name for number, name in enumerate(self.names) if number not in balls]
         if unseen:
@@ -152,14 +152,14 @@ class Profile(Sensor):
         return motion(values, "hand_eye")[:, None] if self.stands else T_base_flange @ self._mount(values, perturb)
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
-        """`point` [m], alike along x and z of the sensor, each row's own."""
+        """`point` [m], equal along x and z of the sensor, each row's own."""
         normals = self._normals(values, T_base_flange, perturb)[0]
         axes = self._sensor_in_base(values, T_base_flange, perturb)[0, :, :3, :3:2]
         effect = normals[:, None] @ (axes if self.stands else axes[self.dataset.points.pose])
         return [ErrorSource("point", effect, np.arange(len(effect)), stated=self.dataset.noise.point_m)]
 
     def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
-        """The sensor as `profile_sensor`, as it is at the first pose; balls on the flange as `ball_NAME`."""
+        """The sensor as `profile_sensor`, at the first pose; balls on the flange as `ball_NAME`."""
         if not self.stands:
             mount = self._mount(values, perturb)
             sensor = {"profile_sensor": mount[0, 0]}
@@ -170,7 +170,7 @@ class Profile(Sensor):
         return InCell(balls, sensor, published=sensor)
 
     def _aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array]:
-        """Balls go where balls were seen: a ball in the flange frame and in the base frame, once for each profile."""
+        """Balls go where balls were seen: the ball of each profile in the flange frame and in the base frame."""
         of_pose = self.dataset.points.pose
         _, first = np.unique(of_pose * len(self.names) + self.ball, return_index=True)
         there = self.known(values, T_base_flange[None], Perturbation())[0, first]
@@ -182,7 +182,7 @@ class Profile(Sensor):
         return NewPoses(self._seen_from, self._aims)
 
     def _seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
-        """A profile of the ball nearest to the sensor's plane; good where that cuts it near its middle, in range."""
+        """A profile of the ball nearest to the sensor's plane; good if cut near its middle, in range."""
         balls = places(values, "ball", self.names)[0]
         radii = self._radii(values)[0]
         hand_eye = motion(values, "hand_eye")
@@ -204,12 +204,12 @@ class Profile(Sensor):
 
 
 def _radius(ball: str) -> str:
-    """The parameter that is a ball's radius, where the data set does not state it."""
+    """The name of an unstated ball radius."""
     return f"ball.{ball}.radius"
 
 
 def _of_largest(cuts: Array) -> Array:
-    """The radius of a ball by those of circles in which planes cut it, some of them ill seen, (n,) -> (1,)."""
+    """The radius of a ball from radii of circles in which planes cut it, some of them badly seen, (n,) -> (1,)."""
     return np.asarray(np.quantile(np.append(cuts, 0.0), [0.9]))
 
 
@@ -217,7 +217,7 @@ def circles(points: Array, group: Ints) -> tuple[Array, Array, Bools]:
     """Circles through groups of points (m, 2) [m], by linear least squares (Kåsa 1976).
 
     Returns:
-        Centres (g, 2) and radii (g,) [m], and which groups, numbered from 0, have points enough.
+        Centres (g, 2) and radii (g,) [m], and which groups, numbered from 0, have enough points.
     """
     counts = np.bincount(group)
     mean = group_sums(points, group) / counts[:, None]
@@ -231,10 +231,10 @@ def circles(points: Array, group: Ints) -> tuple[Array, Array, Bools]:
 
 
 def sensor_and_balls(centre: Array, beside: Array, T: Array, ball: Ints) -> tuple[Array, Array, Array]:
-    """R and s with R (T ball) + s where profiles put the balls, and the balls.
+    """R and s that bring R (T ball) + s to the profiles' centres, and the balls.
 
-    A profile does not say on which side of its plane the ball's centre lies. Sides and places are found in turns, from
-    several guesses of the sides; the one that leaves least is taken.
+    A profile does not determine on which side of its plane the ball's centre is. Sides and positions are found in
+    turns, from several guesses of the sides; the smallest residual is taken.
 
     Args:
         centre: Of the circle in each profile, along x and z of the sensor, (g, 2) [m].

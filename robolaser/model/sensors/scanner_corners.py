@@ -1,4 +1,4 @@
-"""Corners of a board in the images of a stripe scanner: its camera by the parameters that the scanner has for it."""
+"""Corners of a board in the images of a stripe scanner: its camera with the scanner's parameters."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -26,13 +26,13 @@ CAMERA = ("f", "s_u", "s_v", "u_0", "v_0", "k", "w", "phi", "psi", "t_x", "t_y",
 
 
 def scanner_of(sensors: Sequence[SensorData], camera: SensorData) -> Dataset | None:
-    """The stripe scanner that looks through a camera; None where none does."""
+    """The stripe scanner of a camera; None where there is none."""
     own = (one.data for one in sensors if one.data.kind == Stripe.format.kind and one.camera == camera.camera)
     return next(own, None)
 
 
 def seen_by(scanner: Dataset, corners: Dataset) -> Dataset:
-    """Corners as a scanner's camera sees them: its axes and its bracket."""
+    """Corners seen by a scanner's camera: its axes and its bracket."""
     return replace(
         corners, stripe_axis=scanner.stripe_axis, bracket_quat=scanner.bracket_quat, angles=scanner.angles, options=None
     )
@@ -40,9 +40,9 @@ def seen_by(scanner: Dataset, corners: Dataset) -> Dataset:
 
 @final
 class ScannerCorners(Sensor, registered=False):
-    """Where a scanner's images show corners, less where its model has them: pixels whose distortion is taken off.
+    """Measured corners in a scanner's images less predicted ones: pixels with the distortion removed.
 
-    Effects of the lens so move corners and stripe alike. OpenCV's fx is f / s_u, its fy f / s_v, and its k1 to first
+    So effects of the lens move corners and stripe alike. OpenCV's fx is f / s_u, its fy f / s_v, and its k1 to first
     order -k f².
     """
 
@@ -64,7 +64,7 @@ class ScannerCorners(Sensor, registered=False):
 
     @cached_property
     def parameters(self) -> SensorParameters:
-        """The scanner's that are its camera's, whose gauge the scanner fixes; T_base_target where it is not placed."""
+        """The scanner's camera parameters, whose gauge the scanner fixes; T_base_target of an unplaced target."""
         return SensorParameters(
             free=CAMERA,
             derived=() if self.dataset.placed else six_names("target"),
@@ -74,9 +74,9 @@ class ScannerCorners(Sensor, registered=False):
         )
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """What is known already, as from the scanner's stripe; else by the boards in the images.
+        """As known already, as from the scanner's stripe; else by the boards in the images.
 
-        Where free parameters are missing OpenCV's closed forms in the scanner's terms, and where the target stands.
+        Missing free parameters by OpenCV's closed forms in the scanner's terms, with the target's placement.
         """
         if any(name not in values for name in CAMERA):
             return camera_start(self.dataset, values, T_base_flange[:1])
@@ -85,7 +85,7 @@ class ScannerCorners(Sensor, registered=False):
         return target_by_corners(self.dataset, values, T_base_flange)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Seen less predicted, (c, m, 2) [px]; NaN behind the camera."""
+        """Measured less predicted, (c, m, 2) [px]; NaN behind the camera."""
         seen = scanner_geometry.in_image(self._pixel, values, perturb)
         return seen / self._pitch(values) - self._pixels_of(self._in_camera(values, T_base_flange, perturb), values)
 
@@ -95,7 +95,7 @@ class ScannerCorners(Sensor, registered=False):
         return carry(T_camera_base, self.dataset.points.pose, self.known(values, T_base_flange, perturb))
 
     def _pixels_of(self, point: Array, values: Values) -> Array:
-        """Points in the camera frame, from the image's middle on and without distortion, (c, m, 2) [px]."""
+        """Points in the camera frame as pixels from the image's middle, without distortion, (c, m, 2) [px]."""
         x, y = point[..., 0], point[..., 1]
         across = np.stack([-y, x] if self.dataset.stripe_axis == "u" else [x, y], axis=-1)
         depth = np.where(point[..., 2] > 0.0, point[..., 2], np.nan)

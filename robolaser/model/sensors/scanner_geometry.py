@@ -1,4 +1,4 @@
-"""The head of a stripe scanner, camera and laser on their bracket, whatever it is pointed at."""
+"""The head of a stripe scanner, camera and laser on their bracket, for any target."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ USUAL_IMAGE_PX = (640, 480)
 
 
 def in_image(pixel: Array, values: Values, perturb: Perturbation) -> Array:
-    """Metric image points of pixels (c or 1, m, 2), distortion taken off, (c, m, 2) [m]. Eqs. 2-4."""
+    """Undistorted metric image points of pixels (c or 1, m, 2), (c, m, 2) [m]. Eqs. 2-4."""
     read = perturb(Stage.PIXELS, pixel)
     return perturb(Stage.IMAGE, undistort(metric(read, values), values["k"]))
 
@@ -40,13 +40,13 @@ def in_base(
 
 
 def view_of(dataset: Dataset, values: Values) -> View:
-    """What the scanner sees from the flange by its parameters alone, one candidate."""
+    """The scanner's view from the flange by its parameters alone, one candidate."""
     T_flange_camera = mount(dataset, values, Perturbation())[0, 0]
     return View(T_flange_camera, from_batch(values), dataset.stripe_axis, dataset.image_px or USUAL_IMAGE_PX)
 
 
 def camera_view(values: Values, perturb: Perturbation) -> CameraView:
-    """The scanner's camera, one candidate; effects of the lens are in it, what biases the stripe's centre is not."""
+    """The scanner's camera, one candidate, with effects of the lens but without bias of the stripe's centre."""
     perturb = perturb.of_lens
     f, s_u, s_v, u_0, v_0 = (float(values[name][0]) for name in ("f", "s_u", "s_v", "u_0", "v_0"))
 
@@ -61,8 +61,8 @@ def camera_view(values: Values, perturb: Perturbation) -> CameraView:
 def frames(dataset: Dataset, values: Values, perturb: Perturbation) -> dict[str, Array]:
     """T_flange_frame of the scanner's parts by name, one candidate: the camera, its optical frame, the laser.
 
-    The optical frame has x along image u and y along v. The laser's has its plane as y-z, z being the camera's view in
-    it, and lies where the plane crosses the camera's x axis.
+    The optical frame has x along image u and y along v. The laser's has its plane as y-z, z along the camera's view in
+    it, and its origin where the plane crosses the camera's x axis.
     """
     T_flange_camera = mount(dataset, values, perturb)[0, 0]
     return {

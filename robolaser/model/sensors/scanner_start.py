@@ -1,4 +1,4 @@
-"""Where a stripe scanner starts with nothing given: camera and bracket from board corners, then the laser plane."""
+"""Start values of a stripe scanner with nothing given: camera and bracket from board corners, then the laser plane."""
 
 from collections.abc import Mapping
 
@@ -14,7 +14,7 @@ from robolaser.model.sensors.placements import motion, six_names, six_of
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
-FOCAL_LENGTH_M = 8e-3  # images do not tell the focal length from the size of a pixel: a usual lens
+FOCAL_LENGTH_M = 8e-3  # images do not separate the focal length from the size of a pixel: a usual lens
 LENS = ("k2", "p1", "p2", "k3")
 BEND = 0.5  # share by which a lens may move the image's corner
 LASER_SPAN_RAD = 0.5
@@ -24,12 +24,12 @@ def camera_start(corners: Dataset, known: Values, T_base_flange: Array) -> dict[
     """The scanner's parameters of its camera, and `target.*`: OpenCV's from the corners, in the scanner's terms.
 
     Args:
-        corners: Pixels and places of a board's corners, the scanner's axes and bracket.
-        known: Those that are given, (1,) each; of these the focal length is kept.
+        corners: Pixels and positions of a board's corners, the scanner's axes and bracket.
+        known: Given parameters, (1,) each; of these the focal length is kept.
         T_base_flange: (1, n, 4, 4).
 
     Raises:
-        EstimationError: The images or the flange's poses do not tell them.
+        EstimationError: The images or the flange's poses do not determine them.
     """
     closed = CameraStart(corners, corners.image_px or scanner_geometry.USUAL_IMAGE_PX, rides=True)
     found = closed.initialize(dict.fromkeys(LENS, np.zeros(1)), T_base_flange)
@@ -52,9 +52,9 @@ def camera_start(corners: Dataset, known: Values, T_base_flange: Array) -> dict[
 
 
 def target_by_corners(corners: Dataset, values: Values, T_base_flange: Array) -> dict[str, Array]:
-    """`target.*` by the boards that a known camera sees, (c,) each; arguments as those of `camera_start`."""
+    """`target.*` by the boards that a known camera sees, (c,) each; arguments as for `camera_start`."""
     f, K = values["f"], values["k"] * values["f"] ** 2
-    series = {"k1": -K, "k2": 3.0 * K**2, "k3": -12.0 * K**3}  # of the paper's polynomial inverted
+    series = {"k1": -K, "k2": 3.0 * K**2, "k3": -12.0 * K**3}  # iterations that invert the paper's polynomial
     pinhole = {"fx": f / values["s_u"], "fy": f / values["s_v"], "cx": values["u_0"], "cy": values["v_0"]}
     T_flange_optical = scanner_geometry.mount(corners, values, Perturbation())[:, 0] @ scanner_geometry.optical(corners)
     lens = {**series, "p1": np.zeros_like(f), "p2": np.zeros_like(f)}
@@ -76,7 +76,7 @@ def target_by_stripe(stripe: Dataset, values: Values, T_base_flange: Array, pert
 
 
 def laser_start(stripe: Dataset, known: Values, T_base_flange: Array) -> dict[str, Array]:
-    """Baseline and angle of the plane through the stripe's points as the board, seen by the camera, places them.
+    """Baseline and angle of the plane through the stripe's points on the board that the camera sees.
 
     Args:
         stripe: With the stripe's points on the target.
@@ -84,7 +84,7 @@ def laser_start(stripe: Dataset, known: Values, T_base_flange: Array) -> dict[st
         T_base_flange: (1, n, 4, 4).
 
     Raises:
-        EstimationError: The points lie on one line.
+        EstimationError: The points are on one line.
     """
     T_base_camera = T_base_flange @ scanner_geometry.mount(stripe, known, Perturbation())
     points = scanner_geometry.target(stripe, known, Perturbation())
@@ -93,7 +93,7 @@ def laser_start(stripe: Dataset, known: Values, T_base_flange: Array) -> dict[st
     _, breadth, axes = np.linalg.svd(np.stack([x, z], axis=-1) - middle, full_matrices=False)
     if breadth[0] <= 0.0:
         raise EstimationError(
-            "The stripe's points lie on one line before the camera: the laser plane cannot be found from them. Take"
+            "The stripe's points are on one line in front of the camera: they do not determine the laser plane. Take"
             " images of the board at several distances."
         )
     normal = axes[1] * np.sign(axes[1][0] or 1.0)
@@ -101,7 +101,7 @@ def laser_start(stripe: Dataset, known: Values, T_base_flange: Array) -> dict[st
 
 
 def spans(values: Mapping[str, float], image_px: tuple[int, int] | None) -> dict[str, float]:
-    """How far parameters of lens and laser plane may be from where they start, by name."""
+    """Largest distance of parameters of lens and laser plane from their start values, by name."""
     width, height = image_px or scanner_geometry.USUAL_IMAGE_PX
     corner = float(np.hypot(width * values["s_u"], height * values["s_v"])) / 2.0
     return {

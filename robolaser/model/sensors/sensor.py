@@ -1,4 +1,4 @@
-"""What a sensor is: its parameters, its rows of residuals, their unit and errors, and what it sees at new poses."""
+"""A sensor: its parameters, its rows of residuals, their unit and errors, and its measurements at new poses."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -21,22 +21,22 @@ from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
 Seen = tuple[Points, Bools] | None
-"""Rows of one pose after the other, as many of each, numbered from 0; and which poses see all of theirs, (p,)."""
+"""Rows pose by pose, the same number of each, numbered from 0; and which poses see all of theirs, (p,)."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class NewPoses:
-    """Plans of poses and cross-validation ask it.
+    """Measurements at new poses, for plans of poses and cross-validation.
 
     Attributes:
-        seen_from: What would be measured at planned poses, from all parameters and T_base_flange (p, 4, 4); None where
-            the flange cannot go elsewhere.
-        aims: Likewise places on the flange, (a, 3), and where each must come for something to be seen; None where
-            anywhere does.
-        left_out_together: Group of each row, (m,), where cross-validation leaves out more than poses together; None:
+        seen_from: Measurements at planned poses, from all parameters and T_base_flange (p, 4, 4); None where the
+            flange cannot go elsewhere.
+        aims: Likewise points on the flange, (a, 3), and where each must be for something to be seen; None for
+            anywhere.
+        left_out_together: Group of each row, (m,), where cross-validation holds out more than poses together; None:
             whole poses.
-        located_apart: Errors of rows left out (m, k) once what only they can locate is located from them.
+        located_apart: Errors of held-out rows (m, k) after what only they can locate is located from them.
     """
 
     seen_from: Callable[[Values, Array], Seen]
@@ -46,7 +46,7 @@ class NewPoses:
 
 
 def each_once(points: Points, poses: int) -> Points:
-    """Rows that have every named point once in each of some poses."""
+    """Rows with every named point once in each of some poses."""
     _, first = np.unique(points.number, return_index=True)
     rows = points.take(np.tile(np.sort(first), poses))
     return replace(rows, pose=np.repeat(np.arange(poses), len(first)), repeat=None)
@@ -81,44 +81,44 @@ class Sensor(ABC):
         self.dataset = dataset
 
     def __reduce__(self) -> tuple[type["Sensor"], tuple[Dataset]]:
-        """What a copy is made of: what is worked out from the data has functions, which cannot be pickled."""
+        """The arguments of a copy: results cached from the data have functions, which cannot be pickled."""
         return type(self), (self.dataset,)
 
     @final
     @classmethod
     def has_laser_plane(cls) -> bool:
-        """Whether its points lie where rays of a camera meet a plane of light: images show a stripe."""
+        """Whether its points are intersections of camera rays with a laser plane: images show a stripe."""
         return Stage.LASER_PLANE in cls.stages
 
     @final
     @classmethod
     def stages_in(cls, dataset: Dataset) -> frozenset[Stage]:
-        """Those of `stages` that values pass in a data set: balls on the flange have no mount in common."""
+        """The `stages` that values pass in a data set: balls on the flange have no common mount."""
         return cls.stages - {Stage.MOUNT} if cls.format.balls and stands(dataset) else cls.stages
 
     @final
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Of the points that it sees, in the order of `Points.number`."""
+        """Names of the points that it sees, in the order of `Points.number`."""
         return tuple(dict.fromkeys(self.dataset.points.names))
 
     @property
     @abstractmethod
     def parameters(self) -> SensorParameters:
-        """Which must be given, which follow from the data, which no data can tell."""
+        """Parameters that must be given, that follow from the data, and that no data can determine."""
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """Initial values of the derived parameters, for each candidate, as (c,) by name.
 
         Args:
-            values: The free parameters; derived ones that are among them are known too. Where the parameters have a
+            values: The free parameters; derived ones among them are known too. Where the parameters have a
                 `closed_form`, free ones may be missing from a single candidate, and are to be found as well.
             T_base_flange: (c or 1, n, 4, 4).
             perturb: The effects of the model.
 
         Raises:
-            DataError: There is no closed form for what is missing.
-            EstimationError: The data do not tell them.
+            DataError: There is no closed form for a missing one.
+            EstimationError: The data do not determine them.
         """
         if self.parameters.derived:
             raise NotImplementedError(
@@ -147,7 +147,7 @@ class Sensor(ABC):
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Known or measured position of each row's point, (c, m, 3) [m]; None if a row is not a point.
 
-        A row of three numbers in metres is that place less the predicted one.
+        A row of three numbers in metres is that position less the predicted one.
         """
         return None
 
@@ -170,7 +170,7 @@ class Sensor(ABC):
 
     @final
     def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
-        """Whether each row's known point lies in front of the camera, if there is one, one candidate, (m,)."""
+        """Whether each row's known point is in front of the camera, if there is one, one candidate, (m,)."""
         seen = None if self.format.tracker else self._from_sensor(values, T_base_flange, perturb)
         return np.ones(len(self.dataset.points), dtype=bool) if seen is None else np.asarray(seen[:, 2] > 0.0)
 
@@ -187,17 +187,17 @@ class Sensor(ABC):
     @final
     @property
     def description(self) -> dict[str, Any]:
-        """What calibration.json says of it under `model`, beside its kind: its keys of `[sensor]` and `[scanner]`."""
+        """Its entries of calibration.json under `model`, besides its kind: its keys of `[sensor]` and `[scanner]`."""
         dataset = self.dataset
-        told = {} if dataset.options is None else asdict(dataset.options)
+        options = {} if dataset.options is None else asdict(dataset.options)
         if "scanner" in self.format.tables:
             bracket = list(dataset.bracket_quat)
-            told |= {"stripe_axis": dataset.stripe_axis, "bracket_quat": bracket, "angles": dataset.angles}
-        return told
+            options |= {"stripe_axis": dataset.stripe_axis, "bracket_quat": bracket, "angles": dataset.angles}
+        return options
 
     @final
     @property
     def put_anew(self) -> tuple[str, ...]:
-        """Its parameters that say where things were put or mounted for a campaign: another one has others."""
+        """Its parameters of placements and mounts, which differ between campaigns."""
         patterns = (*OWN, ON_FLANGE, STANDING) if stands(self.dataset) else (*OWN, ON_FLANGE)
         return tuple(name for name in self.parameters.names if matches(name, patterns))

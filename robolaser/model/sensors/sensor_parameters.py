@@ -1,4 +1,4 @@
-"""The parameters of a sensor: which must be given, which follow from the data, which no data can tell."""
+"""The parameters of a sensor: those that must be given, that follow from the data, and that no data can determine."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,21 +14,21 @@ from robolaser.parameters import Parameter, Values
 @final
 @dataclass(frozen=True)
 class SensorParameters:
-    """Names of the parameters, and what is known of them before any data.
+    """Names of the parameters, and prior knowledge of them.
 
     Attributes:
         free: Parameters whose nominal values and bounds the data set gives; none where all follow from the data.
         derived: Parameters that `initialize` finds from the others; the data set may leave them out.
         fixed: Those that stay at their nominal values because the model has a freedom that no data can fix.
-        fix_gauge: Takes values (c,) by name to those of the same model, as far as any data can tell, whose fixed
-            parameters are at their nominal values.
-        closed_form: What `initialize` finds free parameters from that nobody gives: "the board's corners"; "" where the
+        fix_gauge: Converts values (c,) by name to those of an equivalent model for any data, with the fixed parameters
+            at their nominal values.
+        closed_form: Source from which `initialize` finds missing free parameters: "the board's corners"; "" where the
             data set must give them.
-        spans: How far parameters may be from where a closed form starts them, by name, from all values; those that it
-            leaves out by a metre or half a turn.
-        two_axes: Whether the flange must turn about two axes for any fit to find them: unknown places at both ends of
-            the arm, A X = Z B.
-        linear: Free parameters that `solve` finds from the other free ones: searches get by with these.
+        spans: How far parameters may be from their closed-form start values, by name, from all values; others a metre
+            or half a turn.
+        two_axes: Whether the flange must turn about two axes for any fit to find them: unknown placements at both ends
+            of the arm, A X = Z B.
+        linear: Free parameters that `solve` finds from the other free ones: searches need only the latter.
         solve: From all values, T_base_flange (c or 1, n, 4, 4), the effects of the model and all parameters by name to
             the linear and the derived parameters that fit best with the others, (c,) each; the model is linearized
             where the values have them.
@@ -51,7 +51,7 @@ class SensorParameters:
 
 
 def not_given(sensor: SensorFormat, missing: Sequence[str], otherwise: str = "") -> DataError:
-    """The error of free parameters that the data set must give, and what to do otherwise."""
+    """The error of missing free parameters, and what to do otherwise."""
     return DataError(
         f"dataset.toml, [parameters] lacks {', '.join(missing)}: a {sensor.kind} sensor needs "
         f"{{ nominal, lower, upper }} for each.{otherwise}",

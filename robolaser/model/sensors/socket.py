@@ -23,7 +23,7 @@ RANK = 1e-12  # of the largest eigenvalue: directions of the ball below are not 
 
 @final
 class Socket(Sensor):
-    """The ball's place T_base_flange tool.ball is the socket's, whichever way the arm is folded."""
+    """The ball's position T_base_flange tool.ball is the socket's, in every posture of the arm."""
 
     format: ClassVar[SensorFormat] = SensorFormat(
         kind="socket",
@@ -45,7 +45,7 @@ class Socket(Sensor):
         return SensorParameters(derived=tuple(f"{thing}.{part}" for thing in things for part in "xyz"))
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """Linear least squares: R ball + t = socket for every row; each socket is the mean of its ball's places."""
+        """Linear least squares: R ball + t = socket for every row; each socket is the mean of its ball positions."""
         T = T_base_flange[:, self.dataset.points.pose]
         R, t = T[..., :3, :3], T[..., :3, 3]
         c, s = len(T), len(self.names)
@@ -59,7 +59,7 @@ class Socket(Sensor):
         return dict(zip(self.parameters.derived, np.concatenate([ball, sockets.reshape(c, -1)], axis=1).T, strict=True))
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Socket less the ball's predicted place, in the base frame, (c, m, 3) [m]."""
+        """Socket less the ball's predicted position, in the base frame, (c, m, 3) [m]."""
         seated = carry(T_base_flange, self.dataset.points.pose, vector(values, "tool.ball")[:, None])
         return self.known(values, T_base_flange, perturb) - seated
 
@@ -74,14 +74,14 @@ class Socket(Sensor):
 
     @property
     def new_poses(self) -> NewPoses:
-        """None, since a seated arm cannot choose where it stands; whole sockets are left out together."""
+        """None, since a seated arm cannot choose its pose; whole sockets are held out together."""
         return NewPoses(lambda *_: None, left_out_together=self._left_out_together(), located_apart=self._located_apart)
 
     def _left_out_together(self) -> Ints:
         """Whole sockets, with those at known distances from them, (m,).
 
         Where distances connect all sockets, each is held out with its nearest neighbour only, or alone. Distances to it
-        stay in the fit, which they cannot help: they say where a socket is that no pose of the fit touches.
+        stay in the fit, but do not improve it: they locate a socket that no pose of the fit touches.
         """
         whole = self._connected()
         if len(set(whole.values())) == 1:

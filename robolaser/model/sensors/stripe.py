@@ -31,12 +31,12 @@ NO_START = (
     " Or give none: with the board's corners as a second sensor, as `robolaser extract --output` writes them, all start"
     " from closed forms."
 )
-SEEN_ALONG = 5  # points of the stripe that stand for all of them, at poses that are planned
+SEEN_ALONG = 5  # points that represent the stripe at planned poses
 LARGEST_PX = 0.1
-"""Of a corner that was found: what moves the rows of an image together by more is no error of corners."""
+"""Of a detected corner: a larger common motion of an image's rows is no error of corners."""
 LEAST_TARGET_M = 1e-5
-"""No printed target is better, and rows from images of a board, whose residuals lie along their rays by the way they
-are made, would else seem to know everything across them."""
+"""No printed target is better, and rows from images of a board, with residuals along their rays by construction, would
+otherwise seem to be exact across them."""
 
 
 @final
@@ -91,7 +91,7 @@ class Stripe(Sensor):
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """T_base_target by a rigid fit.
 
-        The laser plane where only that is missing: the camera is known, and the target has a place.
+        The laser plane if only that is missing: camera and target are known.
         """
         if missing := [name for name in SCANNER if name not in values]:
             if not {name for name in self.parameters.names if name not in values} <= LASER:
@@ -138,7 +138,7 @@ class Stripe(Sensor):
         return NewPoses(self._seen_from)
 
     def _seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
-        """Some points of the stripe on the middle level of the target; good where they lie on it and in the image."""
+        """Some points of the stripe on the middle level of the target; good if they are on it and in the image."""
         view, xyz = scanner_geometry.view_of(self.dataset, values), self.dataset.points["xyz"]
         T_base_target = np.eye(4) if self.dataset.placed else motion(values, "target")[0]
         T_target_camera = inverse(T_base_target) @ T_base_flange @ view.T_flange_camera
@@ -158,7 +158,7 @@ class Stripe(Sensor):
 
 
 def gauge(dataset: Dataset) -> tuple[str, ...]:
-    """What is fixed because no data can tell it: f, unless the data set fixes what would have to change with it.
+    """The parameters that no data can determine: f, unless the data set fixes those that would change with it.
 
     A k of zero stays zero, whatever f is.
     """
@@ -170,8 +170,8 @@ def gauge(dataset: Dataset) -> tuple[str, ...]:
 def pixel_moves(dataset: Dataset, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
     """Move of each residual with its own pixel's u and v, one candidate, (m, 3, 2) [m/px].
 
-    Where points come from images of a board, the known place of a row is its very pixel carried to the board by the
-    homography, so it moves with the noise too. For all pixels both stay on one viewing ray o + λ r, the known place
+    Where points come from images of a board, the known point of a row is its own pixel mapped to the board by the
+    homography, so it moves with the noise too. For all pixels both stay on one viewing ray o + λ r, the known point
     where the ray meets the board (λ_b), the predicted one where it meets the laser plane (λ_s): the residual is
     (λ_b − λ_s) r, and near the optimum, where λ_b ≈ λ_s, its derivative is r (∂λ_b − ∂λ_s). The board is z = 0 of
     the target's frame where the parameters place it, else the plane through all target points.
@@ -202,10 +202,9 @@ def pixel_moves(dataset: Dataset, values: Values, T_base_flange: Array, perturb:
 def board_errors(board: Board, points: Points, T_base_target: Array, m_per_px: Array) -> ErrorSource:
     """`board` [px], of each corner along x and y of the board, shared by all rows of an image.
 
-    Where rows come from images of a board, a homography through its corners says where on the board each pixel lies.
-    It errs as the corners do, alike for all rows: without this source the rows, being many, would seem to know the
-    board's place from each pose better than its corners do. Points are in the board's frame; `m_per_px` is what a
-    pixel sees where each row is, (m,).
+    Where rows come from images of a board, a homography through its corners maps each pixel to the board. Its errors
+    come from the corners, common to all rows: without this source the many rows would seem to locate the board better
+    than its corners do. Points are in the board's frame; `m_per_px` is the size of a pixel at each row, (m,).
     """
     last = np.array([board.columns - 1, board.rows - 1])
     steps = [np.arange(end + 1) - end / 2 for end in last]

@@ -1,4 +1,4 @@
-"""Baseline, hand-eye and target of a stripe scanner given its camera and laser plane: a similarity, then clipped."""
+"""Baseline, hand-eye and target of a stripe scanner from its camera and laser plane: a similarity, then clipped."""
 
 from collections.abc import Mapping
 
@@ -29,7 +29,7 @@ def solve_similarity(
         bounds: All parameters by name.
 
     Returns:
-        `SIMILARITY`, and `target.*` of an unplaced target, (c,) each; those of candidates at a pole as they were.
+        `SIMILARITY`, and `target.*` of an unplaced target, (c,) each; unchanged for candidates at a pole.
     """
     pose = dataset.points.pose
     moved = perturb(Stage.MOUNT, np.eye(4)[None, None])
@@ -59,7 +59,7 @@ def _mounted(
 ) -> tuple[Array, ...]:
     """`SIMILARITY` that brings seen points (c, m, 3) in the camera frame nearest to known ones on the flange.
 
-    Points on a plane fit as well through minus the baseline, turned half: where the bounds allow both, the better one.
+    Points on a plane fit equally well with minus the baseline and half a turn: the better one if the bounds allow both.
     """
     bounds = [parameters[name] for name in SIMILARITY]
     reach = np.sort([bound / values["b"] for bound in (bounds[0].lower, bounds[0].upper)], axis=0)
@@ -87,7 +87,7 @@ def _similarity(seen: Array, known: Array, reach: Array, sign: float) -> tuple[A
 
 
 def _angles_within(R: Array, order: str, bounds: list[Parameter]) -> list[Array]:
-    """Three angles of rotations (c, 3, 3), those of their two sets that keep nearer to the bounds; whole turns off."""
+    """Three angles of rotations (c, 3, 3), of their two sets the one nearer to the bounds, less whole turns."""
     if order == "xyz":
         phi = np.arcsin(np.clip(R[:, 0, 2], -1.0, 1.0))
         first = [np.arctan2(-R[:, 1, 2], R[:, 2, 2]), phi, np.arctan2(-R[:, 0, 1], R[:, 0, 0])]
@@ -107,7 +107,7 @@ def _angles_within(R: Array, order: str, bounds: list[Parameter]) -> list[Array]
 
 
 def _unwound(value: Array, item: Parameter) -> Array:
-    """An angle (c,) less the whole turns that take it away from its bounds; a length as it is."""
+    """An angle (c,) less the whole turns away from its bounds; a length unchanged."""
     if item.unit != "rad":
         return value
     middle = (item.lower + item.upper) / 2.0
@@ -115,10 +115,10 @@ def _unwound(value: Array, item: Parameter) -> Array:
 
 
 def _of_loop(seen: Array, target: Array, T_base_flange: Array) -> Array:
-    """Where an unplaced target's points lie on the flange, by the linear solution of AX = ZB, (c, m, 3) [m].
+    """An unplaced target's points in the flange frame, by the linear solution of AX = ZB, (c, m, 3) [m].
 
-    R_f (M p + t) + t_f = N q + n for every row, linear in M, t, N and n. Points on a plane do not fix M, but they
-    do fix where it takes them.
+    R_f (M p + t) + t_f = N q + n for every row, linear in M, t, N and n. Points on a plane do not determine M, but
+    they do determine M p.
 
     Args:
         seen: p in the camera frame, (c, m, 3).

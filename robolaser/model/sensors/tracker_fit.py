@@ -1,4 +1,4 @@
-"""Where a tracker stands and where its reflectors sit on the flange, from measured points: start values for a fit."""
+"""Placements of a tracker and of its reflectors on the flange, from measured points: start values for a fit."""
 
 import numpy as np
 
@@ -6,24 +6,24 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.subsampling import rows_of_each
 from robolaser.geometry.rigid_motion import exp_so3, nearest_rotation, skew
 
-ENOUGH_ROWS = 3000  # rows that start values are found from
-SEEDS = 500  # rotations looked at; no rotation is farther from the nearest of them than some 30°
-TRIED = 3  # of them, those that leave least are refined, and the linear relaxation
+ENOUGH_ROWS = 3000  # rows for start values
+SEEDS = 500  # rotations tried; no rotation is farther from the nearest of them than some 30°
+TRIED = 3  # of them, those with the smallest residuals are refined, and the linear relaxation
 STEPS = 50
 RANK = 1e-9  # of the largest eigenvalue: directions below are not determined
 
 
 def enough_of_each(number: Ints) -> Ints:
-    """Rows (m,) that start values are found from, of each reflector or body alike, by its number, (k,)."""
+    """Rows (m,) for start values, as many of each reflector or body, by its number, (k,)."""
     few = len(number) <= ENOUGH_ROWS
     return np.arange(len(number)) if few else rows_of_each(number, ENOUGH_ROWS // (int(number.max()) + 1) + 1)
 
 
 def base_and_tools(measured: Array, T_base_flange: Array, tool: Ints) -> tuple[Array, Array, Array]:
-    """What leaves the least of Σ |R (R_i tool + t_i) + s − y_i|², R refined from the best of many.
+    """The minimum of Σ |R (R_i tool + t_i) + s − y_i|², R refined from the best of many.
 
     With A = Rᵀ and c = Rᵀ s the error A y_i − c − R_i tool − t_i is linear in all unknowns: c and the tools are
-    projected out (Golub, Pereyra 1973), and a quadratic form in the nine entries of A is left.
+    projected out (Golub, Pereyra 1973), which leaves a quadratic form in the nine entries of A.
 
     Args:
         measured: y in the tracker's frame, (c or 1, m, 3) [m].
@@ -75,7 +75,7 @@ def _starts(Q: Array) -> Array:
 
 
 def _refined(Q: Array, A: Array) -> tuple[Array, Array]:
-    """Damped Gauss-Newton steps A ← exp(ω) A on zᵀ Q z, z = (A, 1); the rotations and what they leave, (c,)."""
+    """Damped Gauss-Newton steps A ← exp(ω) A on zᵀ Q z, z = (A, 1); the rotations and their residuals, (c,)."""
     cost, damping = _form(Q, A), np.full(len(A), 1e-3)
     for _ in range(STEPS):
         slopes = np.zeros((len(A), 10, 3))

@@ -1,4 +1,4 @@
-"""Calibrations with known optima, each as a question for pymoo, for ioh, and for loops that are written for COCO."""
+"""Calibrations with known optima, as problems for pymoo, for ioh, and for loops written for COCO."""
 
 import tomllib
 from collections.abc import Iterator, Sequence
@@ -32,10 +32,10 @@ class Instance:
     id: str
     title: str
     data: str  # the data set's folder
-    effects: tuple[str, ...] = ()  # that the model has beside the sensor, as `--with` takes them
+    effects: tuple[str, ...] = ()  # effects in the model besides the sensor, as `--with` takes them
     held: tuple[str, ...] = ()  # parameters that stay at their nominal values
     reduced: bool = False  # without the parameters that follow from the others in closed form
-    best: float = float("inf")  # lowest J that anybody found; m², of cameras px²
+    best: float = float("inf")  # lowest known J; m², of cameras px²
     best_x: tuple[float, ...] = ()  # where that is
     starts: int = 0  # descents that were made, from starts that are uniform within the bounds
     reached: int = 0  # of them that ended within one per cent of the lowest J
@@ -139,7 +139,7 @@ class SuiteProblem(Problem):
 
 @final
 class Suite:
-    """Problems in a fixed order; each time one is asked for it is a new one, that nobody has evaluated yet.
+    """Problems in a fixed order; each access returns a new one, with no evaluations yet.
 
     Examples:
         >>> from robolaser.problems import suite
@@ -167,7 +167,7 @@ class Suite:
 
 
 def suite(ids: Sequence[str] | None = None) -> Suite:
-    """Calibrations of scanners, cameras and arms, measured and simulated, with the lowest J that is known of each.
+    """Calibrations of scanners, cameras and arms, measured and simulated, with the lowest known J of each.
 
     Args:
         ids: Those wanted, in this order; all when absent.

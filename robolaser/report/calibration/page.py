@@ -20,7 +20,7 @@ from robolaser.report.scene import magnification
 from robolaser.report.setting import disturbed, files_section, noise_table, origin
 
 ESTIMATED = "estimated from the residuals, including what is unmodelled"
-MANY = 24  # rows of closed-form parameters from which they are folded away
+MANY = 24  # rows of closed-form parameters above which they are collapsed
 MOST_PRINTED = 16
 PARAMETER = Column("Parameter", "name", 34, "parameter")
 VALUE = Column("Value ± standard deviation", "number", 25, "value")
@@ -28,7 +28,7 @@ REMARK = Column("Remark", "wide", brief="")
 
 
 def figures(analysis: ErrorAnalysis) -> list[Figure]:
-    """Error on new poses, what noise implies, and the error on the poses that were fitted; then those of rotations."""
+    """Error on new poses, by noise alone, and on fitted poses; then the same for rotations."""
     calibration = analysis.calibration
     sources = ", ".join(map(disturbed, analysis.known_noise))
     rows, weighting = calibration.row_errors[0], "plain: " if calibration.weights == "plain" else ""
@@ -59,7 +59,7 @@ def figures(analysis: ErrorAnalysis) -> list[Figure]:
 
 
 def _in_unit(rms: float | None, unit: str) -> str:
-    """The error in the rows' own unit, where that is no metre; a row's two pixels are one length."""
+    """The error in the rows' own unit, if that is not the metre; a row's two pixels are one length."""
     return "" if rms is None or unit == "m" else f"; {rms:.3g} {unit}"
 
 
@@ -70,9 +70,9 @@ def document(
     files: Sequence[Mapping[str, Any]] = (),
     folder: Path | None = None,
 ) -> Document:
-    """The report, given `files` of calibration.json; in brief without what only a page shows.
+    """The report, given `files` of calibration.json; in brief without the parts that only a page shows.
 
-    The terminal says which files for ROS are in the folder of the result.
+    The terminal lists the files for ROS in the folder of the result.
     """
     analysis = ErrorAnalysis(calibration)
     dataset = calibration.model.dataset
@@ -139,23 +139,23 @@ def _parameters(calibration: Calibration) -> list[Content]:
 
 
 def _remarks(calibration: Calibration, folder: Path | None) -> list[Content]:
-    """What the terminal says of what is not determined, and where ROS finds its files."""
+    """Undetermined parameters and the files for ROS, for the terminal."""
     groups = [one.parameters for one in calibration.unidentifiable]
     together = [", ".join(names) for names in groups if len(names) > 1]
     alone = [names[0] for names in groups if len(names) == 1]
-    said = [f"These data cannot separate: {'; '.join(together)}"] if together else []
-    said += [f"These data hardly determine: {', '.join(alone)}"] if alone else []
+    lines = [f"These data cannot separate: {'; '.join(together)}"] if together else []
+    lines += [f"These data hardly determine: {', '.join(alone)}"] if alone else []
     if folder is not None and (folder / "static_transform.sh").exists():
         *others, last = (name for name in FOR_ROS if (folder / name).exists())
-        said.append(f"For ROS: {', '.join(others)} and {last} in {folder}")
-    return [Text(line, "quiet", printed=True) for line in said]
+        lines.append(f"For ROS: {', '.join(others)} and {last} in {folder}")
+    return [Text(line, "quiet", printed=True) for line in lines]
 
 
 FOR_ROS = ("camera.yaml", "robot.urdf", "static_transform.sh", "easy_handeye2.calib")
 
 
 MOST_DOTS = 600  # points that a chart carries
-DIVERGING = ("#2f6fbb", "#a9b1b9", "#cf4a2e")  # from nearer than known to farther; visible on light and dark paper
+DIVERGING = ("#2f6fbb", "#a9b1b9", "#cf4a2e")  # from too near to too far; visible on light and dark paper
 
 
 def image_errors(analysis: ErrorAnalysis) -> Chart | None:
@@ -209,7 +209,7 @@ def image_errors(analysis: ErrorAnalysis) -> Chart | None:
 
 
 def _along_view(analysis: ErrorAnalysis, cell: CellPoses) -> Array | None:
-    """Errors of estimates along the view, (m,) [mm]; 0 for rows that say nothing of it, None if all are such."""
+    """Errors of estimates along the view, (m,) [mm]; 0 for rows without any, None if all have none."""
     across = cell.across_view(analysis.calibration.errors_m)
     if cell.camera is None or across.all():
         return None

@@ -14,7 +14,7 @@ CORRELATED = "hardly distinguishable from others"
 
 
 def parameter_rows(calibration: Calibration) -> tuple[list[Sequence[TableCell]], list[Sequence[TableCell]]]:
-    """The sensor's parameters: those with bounds from the user, and those that started from a closed form.
+    """The sensor's parameters: with bounds from the user, and started from a closed form.
 
     Cells: name, value, nominal value, bounds and caveat; the latter have no nominal value.
     """
@@ -22,7 +22,7 @@ def parameter_rows(calibration: Calibration) -> tuple[list[Sequence[TableCell]],
     given: list[Sequence[TableCell]] = []
     placed: list[Sequence[TableCell]] = []
     for i, item in enumerate(model.parameters.items[: len(model.parameters) - len(model.effect_parameters)]):
-        name = TableCell(item.name, below=[said] if (said := meaning(item.name)) else [])
+        name = TableCell(item.name, below=[text] if (text := meaning(item.name)) else [])
         value, caveat = TableCell(_measured(calibration, i)), note(calibration, i)
         if item.given:
             nominal = TableCell(plain(item.nominal, item.unit))
@@ -34,7 +34,7 @@ def parameter_rows(calibration: Calibration) -> tuple[list[Sequence[TableCell]],
 
 
 def effect_rows(calibration: Calibration) -> list[Sequence[TableCell]]:
-    """The numbers of the effects in the model: which, value, how far from zero, and caveat."""
+    """The numbers of the effects in the model: name, value, standard deviations from zero, and caveat."""
     from robolaser.diagnosis.cause_words import named  # noqa: PLC0415 - brings all of a diagnosis
 
     names = calibration.model.parameters.names
@@ -108,7 +108,7 @@ _IN_SESSION = re.compile(r"(?P<parameter>.+\.(?:x|y|z|w|phi|psi))@(?P<session>.+
 
 
 def meaning(name: str) -> str:
-    """What a sensor's parameter is; empty for an unknown name."""
+    """The meaning of a sensor's parameter; empty for an unknown name."""
     if own := _OF_CAMERAS.get(name):
         return own
     if matched := _IN_SESSION.fullmatch(name):

@@ -10,10 +10,10 @@ from robolaser.report.comparison.words import FAMILIES, budget, excess, target
 from robolaser.report.digits import rate
 
 FILE = "tables.tex"
-NONE = "--"  # where there is no number
+NONE = "--"  # for a missing number
 RAISED = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
 LOWERED = str.maketrans(RAISED, "-0123456789")
-SPECIAL = {  # what LaTeX would take for a command, or a font may lack
+SPECIAL = {  # characters that LaTeX would take for commands, or a font may lack
     "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "∞": r"$\infty$", "–": "--",
     "×": r"\texttimes{}", "<": r"\textless{}", ">": r"\textgreater{}", **{sign: f"\\{sign}" for sign in "&%$#_{}"},
 }  # fmt: skip

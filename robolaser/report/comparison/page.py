@@ -17,7 +17,7 @@ from robolaser.report.chart import HEIGHT_PX, LINES, MUTED, Chart, chart, colour
 from robolaser.report.comparison import tables, words
 from robolaser.report.document import Column, Content, Document, Section, Table, TableCell, Text, charts
 
-LONG = 140  # letters of a sentence that is too long for large type
+LONG = 140  # letters above which a sentence is too long for large type
 MOST_PRINTED, FEWEST_PRINTED = 12, 4  # algorithms that the terminal shows of all families together, and of each
 MOST_LINES = 8  # problems, failures and refusals that the terminal shows
 
@@ -26,7 +26,7 @@ NOISY = "noisy: runs are ranked by their returned candidates, re-evaluated"
 
 
 def document(comparison: BenchmarkResult, judged: Sequence[Standings], *, brief: bool = False) -> Document:
-    """The report, given the standings of each family of problems; in brief without what only a page shows."""
+    """The report, given the standings of each family of problems; in brief without the parts that only a page shows."""
     shown = judged if comparison.runs else ()
     lead, sense = _parted(shown[0].order.answer if shown else "No run has finished yet.")
     sections = [_family(comparison, one, i, brief=brief) for i, one in enumerate(shown)]
@@ -49,7 +49,7 @@ def document(comparison: BenchmarkResult, judged: Sequence[Standings], *, brief:
 
 
 def _parted(answer: str) -> tuple[str, str]:
-    """The first thing that an answer says, and the rest."""
+    """The first statement of an answer, and the rest."""
     lead, _, rest = answer.partition(". ")
     if len(lead) <= LONG or ": " not in lead:
         return f"{lead.rstrip('.')}.", rest
@@ -71,12 +71,12 @@ def _family(comparison: BenchmarkResult, standings: Standings, number: int, *, b
 
 
 def _numbers(standings: Standings) -> Mapping[str, int]:
-    """Numbers of the colours of the algorithms that have one."""
+    """Colour numbers of the leading algorithms."""
     return {place.algorithm: i for i, place in enumerate(standings.order.places[:LEADING])}
 
 
 def solved(comparison: BenchmarkResult, standings: Standings, title: str) -> Chart | None:
-    """Share of targets that runs have reached, over the evaluations that they spent."""
+    """Share of targets reached, over evaluations."""
     arrays = comparison.arrays(standings.family)
     spent = budgets(arrays.evaluations, arrays.total_evaluations)
     if len(spent) < 2 or spent[0] >= spent[-1]:
@@ -127,7 +127,7 @@ def attained(comparison: BenchmarkResult, standings: Standings, problem: Problem
 def _step_chart(
     standings: Standings, title: str, caption: str, alt: str, drawn: Mapping[str, Mapping[str, Array]], **encoding: Any
 ) -> Chart:
-    """A line of steps of each algorithm, the best drawn last; those that do not lead are grey."""
+    """A step line of each algorithm, the best drawn last; those that do not lead are grey."""
     order, coloured = [place.algorithm for place in standings.order.places], _numbers(standings)
     of = {name: LINES[coloured[name]] if name in coloured else MUTED for name in order if name in drawn}
     rows = [row for name in reversed(of) for row in records(**drawn[name], series=name)]
@@ -142,13 +142,13 @@ def _step_chart(
 
 
 def _steps(spent: Array, share: Array) -> dict[str, Array]:
-    """The corners of a line of steps."""
+    """The corners of a step line."""
     kept: Sequence[int] = np.unique([0, *(np.flatnonzero(np.diff(share)) + 1), len(spent) - 1]).tolist()
     return {"spent": spent[kept], "share": share[kept]}
 
 
 def _conditions(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[Section]:
-    """Problems with their targets, and what failed or could not be run."""
+    """Problems with their targets, failures, and what could not be run."""
     failed = Table(
         [Column("Algorithm", "name", brief="failed"), Column("Runs", "number", brief="runs"),
          Column("Reason", "wide", brief="reason"), Column("Problems", "wide")],

@@ -13,8 +13,8 @@ from robolaser.report.comparison.words import excess, number, target
 from robolaser.report.digits import duration, rate
 from robolaser.report.document import Column, Table, TableCell
 
-NEVER = "never"  # of a running time to a target that no run reached
-FEW = 8  # algorithms up to which a matrix of pairs is shown unfolded
+NEVER = "never"  # for a running time to a target that no run reached
+FEW = 8  # algorithms up to which a matrix of pairs is shown expanded
 MANY = 8  # problems up to which each has a line in one cell
 
 
@@ -66,7 +66,7 @@ def _rank(standing: Standing) -> TableCell:
 
 
 def _running_time(standing: Standing, results: Sequence[ResultOnProblem]) -> TableCell:
-    """The ERT on one problem, the ratio to the first's over several; none to an algorithm that never got there."""
+    """The ERT on one problem, the ratio to the first's over several; none for an algorithm without success."""
     if not standing.runs:
         return TableCell("")
     if not standing.solved:
@@ -125,7 +125,7 @@ def _reached(result: ResultOnProblem) -> TableCell:
 
 
 def _quality(problem: ProblemSummary, result: ResultOnProblem) -> TableCell:
-    """Median, and quartiles unless they are alike; the violation where most runs found nothing feasible."""
+    """Median, and quartiles unless equal; the violation if most runs found nothing feasible."""
     if result.final is None:
         return TableCell("")
     if result.final["median"] is None and result.violation is not None:
@@ -136,7 +136,7 @@ def _quality(problem: ProblemSummary, result: ResultOnProblem) -> TableCell:
 
 
 def pairwise_matrix(order: Order) -> Table:
-    """Algorithms in order, each against each."""
+    """Algorithms in order, pairwise."""
     names = [standing.algorithm for standing in order.places]
     rows = [[TableCell(f"{i} {one}"), *(_pair(order, one, other) for other in names)] for i, one in enumerate(names, 1)]
     note = (
@@ -194,7 +194,7 @@ def effect_table(standings: Standings) -> Table:
 
 
 def failure_rows(comparison: BenchmarkResult) -> list[tuple[str, str, int, str]]:
-    """Algorithm, reason, runs, and on which problems, those with one reason together."""
+    """Algorithm, reason, runs and problems, grouped by reason."""
     grouped: dict[tuple[str, str], list[str]] = {}
     for run in comparison.failures:
         grouped.setdefault((run.algorithm, run.reason), []).append(run.problem)

@@ -16,13 +16,13 @@ FAMILIES = {
     "own problem": "Own problems",
     "several objectives": "Several objectives",
 }  # headings
-PACKAGES = ("numpy", "scipy", "pymoo", "cma")  # whose versions results depend on
+PACKAGES = ("numpy", "scipy", "pymoo", "cma")  # packages whose versions affect results
 SAME = 1e-6  # excess of an RMS that counts as none
 FOUND_BY = {"theory": "by theory", "robolaser's own search": "by robolaser's own search", "": ""}
 
 
 def target(problem: ProblemSummary, tolerance: float) -> str:
-    """A target of a problem, with the cost that it is: "a cost of at most 0.01, 0.01 above the lowest known"."""
+    """A target of a problem, with its cost: "a cost of at most 0.01, 0.01 above the lowest known"."""
     if not math.isfinite(problem.best):
         return "not known yet: no run found a feasible candidate"
     if problem.objectives > 1:
@@ -40,7 +40,7 @@ def target(problem: ProblemSummary, tolerance: float) -> str:
 
 
 def excess(problem: ProblemSummary, tolerance: float) -> str:
-    """How far above the best known, for a person."""
+    """Excess over the best known, for a person."""
     if not math.isfinite(tolerance):
         return "" if math.isnan(tolerance) else "nothing found"
     if problem.objectives > 1:
@@ -60,7 +60,7 @@ def number(value: float) -> str:
 
 
 def setting(comparison: BenchmarkResult) -> str:
-    """How many algorithms, problems and runs, and how far an unfinished comparison is."""
+    """Numbers of algorithms, problems and runs, and the progress of an unfinished comparison."""
     counts = (
         _many(len(comparison.solvers), "algorithm"),
         _many(len(comparison.problems), "problem"),

@@ -1,4 +1,4 @@
-"""Caveats about the effects that were found, and what to do about them."""
+"""Caveats about the effects found, and remedies."""
 
 from collections.abc import Iterable, Mapping, Sequence
 
@@ -19,7 +19,7 @@ from robolaser.report.digits import millimetres, plain
 
 CLEAR = 2.0  # standard deviations from zero below which a value may be zero
 UNDETERMINED = "not determined by these data"
-ALIKE = 0.5  # share relative to the largest from which on a site is worth checking too
+ALIKE = 0.5  # share relative to the largest above which a site is worth checking too
 FEW = 2  # alternatives that a caveat names
 
 _DIAGNOSE_AGAIN = "No effect was looked for: correct what the first sentence states, then diagnose again."
@@ -29,7 +29,7 @@ _STAND_STILL = (
     " poses several times from elsewhere, each return as a pose of its own: that shows the repeatability."
 )
 
-SITES: Mapping[str, str] = {  # what to look at where something unexplained lies; a joint is a joint
+SITES: Mapping[str, str] = {  # what to check at a site with an unexplained error; a joint is named
     "camera": "the lens and how it is fixed",
     "laser": "the projector: its mount, its warm-up, its focus",
     "hand_eye": "the bracket between flange and sensor",
@@ -45,7 +45,7 @@ SITES: Mapping[str, str] = {  # what to look at where something unexplained lies
 def caveats(found: Finding) -> list[str]:
     """Caveats about an effect, the most serious first; at least one."""
     lower = {each.name: each.lower for each in found.candidate_effect.effect.amplitudes()}
-    said = [
+    notes = [
         f"{name} ended on its {number.bound} bound, {plain(number.value, number.unit, 3)}:"
         " the cause is larger, or another one"
         for name, number in found.parameters.items()
@@ -57,10 +57,10 @@ def caveats(found: Finding) -> list[str]:
         left = len(found.alternatives) - len(others)
         more = f" and {left} more" if left else ""
         what = "less probable alternatives:" if is_certain else "these poses cannot distinguish it from"
-        said.append(f"{what} {', '.join(others)}{more}")
+        notes.append(f"{what} {', '.join(others)}{more}")
     elif not is_certain:
-        said.append("not certain individually")
-    return [*said, found.candidate_effect.effect.caveat]
+        notes.append("not certain individually")
+    return [*notes, found.candidate_effect.effect.caveat]
 
 
 def doubt(number: Estimate) -> str:
@@ -73,59 +73,59 @@ def doubt(number: Estimate) -> str:
 
 
 def to_do(diagnosis: Diagnosis) -> list[str]:
-    """What to do next, most useful first: single effects that are certain, then a sentence for each class of others."""
+    """Next steps, most useful first: for single certain effects, then one for each class of others."""
     if diagnosis.hindrance:
         return [_DIAGNOSE_AGAIN] if not diagnosis.next_poses else [_measure(diagnosis), _DIAGNOSE_AGAIN]
     certain = [found.candidate_effect for found in diagnosis.findings if found.probability >= CERTAIN]
     doubtful = [one for one in diagnosis.model.effects if one not in certain]
     in_one_urdf = {class_of(one) for one in doubtful if one.effect.in_urdf}
-    said = [
+    todo = [
         f"{sentence_case(named(one))}: {one.remedy}"
         for one in certain
         if not (one.effect.in_urdf and class_of(one) in in_one_urdf)
     ]
     only_imitate = unknown_instead(diagnosis.classes) is not None
     if not only_imitate:
-        said += _of_classes(diagnosis, doubtful)
+        todo += _of_classes(diagnosis, doubtful)
     if diagnosis.wrong_input:
-        said.insert(0, "Correct the data set first, as stated above; then diagnose it again.")
+        todo.insert(0, "Correct the data set first, as stated above; then diagnose it again.")
     if diagnosis.pose_scatter:
-        said.append(_STAND_STILL)
+        todo.append(_STAND_STILL)
     if diagnosis.verdict == "unexplained" and (_sites(diagnosis) or not diagnosis.pose_scatter):
-        said.append(_look(diagnosis))
+        todo.append(_look(diagnosis))
     if diagnosis.next_poses:
-        said.append(_measure(diagnosis))
+        todo.append(_measure(diagnosis))
     if len(diagnosis.outliers):
         what = "measurements" if diagnosis.dataset.points.pixel is None else "images"
         poses = outlying_poses(diagnosis.dataset, diagnosis.outliers)
         odd = f"pose{'s' * (len(poses) > 1)} {shortened(poses)}" if poses else "the `gross_errors` in `diagnosis.json`"
-        said.append(f"Look at the {what} of {odd}; they are excluded here.")
+        todo.append(f"Look at the {what} of {odd}; they are excluded here.")
     if diagnosis.model.effects:
         beware = " They only imitate the cause: use it at poses like those measured." if only_imitate else ""
-        said.append(f"The corrected model is `calibration.json`: it contains all effects found.{beware}")
-    said += _bounds(diagnosis)
+        todo.append(f"The corrected model is `calibration.json`: it contains all effects found.{beware}")
+    todo += _bounds(diagnosis)
     off = contradicted_distance(diagnosis.model, diagnosis.x)
     if off:
-        said.append(f"Measure the {off[0]} again.")
+        todo.append(f"Measure the {off[0]} again.")
     is_sound = diagnosis.verdict == "no_gap" and not diagnosis.wrong_input and not off
     if is_sound and diagnosis.repeatability.is_most_of(diagnosis.gap.noise_floor_m):
         turns = {name: source.value for name, source in diagnosis.repeatability.sources.items() if source.unit == "rad"}
         is_joint = turns.get("joint", 0.0) >= max(turns.values(), default=np.inf)
         finer = " Joint readings of finer resolution reduce it." if is_joint else ""
-        said.append(
+        todo.append(
             f"{_sound(diagnosis)} Most of the error is scatter of whole poses: more poses average it out, repeated"
             f" shots at one pose do not.{finer}"
         )
     elif is_sound and diagnosis.gap.after_ci95_m[1] < diagnosis.gap.noise_floor_m:
-        said.append("State less noise under `[noise]` in `dataset.toml`, then diagnose again: these data scatter less.")
+        todo.append("State less noise under `[noise]` in `dataset.toml`, then diagnose again: these data scatter less.")
     elif is_sound:
         line = ", or improve the line extraction" if diagnosis.dataset.kind == "stripe" else ""
-        said.append(f"Nothing needs repair. For higher accuracy, reduce the noise: repeat measurements{line}.")
-    return said
+        todo.append(f"Nothing needs repair. For higher accuracy, reduce the noise: repeat measurements{line}.")
+    return todo
 
 
 def _sound(diagnosis: Diagnosis) -> str:
-    """Whether the arm needs repair where its poses scatter no more than arms usually do."""
+    """Whether the arm needs repair if its poses scatter no more than usual."""
     if diagnosis.repeatability.is_stated:
         return "Nothing needs repair."
     least = millimetres(diagnosis.repeatability.at_sensor_m)
@@ -137,19 +137,19 @@ def _sound(diagnosis: Diagnosis) -> str:
 
 def _bounds(diagnosis: Diagnosis) -> list[str]:
     """Parameters of the sensor that ended on a bound of the data set."""
-    said = []
+    sentences = []
     for i in np.flatnonzero(given_on_bound(diagnosis)):
         item, value = diagnosis.model.parameters.items[i], diagnosis.x[i]
         bound = "lower" if value <= item.lower else "upper"
-        said.append(
+        sentences.append(
             f"{item.name} ended on its {bound} bound, {plain(value, item.unit)}: widen its bounds in dataset.toml, or"
             " check the model."
         )
-    return said
+    return sentences
 
 
 def _of_classes(diagnosis: Diagnosis, doubtful: Sequence[CandidateEffect]) -> list[str]:
-    """What to do about each class that is reported and of which some effect is not certain by itself."""
+    """Advice on each reported class with an effect that is not certain by itself."""
     of_class: dict[str, list[CandidateEffect]] = {}
     for one in doubtful:
         of_class.setdefault(class_of(one), []).append(one)
@@ -174,7 +174,7 @@ def _of_class(diagnosis: Diagnosis, name: str, own: Sequence[CandidateEffect]) -
 
 
 def _unseen(diagnosis: Diagnosis, name: str) -> str:
-    """That the effects of a class are not corrected along what the data do not see; empty where they see all."""
+    """Warning that a class is not corrected along undetermined directions; empty if there are none."""
     own = [found for found in diagnosis.findings if class_of(found.candidate_effect) == name]
     numbers = [number for found in own for number in found.parameters.values()]
     unseen = sum(number.std is None and not number.bound for number in numbers)
@@ -187,8 +187,8 @@ def _unseen(diagnosis: Diagnosis, name: str) -> str:
 
 
 def _sites(diagnosis: Diagnosis) -> list[Localization]:
-    """Where a part of the gap lies that is no scatter of whole poses."""
-    return [lies for lies in diagnosis.where if lies.coordinate != BY_CHANCE]
+    """Locations of the gap other than scatter of whole poses."""
+    return [part for part in diagnosis.where if part.coordinate != BY_CHANCE]
 
 
 def _look(diagnosis: Diagnosis) -> str:
@@ -196,28 +196,28 @@ def _look(diagnosis: Diagnosis) -> str:
     if not where:
         return "The remaining error is at no single location. More, and more varied, poses may locate it."
     largest = where[0].share
-    alike = {lies.site: lies.coordinate for lies in reversed(where) if lies.share >= ALIKE * largest}
+    alike = {part.site: part.coordinate for part in reversed(where) if part.share >= ALIKE * largest}
     sites = list(reversed(alike))
     pulled = [site for site in sites if alike[site] == FORCE]
     joints = [site for site in sites if kind_of_site(site) not in SITES and site not in pulled]
     checked = [f"gear, encoder and bearings of {joint_names(joints)}"] if joints else []
     checked += [f"cables and hoses that pull at the joints near {listed(pulled)}"] if pulled else []
     checked += list(dict.fromkeys(SITES[kind] for site in sites if (kind := kind_of_site(site)) in SITES))
-    said = f"Check {listed(checked)}. The remaining error there {_form(dict.fromkeys(alike[site] for site in sites))}"
-    if any(lies.unknown for lies in where if lies.site in sites):
-        return f"{said}, in a form that no effect of the library has. Write an effect of your own."
+    check = f"Check {listed(checked)}. The remaining error there {_form(dict.fromkeys(alike[site] for site in sites))}"
+    if any(part.unknown for part in where if part.site in sites):
+        return f"{check}, in a form that no effect of the library has. Write an effect of your own."
     return (
-        f"{said}. The library has effects of that form, but they do not reduce the error on new poses: measure more,"
+        f"{check}. The library has effects of that form, but they do not reduce the error on new poses: measure more,"
         " and more varied, poses."
     )
 
 
 def _form(coordinates: Iterable[str]) -> str:
-    """What a remainder depends on, or what constant error it looks like."""
+    """The coordinate that a remaining error depends on, or the constant error that it looks like."""
     placed = [one for one in coordinates if one.startswith("placement of ")]
     depends = [f"the {one}" for one in coordinates if one not in placed]
-    said = [f"depends on {listed(depends)}"] if depends else []
-    return " and ".join([*said, *([f"looks like a wrong {listed(placed)}"] if placed else [])])
+    parts = [f"depends on {listed(depends)}"] if depends else []
+    return " and ".join([*parts, *([f"looks like a wrong {listed(placed)}"] if placed else [])])
 
 
 def _measure(diagnosis: Diagnosis) -> str:

@@ -1,4 +1,4 @@
-"""Charts of a diagnosis: how far the gap shrinks step by step, and what each effect explains and leaves."""
+"""Charts of a diagnosis: the gap step by step, and the error that each effect explains and leaves."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -82,7 +82,7 @@ def _mm(length_m: float) -> float:
 
 
 def waterfall(diagnosis: Diagnosis) -> Chart:
-    """Each step's dot stands at the gap after it; a line leads there from the gap before."""
+    """Each step's dot is at the gap after it, with a line from the gap before."""
     rows = steps(diagnosis)
     data = records(
         step=[row.label for row in rows],
@@ -96,7 +96,7 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
     x["axis"] |= {"titleAnchor": "end"}  # beside long names there is little room
     y = named_rows("step")
     colour = colours({row.label: row.colour for row in rows}, shows_legend=False)
-    tooltip = hover("step", before="gap before [mm]", after="gap after [mm]")
+    hint = hover("step", before="gap before [mm]", after="gap after [mm]")
     low, high = map(_mm, diagnosis.gap.after_ci95_m)
     gap = diagnosis.gap
     first, begin = (
@@ -111,10 +111,10 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
         f"The gap falls from {millimetres(begin)} to {millimetres(diagnosis.gap.after_m)}; noise"
         f" alone gives {millimetres(diagnosis.gap.noise_floor_m)}.",
         [
-            layer({"type": "rule", "strokeWidth": 3, "opacity": 0.45}, data, tooltip=tooltip,
+            layer({"type": "rule", "strokeWidth": 3, "opacity": 0.45}, data, tooltip=hint,
                   x=x | {"field": "before"}, x2={"field": "after"}, y=y, color=colour),
             layer(rule(color=NOISE), records(after=rows[-1].after), x=x),
-            layer({"type": "point", "size": 110, "opacity": 1}, data, tooltip=tooltip, x=x, y=y, color=colour),
+            layer({"type": "point", "size": 110, "opacity": 1}, data, tooltip=hint, x=x, y=y, color=colour),
             layer({"type": "rule", "color": INK, "strokeWidth": 1.6}, records(step=LEFT, low=low, high=high),
                   tooltip=hover(low="95 % from [mm]", high="to [mm]"),
                   x=x | {"field": "low"}, x2={"field": "high"}, y=y),
@@ -125,14 +125,14 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
     )  # fmt: skip
 
 
-BINS: Final = 8  # ranges of a coordinate, whose means tell how much of an effect it shows
-SEEN: Final = 1e-3  # share of the usual information on a joint, below which a pose says nothing of it
-TELLING: Final = 0.5  # of an effect's variance, that a coordinate must show; else the axis is the effect itself
-MOST_ROWS: Final = 600  # that are shown of an effect: more only cover each other
+BINS: Final = 8  # ranges of a coordinate, whose means measure how much of an effect it shows
+SEEN: Final = 1e-3  # share of the usual information on a joint, below which a pose is not used for it
+TELLING: Final = 0.5  # least share of an effect's variance that a coordinate shows; else the axis is the effect itself
+MOST_ROWS: Final = 600  # dots of an effect: more only cover each other
 ELASTICITY: Final = "elasticity"  # the class of effects that grow with a load
 FORESEEN: Final = "error by the effect"
 AXES: Final = {1: ("",), 2: (" along u", " along v"), 3: (" along x", " along y", " along z")}
-"""Of a row's numbers in metres, in words."""
+"""A row's numbers in metres, in words."""
 
 
 @final
@@ -141,14 +141,14 @@ class ExplainedError:
     """An effect, pose by pose or row by row."""
 
     candidate_effect: CandidateEffect  # which, and where
-    coordinate: Coordinate  # what it depends on most
+    coordinate: Coordinate  # the coordinate it depends on most
     x: Array  # of it, (n,)
-    of: str  # what has the error, for a person
+    of: str  # the part with the error, in words
     unit: str  # of the error: "rad" or "m"
     moves: Array  # the error by the effect, (n,)
-    left: Array  # what is left beside it, (n,): the sum is the error without it
-    pose: Ints  # which poses these are, (n,)
-    # the most probable effect that may be there instead, and what it leaves, (n,)
+    left: Array  # the remaining error, (n,): the sum is the error without the effect
+    pose: Ints  # numbers of these poses, (n,)
+    # the most probable alternative, and its remaining error, (n,)
     rival: tuple[CandidateEffect, Array] | None
 
 
@@ -160,7 +160,7 @@ def explained_error(fit: Fit, one: EffectEvidence) -> ExplainedError:
 
 
 def _of_joint(fit: Fit, one: EffectEvidence) -> ExplainedError:
-    """As the error of the joint at each pose that tells of it."""
+    """As the error of the joint at each informative pose."""
     joint, run, (robot, q) = one.candidate_effect.where, fit.model.run, fit.model.dataset.arm
     column, poses = robot.joints.index(joint), len(q)
     values = fit.problem.parameters.values(fit.x[None])
@@ -174,7 +174,7 @@ def _of_joint(fit: Fit, one: EffectEvidence) -> ExplainedError:
         return np.asarray(-np.bincount(fit.pose_of_number, by_joint * white, minlength=poses)[seen] / own[seen])
 
     known = (angle_of(run, joint), *torque_of(run, joint), *motion_of(run, joint), *of_run(run))
-    coordinate, x = _telling(one, [(each, each.values[seen, 0]) for each in known], moves[seen])
+    coordinate, x = _axis(one, [(each, each.values[seen, 0]) for each in known], moves[seen])
     unit, other = "m" if robot.prismatic[column] else "rad", _rival(one)
     rival = other and (other[0], left(other[1]))
     return ExplainedError(one.candidate_effect, coordinate, x, joint, unit, moves[seen], left(fit), seen, rival)
@@ -200,7 +200,7 @@ def _of_rows(fit: Fit, one: EffectEvidence) -> ExplainedError:
     known = [(each, each.values[pose[rows], i]) for each, i in at_pose]
     if one.candidate_effect.effect.stage_in(model.dataset) in OF_ROWS:
         known = [(each, each.values[rows, 0]) for each in _of_points(model.run)] + known
-    coordinate, x = _telling(one, known, moves)
+    coordinate, x = _axis(one, known, moves)
     other = _rival(one)
     rival = other and (other[0], left_by(other[1])[rows, axis])
     of = f"the points{AXES[left.shape[1]][axis]}"
@@ -213,7 +213,7 @@ def _rival(one: EffectEvidence) -> tuple[CandidateEffect, Fit] | None:
 
 
 def _of_poses(run: Run, *, bends: bool) -> Iterator[Coordinate]:
-    """What effects on whole poses may depend on; loads for those that bend something."""
+    """Coordinates that effects on whole poses may depend on; loads for elastic ones."""
     yield from of_run(run)
     if run.dataset.sessions is not None and run.poses.time_s is not None:
         yield Coordinate("time, one session after the other", run.progress_of_all[:, None])
@@ -225,7 +225,7 @@ def _of_poses(run: Run, *, bends: bool) -> Iterator[Coordinate]:
 
 
 def _of_points(run: Run) -> Iterator[Coordinate]:
-    """What effects on single rows may depend on."""
+    """Coordinates that effects on single rows may depend on."""
     pixel, xyz = run.points.pixel, run.points.xyz
     if pixel is not None:
         yield from (Coordinate(f"pixel {name}", pixel[:, [i]], "px") for i, name in enumerate("uv"))
@@ -235,8 +235,8 @@ def _of_points(run: Run) -> Iterator[Coordinate]:
         yield from (Coordinate(f"position on the target, {name}", xyz[:, [i]], "m") for i, name in enumerate("xy"))
 
 
-def _telling(one: EffectEvidence, known: Sequence[tuple[Coordinate, Array]], moves: Array) -> tuple[Coordinate, Array]:
-    """The coordinate that shows most of an effect, and its values; time only of what may depend on it."""
+def _axis(one: EffectEvidence, known: Sequence[tuple[Coordinate, Array]], moves: Array) -> tuple[Coordinate, Array]:
+    """The coordinate that shows most of an effect, and its values; time only if the effect may depend on it."""
     if not one.candidate_effect.effect.depends_on_trajectory:
         known = [pair for pair in known if not pair[0].name.startswith(TIME)] or known
     if np.ptp(moves) == 0.0:
@@ -246,7 +246,7 @@ def _telling(one: EffectEvidence, known: Sequence[tuple[Coordinate, Array]], mov
 
 
 def _shown(x: Array, moves: Array) -> float:
-    """Share of the variance of what an effect does that means over ranges of a coordinate have."""
+    """Share of an effect's variance in its means over ranges of a coordinate."""
     ends = np.unique(np.quantile(x, np.linspace(0.0, 1.0, BINS + 1)[1:-1]))
     bins = np.searchsorted(ends, x, side="right")
     counts = np.maximum(np.bincount(bins), 1)
@@ -260,7 +260,7 @@ BEFORE, AFTER, EFFECT = "without it", "left with it", "the effect"
 
 
 def effect_charts(diagnosis: Diagnosis) -> Iterator[Chart]:
-    """Of the effects that were found."""
+    """Charts of the effects found."""
     if diagnosis.weighed is None:
         return
     final, names = diagnosis.weighed.final, diagnosis.weighed.final.model.dataset.poses.names
@@ -289,7 +289,7 @@ def _chart(one: ExplainedError, names: tuple[str, ...]) -> Chart:
     up = quantity("error", f"error of {one.of} [{unit}]")
     in_two_rows = {"columns": 2, "labelLimit": 320} if one.rival is not None else None
     colour = colours({name: looks[name][0] for name in series}, legend=in_two_rows)
-    said = hover("pose", "series", error=f"error [{unit}]")
+    hint = hover("pose", "series", error=f"error [{unit}]")
     before, after = (float(np.sqrt(np.square(series[name]).mean())) for name in (BEFORE, AFTER))
     no_other = one.coordinate.name == FORESEEN
     each = "pose" if one.of == one.candidate_effect.where else "row"
@@ -302,7 +302,7 @@ def _chart(one: ExplainedError, names: tuple[str, ...]) -> Chart:
         f"The error of {one.of} falls from {before:.2g} {unit} to {after:.2g} {unit} RMS over {len(pose)} {each}s.",
         [
             layer({"type": "point", "size": size, "filled": filled, "strokeWidth": 1.4},
-                  records(x=x, error=series[name], pose=pose, series=name), tooltip=said, x=across, y=up, color=colour)
+                  records(x=x, error=series[name], pose=pose, series=name), tooltip=hint, x=across, y=up, color=colour)
             for name, (_, size, filled) in looks.items()
         ],
     )  # fmt: skip

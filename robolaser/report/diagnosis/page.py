@@ -14,12 +14,12 @@ from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.setting import files_section, noise_table, origin, site_lines
 
-LEAST_SHARE = 0.1  # share of the gap from which on a place is suspected
+LEAST_SHARE = 0.1  # share of the gap above which a location is marked
 MOST_SITES, MOST_ADVICE = 2, 3  # lines of each on the terminal
 
 
 def document(diagnosis: Diagnosis, *, brief: bool = False, files: Sequence[Mapping[str, Any]] = ()) -> Document:
-    """The report, given `files` of diagnosis.json; in brief without what only a page shows."""
+    """The report, given `files` of diagnosis.json; in brief without the parts that only a page shows."""
     lead, _, sense = diagnosis.sentence.partition(". ")
     dataset, (used, of) = diagnosis.dataset, diagnosis.poses
     effects, classes = rows.effect_table(diagnosis), rows.class_table(diagnosis)
@@ -50,7 +50,7 @@ def document(diagnosis: Diagnosis, *, brief: bool = False, files: Sequence[Mappi
 
 
 def figures(diagnosis: Diagnosis) -> list[Figure]:
-    """The gap step by step: what, how much, and how to read it; bars are shares of what calibration alone leaves."""
+    """The gap step by step: name, size and explanation; bars are shares of the error after calibration alone."""
     gap = diagnosis.gap
     interval = f"95 %: {millimetre_interval(*gap.after_ci95_m)}" if gap.is_held_out else "no pose is held out"
     largest = max(gap.calibrated_m, gap.after_m, gap.noise_floor_m) or 1.0
@@ -74,7 +74,7 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
 
 
 def _nominal_remark(gap: Gap) -> str:
-    """What the nominal error is of; where nothing but places was fitted, nominal and calibrated are one model."""
+    """The model of the nominal error; if only placements were fitted, nominal and calibrated are one model."""
     if gap.nominal_m is None:
         return "not all nominal values are given"
     if gap.nominal_m == gap.calibrated_m:
@@ -83,10 +83,10 @@ def _nominal_remark(gap: Gap) -> str:
 
 
 def suspected(diagnosis: Diagnosis) -> Mapping[str, str]:
-    """Places of the effects found and those where a gap lies, each with its share where it has one."""
+    """Locations of the effects found and of the gap, each with its share, if any."""
     shares: dict[str, float] = {}
-    for lies in diagnosis.where:
-        shares[lies.site] = shares.get(lies.site, 0.0) + lies.share
+    for part in diagnosis.where:
+        shares[part.site] = shares.get(part.site, 0.0) + part.share
     sites = [finding.candidate_effect.where for finding in diagnosis.findings]
     if diagnosis.verdict == "unexplained" or not sites:
         sites += [site for site, share in shares.items() if share >= LEAST_SHARE]
@@ -99,13 +99,13 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     errors = both if model.effects else {"errors on new poses": diagnosis.after_m}
     title = "The cell, and its errors on new poses"
     cell = cell_scene(model, diagnosis.x, errors, title=title, marked=suspected(diagnosis))
-    lies = "Where the remaining error is" if diagnosis.verdict == "unexplained" else "Where the gap is"
+    title = "Where the remaining error is" if diagnosis.verdict == "unexplained" else "Where the gap is"
     floor_m = diagnosis.gap.noise_floor_m
     reading = "Each pose is predicted by a fit without it." if diagnosis.gap.is_held_out else "No pose is held out."
     each_pose = pose_errors(diagnosis.observed, errors, reading=reading, noise_m=floor_m)
     noise = noise_table((name, one.value, one.unit, one.origin) for name, one in diagnosis.noise.items())
     return [
-        Section(lies, [cell, rows.site_table(diagnosis)]),
+        Section(title, [cell, rows.site_table(diagnosis)]),
         Section("Step by step", charts([waterfall(diagnosis)])),
         Section("What each effect explains", charts(list(effect_charts(diagnosis)))),
         Section("Which errors stand out", group_blocks(diagnosis.observed, errors)),
@@ -122,7 +122,7 @@ def _remarks(diagnosis: Diagnosis) -> list[Content]:
 
 
 def _untested(diagnosis: Diagnosis) -> list[Content]:
-    """Effects that could be tested at none of their locations, for the terminal."""
+    """Effects that were testable at none of their locations, for the terminal."""
     seen = [limit for limit in diagnosis.limits if limit.size is not None or limit.is_imitated]
     tested = {limit.candidate_effect.effect.name for limit in seen}
     tested |= {found.candidate_effect.effect.name for found in diagnosis.findings}

@@ -16,7 +16,7 @@ from robolaser.report.setting import untestable
 
 MOST_MEMBERS: Final = 8  # members of a class that are listed
 MOST_CLASSES, MOST_EFFECTS = 3, 5  # lines of each on the terminal
-FEW: Final = 8  # rows of a table of details from which it is folded away
+FEW: Final = 8  # rows above which a table of details is collapsed
 SURE: Final = Column("How sure", "wide", 42, "how sure")
 
 
@@ -24,7 +24,7 @@ def class_table(diagnosis: Diagnosis) -> Table:
     """Classes of causes: their probability, the gap without and with them, and their members."""
     rows = [
         (
-            TableCell(spoken(one.name), below=[said] if (said := _meaning(one)) else []),
+            TableCell(spoken(one.name), below=[text] if (text := _meaning(one)) else []),
             ", ".join(f"{named(member)} {percent(p)}" for member, p in one.members[:MOST_MEMBERS])
             + (f" and {more} more" if (more := len(one.members) - MOST_MEMBERS) > 0 else ""),
             TableCell(f"{percent(one.probability)}{_without(one.gap_without_m)}", order=one.probability),
@@ -44,10 +44,10 @@ def _is_open(diagnosis: Diagnosis) -> bool:
 
 
 def _meaning(one: CauseClass) -> str:
-    """What a class is, unless its name says as much."""
+    """The meaning of a class, unless it is its name."""
     words = noun(one.name)
-    said = "" if words == f"the {spoken(one.name)}" else words
-    return f"{said}, at {site_phrase(one.site)}" if one.site else said
+    text = "" if words == f"the {spoken(one.name)}" else words
+    return f"{text}, at {site_phrase(one.site)}" if one.site else text
 
 
 def effect_table(diagnosis: Diagnosis) -> Table:
@@ -76,7 +76,7 @@ def effect_table(diagnosis: Diagnosis) -> Table:
 
 
 def alternative_table(diagnosis: Diagnosis) -> Table:
-    """What else could be the cause, as far as these poses can tell: the gap with it, and what it would replace."""
+    """Alternatives that these poses do not exclude: the gap with each, and what it would replace."""
     columns = [
         Column("Alternative", "name", 26),
         Column("How large ± standard deviation", "number"),
@@ -99,19 +99,19 @@ def _without(gap_m: float | None) -> str:
 
 
 def _effect(one: Finding | Alternative) -> tuple[TableCell, TableCell]:
-    """An effect, and its parameters, of its amplitudes the clearest first."""
+    """An effect, and its parameters, the clearest amplitude first."""
     effect = one.candidate_effect.effect
     amplitudes = {amplitude.name for amplitude in effect.amplitudes()}
     ordered = sorted(one.parameters.items(), key=lambda each: (each[0] not in amplitudes, -_clarity(each[1])))
     values = [
-        f"{name.replace('_', ' ')} {_value(number)}" + (f" ({said})" if (said := doubt(number)) else "")
+        f"{name.replace('_', ' ')} {_value(number)}" + (f" ({text})" if (text := doubt(number)) else "")
         for name, number in ordered
     ]
     return TableCell(sentence_case(named(one.candidate_effect)), below=[effect.title]), TableCell("\n".join(values))
 
 
 def _value(number: Estimate) -> str:
-    """A number with its error; one that the data do not determine with one digit."""
+    """A number with its error; an undetermined one with one digit."""
     if doubt(number) == UNDETERMINED:
         return plain(number.value, number.unit, 1)
     return measured(number.value, np.nan if number.std is None else number.std, number.unit)
@@ -122,15 +122,15 @@ def _clarity(number: Estimate) -> float:
 
 
 def site_table(diagnosis: Diagnosis) -> Table:
-    """Where the gap lies."""
+    """Locations of the gap."""
     is_rest = diagnosis.verdict == "unexplained"
     rows = [
         (
-            place(lies.site),
-            lies.coordinate,
-            TableCell(f"{100 * lies.share:.0f} %, p {_chance(lies.p_value)}", share=100 * lies.share, order=lies.share),
+            place(part.site),
+            part.coordinate,
+            TableCell(f"{100 * part.share:.0f} %, p {_chance(part.p_value)}", share=100 * part.share, order=part.share),
         )
-        for lies in diagnosis.where
+        for part in diagnosis.where
     ]
     columns = [Column("Site", "name", 24), Column("Depends on" if is_rest else "What is there"),
                Column(f"Share of the {'remaining error' if is_rest else 'gap'}, p value", "wide", 42)]  # fmt: skip
@@ -144,7 +144,7 @@ def site_table(diagnosis: Diagnosis) -> Table:
 
 
 def limit_table(diagnosis: Diagnosis) -> Table:
-    """Effects that were looked for and not found, and how small they must be at each place."""
+    """Effects that were tested and not found, and their detection limits at each location."""
     by_effect = sorted(diagnosis.limits, key=lambda limit: limit.candidate_effect.effect.name)
     rows = [
         (TableCell(sentence_case(spoken(kind.name)), below=[kind.title]), "\n".join(_less(tuple(limits))))
@@ -158,7 +158,7 @@ def limit_table(diagnosis: Diagnosis) -> Table:
 
 
 def untestable_table(diagnosis: Diagnosis) -> Table:
-    """What could not be tested, each reason once: effects, and why."""
+    """Effects that could not be tested, each reason once."""
     return untestable(diagnosis.not_testable, "What these data cannot test")
 
 
@@ -194,7 +194,7 @@ def gross_table(diagnosis: Diagnosis) -> Table:
 
 
 def validation_table(diagnosis: Diagnosis) -> Table:
-    """Other data of the same arm: name, the error step by step, and what did not carry over."""
+    """Other data of the same arm: name, the error step by step, and effects that did not transfer."""
     columns = [Column("Data set", "name", 24), Column("Nominal"), Column("Calibrated"), Column("With the effects"),
                Column("Noise alone"), Column("What does not transfer", "wide")]  # fmt: skip
     rows: list[Sequence[TableCell | str]] = [
@@ -215,7 +215,7 @@ def _chance(p: float) -> str:
 
 
 def _less(limits: Sequence[DetectionLimit]) -> list[str]:
-    """A line for each place with a limit, and one for those without."""
+    """A line for each location with a limit, and one for those without."""
     lines = [_limit(one) for one in limits]
     for is_imitated, why in (
         (True, "cannot be distinguished from what was found"),
@@ -231,10 +231,10 @@ def _less(limits: Sequence[DetectionLimit]) -> list[str]:
 def _limit(one: DetectionLimit) -> str:
     if one.size is None:
         return ""
-    said = [f"{place(one.candidate_effect.where)} < {plain(one.size, one.unit, 2)}"]
+    parts = [f"{place(one.candidate_effect.where)} < {plain(one.size, one.unit, 2)}"]
     if one.at_tool_m is not None:
-        said.append(f"{plain(one.at_tool_m, 'm', 2)} at the tool")
+        parts.append(f"{plain(one.at_tool_m, 'm', 2)} at the tool")
     if one.rival is not None:
         above = "in" if one.identifiable is None else f"above {plain(one.identifiable, one.unit, 2)} "
-        said.append(f"{above}distinguishable from {named(one.rival)}")
-    return "; ".join(said)
+        parts.append(f"{above}distinguishable from {named(one.rival)}")
+    return "; ".join(parts)

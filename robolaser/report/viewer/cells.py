@@ -1,4 +1,4 @@
-"""The cell of a data set that is shown: by its nominal values, or by the numbers of a calibration."""
+"""The displayed cell of a data set: by its nominal values, or by the numbers of a calibration."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -43,12 +43,12 @@ class ArmAlone:
 def fitted_cell(
     dataset: Dataset, effects: Sequence[CandidateEffect], numbers: Mapping[str, float], found_in: RunSummary | None
 ) -> tuple[CellPoses, Sequence[str]]:
-    """The cell of a data set by the numbers of a calibration, by name; and what is not known of its effects there.
+    """The cell of a data set by the numbers of a calibration, by name; and caveats on its effects there.
 
     Args:
         dataset: The calibrated run, or a recording of the same cell.
         effects: Of the calibration.
-        numbers: Of the calibration, those of effects too.
+        numbers: Of the calibration, including effects.
         found_in: The calibrated run; None if unknown.
 
     Raises:
@@ -103,7 +103,7 @@ def nominal_cell(dataset: Dataset) -> CellPoses | ArmAlone:
 
 
 def _with_stripes(dataset: Dataset) -> Dataset:
-    """The same with pixels in the middle of the image along the stripe, where a scanner has seen nothing yet."""
+    """The same with pixels in the middle of the image along the stripe, if a scanner has no points yet."""
     if len(dataset.points) or not sensor_class(dataset.kind).has_laser_plane():
         return dataset
     size, along = np.array(dataset.image_px or (1, 1)), 0 if dataset.stripe_axis == "u" else 1

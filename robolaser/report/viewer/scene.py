@@ -1,4 +1,4 @@
-"""The scene of a cell as viser draws it: arm, scanner, light, target, points, clouds, and what the arm could hit."""
+"""The scene of a cell as viser draws it: arm, scanner, light, target, points, clouds, and obstacles."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -36,14 +36,14 @@ TARGET: Colour = (60, 60, 66)
 MODEL_COLOURS: dict[str, Colour] = {"nominal": (217, 112, 31), "calibrated": (43, 108, 178)}  # of points, as in pages
 AXES = np.array([[200, 60, 50], [60, 150, 70], [50, 90, 200]], dtype=np.uint8)
 OPACITY = 0.7
-SWOLLEN = 1.04  # red bodies are shown so much thicker, lest the arm that is drawn hides them
+SWOLLEN = 1.04  # red bodies are shown so much thicker, so that the drawn arm does not hide them
 
 DOT = 0.006  # size of a point as a share of the extent of the target
 LEAST_DOT_M, MOST_DOT_M = 2e-4, 3e-3
-MOST = 1_000_000  # points of a cloud: a browser still turns them smoothly, and gets them within a second
-CLEAR = 1.0, 99.0  # percentiles between which colours are spread: a stray point would take them all
-SPACING = 0.6  # size of a dot over the distance to its neighbours: a surface looks closed, its grain still shows
-LEAST_M, MOST_M = 1e-4, 3e-3  # sizes of a cloud's dots: smaller ones are not seen, larger ones hide edges
+MOST = 1_000_000  # points of a cloud: a browser still turns them smoothly, and loads them within a second
+CLEAR = 1.0, 99.0  # percentiles between which colours are spread: a stray point would use up the range
+SPACING = 0.6  # size of a dot over the distance to its neighbours: a surface looks closed, its texture is still visible
+LEAST_M, MOST_M = 1e-4, 3e-3  # sizes of a cloud's dots: smaller ones are invisible, larger ones hide edges
 
 
 @final
@@ -52,8 +52,8 @@ class SceneNode:
     """A thing in the scene."""
 
     name: str  # its place in the tree of the scene
-    kind: str  # which of viser's things it is, as `box` of `add_box`
-    look: Mapping[str, Any]  # what viser takes for it
+    kind: str  # viser's name of it, as `box` of `add_box`
+    look: Mapping[str, Any]  # viser's arguments
 
     def draw(self, scene: "SceneApi") -> Any:
         """Draw it, replacing any other of its name; returns viser's handle."""
@@ -67,7 +67,7 @@ def moving_shapes(model: ShownCell, frames: CellFrames) -> tuple[SceneNode, ...]
 
 
 def fixed_shapes(model: ShownCell, others: tuple[ShownCell, ...]) -> tuple[SceneNode, ...]:
-    """Shapes that do not move: the target, and the measured points by this model; dots of all models have one size."""
+    """Fixed shapes: the target, and the measured points by this model; dots of all models have one size."""
     extent = max((float(np.ptp(one.target, axis=0).max()) for one in others if len(one.target)), default=0.0)
     size = float(np.clip(DOT * extent, LEAST_DOT_M, MOST_DOT_M))
     seen = model.points[np.isfinite(model.points).all(axis=1)]
@@ -77,7 +77,7 @@ def fixed_shapes(model: ShownCell, others: tuple[ShownCell, ...]) -> tuple[Scene
 
 
 def collision_shapes(model: CollisionModel, margin_m: float, q: Array) -> tuple[str, tuple[SceneNode, ...]]:
-    """What is nearer to what than a margin [m] at joint values (j,), in words, and the shapes to be shown there."""
+    """Bodies nearer to each other than a margin [m] at joint values (j,), in words, and the shapes to show there."""
     hits = [what for _, what in collisions(model, margin_m, q[None])]
     red = {i for k in np.flatnonzero(model.gaps(q[None])[0] < margin_m) for i in model.pairs[k]}
     boxes = {i for i, body in enumerate(model.bodies) if body.kind == "box" and body.name != body.link}
@@ -168,8 +168,8 @@ def _solid(name: str, kind: str, size: tuple[float, ...], T: Array, colour: Colo
         "cylinder": ("cylinder", {"radius": size[0], "height": size[-1]}),
     }
     drawn, sizes = of_kind[kind]
-    place = {"position": T[:3, 3], "wxyz": np.roll(to_quaternion(T[:3, :3]), 1)}
-    return SceneNode(name, drawn, {**sizes, **place, "color": colour, "opacity": opacity if opacity < 1 else None})
+    pose = {"position": T[:3, 3], "wxyz": np.roll(to_quaternion(T[:3, :3]), 1)}
+    return SceneNode(name, drawn, {**sizes, **pose, "color": colour, "opacity": opacity if opacity < 1 else None})
 
 
 def bar(name: str, ends: tuple[Array, Array], radius: float, colour: Colour) -> SceneNode:

@@ -19,9 +19,9 @@ from robolaser.robot.collision_bodies import arm_length
 if TYPE_CHECKING:
     from viser import ViserServer
 
-HOST = "127.0.0.1"  # only this machine may look
+HOST = "127.0.0.1"  # only this machine has access
 WIDEST = 360.0  # degrees to either side, for joints without limits
-FROM = np.array([0.5, -1.0, 0.45])  # in sizes of what there is to see
+FROM = np.array([0.5, -1.0, 0.45])  # in sizes of the scene
 SMALLEST_M = 1e-6  # shown; smaller lengths are "below" it
 LIGHT, MIDDLE = (232, 234, 237), (205, 209, 214)
 STEP = 0.1  # of a slider [° or mm]
@@ -35,7 +35,7 @@ class ViewerApp:
         models: The models to switch between; the last is shown first.
         cloud: A cloud to show with them.
         port: Where to serve; a free one when absent.
-        collisions: What the arm hits at joint values (j,), in words, and the shapes to be shown there.
+        collisions: Collisions at joint values (j,), in words, and the shapes to show there.
 
     Raises:
         DependencyMissing: viser is not installed.
@@ -50,7 +50,7 @@ class ViewerApp:
         collisions: Callable[[Array], tuple[str, tuple[SceneNode, ...]]] | None = None,
     ) -> None:
         self._server = _server(port)
-        self._lock = threading.RLock()  # browsers call back on many threads
+        self._lock = threading.RLock()  # callbacks from browsers run on many threads
         self._models = {model.name: model for model in models}
         self._current = models[-1]
         self._arm_m = arm_length(self._current.dataset.robot)
@@ -79,7 +79,7 @@ class ViewerApp:
         self._server.sleep_forever()
 
     def stop(self) -> None:
-        """Stop serving, without a farewell on standard output."""
+        """Stop serving, without a message on standard output."""
         with redirect_stdout(io.StringIO()):
             self._server.stop()
 
@@ -187,7 +187,7 @@ class ViewerApp:
             handle.visible = self._shown[name.split("/")[0]].value
 
     def _place_camera(self) -> None:
-        """Place the camera beside the cell, so that arm and target are in view."""
+        """Move the camera beside the cell, with arm and target in view."""
         scene, camera = self._server.scene, self._server.initial_camera
         scene.set_up_direction("+z")
         arm_m, model = self._arm_m, self._current
@@ -203,7 +203,7 @@ class ViewerApp:
 
 
 def _rms_note(models: Iterable[ShownCell]) -> str:
-    """How far the measured points lie from the target, by each model."""
+    """Distances of the measured points from the target, by each model."""
     parts = []
     for model in models:
         if not model.groups and not len(model.points):
@@ -215,8 +215,8 @@ def _rms_note(models: Iterable[ShownCell]) -> str:
         apart = apart[np.isfinite(apart).all(axis=1)]
         if len(apart):
             size = rms(apart)
-            said = millimetres(size) if size > SMALLEST_M else f"below {millimetres(SMALLEST_M)}"
-            parts.append(f"{model.name}: **{said}**")
+            text = millimetres(size) if size > SMALLEST_M else f"below {millimetres(SMALLEST_M)}"
+            parts.append(f"{model.name}: **{text}**")
     return f"Points from the target, root mean square: {'; '.join(parts)}" if parts else "No points were measured."
 
 
@@ -236,5 +236,5 @@ def _server(port: int | None) -> "ViserServer":
             reason = error.strerror or error
             raise RobolaserError(f"Cannot serve at port {port}: {reason}. Choose another --port.") from None
     make: Callable[..., ViserServer] = viser.ViserServer
-    with redirect_stdout(io.StringIO()):  # its own greeting
+    with redirect_stdout(io.StringIO()):  # its welcome message
         return make(host=HOST, port=8080 if port is None else port, verbose=False)

@@ -31,12 +31,12 @@ def _read(path: Path) -> str:
 @final
 @dataclass(frozen=True)
 class RobotEntry:
-    """What a robot's TOML file says."""
+    """A robot's TOML file."""
 
     name: str
     title: str
     maker: str
-    aliases: tuple[str, ...]  # what people call it beside its name and its title
+    aliases: tuple[str, ...]  # common names besides its name and its title
     source: str
     licence: str
     flange: str
@@ -45,14 +45,14 @@ class RobotEntry:
     """Path of the URDF, within the package if one is named, else beside the TOML file; None: it is made of `rows`."""
     package: str | None = None
     base: str = ""  # the first link of a URDF that is made of rows
-    convention: Convention = "standard"  # that of the rows, see `rows_urdf`
+    convention: Convention = "standard"  # of the rows, see `rows_urdf`
     rows: tuple[dict[str, Any], ...] = ()
     controller: Mapping[str, Any] = field(default_factory=dict)
-    """What `[arm]` of a cell says of its controller; empty: there is no driver."""
+    """`[arm]` of a cell for its controller; empty: there is no driver."""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All that it is called."""
+        """All its names."""
         return self.name, self.title, *self.aliases
 
     def text(self) -> str:
@@ -66,7 +66,7 @@ class RobotEntry:
         return rows_urdf(self.rows, self.convention, self.name, self.base, self.flange)
 
     def path(self) -> Path:
-        """Where the URDF, or the table of rows, lies.
+        """Path of the URDF, or of the table of rows.
 
         Raises:
             DependencyMissing: The package that brings it is absent, or is a version without this robot.
@@ -83,7 +83,7 @@ class RobotEntry:
 
 
 def known_robots() -> list[RobotEntry]:
-    """All robots with a file here, by name; those of packages that are not installed too."""
+    """All robots with a file here, by name, including those of packages that are not installed."""
     return [_entry(file) for file in sorted(_HERE.glob("*.toml"))]
 
 
@@ -120,7 +120,7 @@ def find_robot(
 
 
 def named(name: str) -> RobotEntry | None:
-    """The known robot that is called so; None where none is."""
+    """The known robot of this name; None where there is none."""
     entries = known_robots()
     for spelled in (_plain(name), _without_maker(name, entries)):
         for entry in entries:
@@ -130,10 +130,10 @@ def named(name: str) -> RobotEntry | None:
 
 
 def entry_of(name: str) -> RobotEntry:
-    """The known robot that is called so.
+    """The known robot of this name.
 
     Raises:
-        UsageError: None is.
+        UsageError: There is none.
     """
     entry = named(name)
     if entry is None:
@@ -151,7 +151,7 @@ def _plain(name: str) -> str:
 
 
 def _without_maker(name: str, entries: Iterable[RobotEntry]) -> str:
-    """A plain name without the words of its maker, one of those of some robots: "Universal Robots UR5e" -> "ur5e"."""
+    """A plain name without the maker of one of some robots: "Universal Robots UR5e" -> "ur5e"."""
     spoken = {word for entry in entries for word in entry.maker.casefold().split()}
     return "".join(word for word in re.findall(r"[a-z0-9]+", name.casefold()) if word not in spoken)
 
@@ -166,7 +166,7 @@ def _entry(file: Path) -> RobotEntry:
 
 
 def _folders(package: str) -> list[Path]:
-    """Where a package of robots keeps them: as a wheel, or under the prefix (conda, robotpkg)."""
+    """The folder of a package of robots: as a wheel, or under the prefix (conda, robotpkg)."""
     folders = [Path(sys.prefix) / "share" / package / "robots"]
     try:
         wheel = importlib.metadata.distribution(package)

@@ -23,13 +23,13 @@ def rows_urdf(
 
     A row has a joint (`joint`, its name; `slides`, if it does; its limits `lower_deg` and `upper_deg`, or in m, or
     none; `mass_kg` and `com_m`, the centre of mass, of the link that it moves), or is a fixed step. The link of row i
-    is `link_i`, counted from `first`. Where it is on the row before stand
+    is `link_i`, counted from `first`. Its placement on the row before is given by
 
     - `a_m`, `alpha_deg`, `d_m` and `theta_deg` of Denavit and Hartenberg, "standard" or "modified" (Craig's), with
       `com_m` in the row's own frame, which they lead to;
     - or, as "frames", `xyz_m` and `rpy_deg`, and in that frame the joint's `axis` and `com_m`.
 
-    What is left out is zero, and an axis z.
+    Omitted numbers are zero, and an omitted axis is z.
     """
     robot = ET.Element("robot", name=name)
     add_link(robot, base)
@@ -51,7 +51,7 @@ def rows_urdf(
 
 
 def _steps(row: Mapping[str, Any], convention: Convention) -> tuple[Array, Array]:
-    """What is before a row's joint and what is behind it, two (4, 4)."""
+    """The placements before and behind a row's joint, two (4, 4)."""
     if convention == "frames":
         roll, pitch, yaw = np.array(row.get("rpy", ZERO))
         return pose(rot_z(yaw) @ rot_y(pitch) @ rot_x(roll), np.array(row.get("xyz", ZERO))), np.eye(4)

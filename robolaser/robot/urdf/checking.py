@@ -1,4 +1,4 @@
-"""What a stranger's URDF must be before Pinocchio reads it: a malformed one ends in a sentence, never in an abort."""
+"""Checks of a URDF before Pinocchio reads it: a malformed one raises a clear error, never an abort."""
 
 import math
 import xml.etree.ElementTree as ET
@@ -16,7 +16,7 @@ from robolaser.robot.urdf.markup import too_large
 MOVING = ("revolute", "continuous", "prismatic")
 MOST_LISTED = 12  # names of a robot's links or joints in a message
 Mimic = tuple[str, float, float]
-"""The joint that one follows (mimics), and its value over that joint's, and where that one is at zero [rad or m]."""
+"""The joint that a joint follows (mimics), its value over the leader's, and at the leader's zero [rad or m]."""
 KINDS = (*MOVING, "fixed", "floating", "planar")
 MOST_LINKS = 2000
 MOST_LETTERS = 200  # in a name
@@ -24,7 +24,7 @@ INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def read_xml(text: str, source: str = "robot.urdf") -> ET.Element:
-    """The XML of a URDF as its author wrote it, with links and joints of names of their own.
+    """The XML of a URDF as its author wrote it, with unique names of links and joints.
 
     Raises:
         RobotError: It is not plain XML, or not a URDF.
@@ -45,13 +45,13 @@ def read_xml(text: str, source: str = "robot.urdf") -> ET.Element:
 
 
 def for_pinocchio(text: str, source: str) -> tuple[ET.Element, dict[str, Mimic]]:
-    """What Pinocchio needs of a URDF, in canonical digits, and the joints that follow others.
+    """The parts of a URDF that Pinocchio needs, in canonical digits, and the joints that follow others.
 
     Kept are links with their inertias, and joints with their ends, origin, axis and limits, whose effort and velocity
     are zero; visuals, collisions, meshes, transmissions and comments are not.
 
     Raises:
-        RobotError: With the place and what was expected.
+        RobotError: With the location and what was expected.
     """
     robot = read_xml(text, source)
     robot.set("name", robot.get("name") or "robot")
@@ -73,7 +73,7 @@ def unknown_frame(source: str, frame: str, known: Iterable[str]) -> RobotError:
 
 
 def joint_kind(source: str, joint: str, kind: str | None, usable: Sequence[str]) -> RobotError:
-    """The error of a joint of a kind that cannot be used there."""
+    """The error of a joint of an unusable type."""
     problem = "has no type" if kind is None else f"is of type '{kind[:60]}'"
     return RobotError(f"{source}: joint '{joint}' {problem}; usable here: {', '.join(usable)}.")
 
@@ -209,7 +209,7 @@ def _followers(joints: Mapping[str, ET.Element], source: str) -> Iterator[tuple[
 
 
 def _check_tree(links: Collection[str], joints: Mapping[str, ET.Element], source: str) -> None:
-    """See that all links hang on one root.
+    """Check that all links form a tree with one root.
 
     Raises:
         RobotError: There are several roots, or none, or a link has two parents.

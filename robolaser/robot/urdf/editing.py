@@ -1,4 +1,4 @@
-"""A robot's description edited with care: what is not changed stays as its author wrote it."""
+"""Edits of a robot's description: unchanged parts stay as their author wrote them."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -21,7 +21,7 @@ def names_in(robot: ET.Element, kind: str) -> list[str]:
 def with_fixed_frames(text: str, parent: str, frames: Mapping[str, Array]) -> str:
     """Add links that are fixed to the link `parent`, at T_parent_child (4, 4) by their names.
 
-    A name that is taken gets a number, as does that of the link's joint, which is `NAME_joint`.
+    A name that is taken gets a number, as does the link's joint, `NAME_joint`.
 
     Raises:
         RobotError: There is no such parent.
@@ -41,7 +41,7 @@ def with_fixed_frames(text: str, parent: str, frames: Mapping[str, Array]) -> st
 
 
 def with_placements(text: str, placements: Mapping[str, Array]) -> str:
-    """Replace the origins of joints, by name, each (4, 4) on its parent link; the rest stays as it is.
+    """Replace the origins of joints, by name, each (4, 4) on its parent link.
 
     Raises:
         RobotError: There is no such joint.
@@ -66,7 +66,7 @@ def _free(name: str, taken: list[str]) -> str:
 
 
 def _written(robot: ET.Element, before: str) -> str:
-    """XML text of `robot`, under the comments (a licence, often) that stood above it in the text `before`."""
+    """XML text of `robot`, under the comments (a licence, often) above it in the text `before`."""
     prologue = _PROLOGUE.match(before)
     comments = _COMMENT.findall(prologue[0]) if prologue else []
     return "\n".join(['<?xml version="1.0"?>', *comments, ET.tostring(robot, encoding="unicode"), ""])

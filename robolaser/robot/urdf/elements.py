@@ -1,4 +1,4 @@
-"""Elements of a URDF: the numbers that they state, and links and joints that are written anew."""
+"""Elements of a URDF: their numbers read, links and joints written."""
 
 import math
 import re
@@ -12,12 +12,12 @@ from robolaser.geometry.rigid_motion import pose, rot_x, rot_y, rot_z
 
 FARTHEST_SLIDE_M = 1e5  # limit of a sliding joint without limits: a URDF demands some
 MOST_LETTERS = 200  # of a number
-FARTHEST = 1e6  # m or rad: beyond it a number is a slip, and sums of such numbers lose the micrometres
+FARTHEST = 1e6  # m or rad: beyond it a number is a mistake, and sums of such numbers lose the micrometres
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 def add_link(robot: ET.Element, name: str, mass: float = 0.0, com: Array | None = None) -> None:
-    """A link; of one that weighs something, the mass [kg] at its centre of mass (3,) [m]."""
+    """A link, with its mass [kg] at its centre of mass (3,) [m], if any."""
     link = ET.SubElement(robot, "link", name=name)
     if mass > 0 and com is not None:
         inertial = ET.SubElement(link, "inertial")
@@ -57,7 +57,7 @@ def add_moving(
 
 
 def origin_attributes(T: Array) -> dict[str, str]:
-    """What `<origin>` says of a placement (4, 4), to the last bit."""
+    """`<origin>` of a placement (4, 4), exact to the last bit."""
     return {"xyz": digits(T[:3, 3]), "rpy": digits(_rpy(T[:3, :3]))}
 
 
@@ -77,7 +77,7 @@ def numbers(text: str | None, count: int, where: str, source: str, farthest: flo
     """So many finite numbers in the text of an attribute, (count,).
 
     Raises:
-        RobotError: They are fewer or more, or beyond what a robot has.
+        RobotError: They are fewer or more, or too large for a robot.
     """
     words = [] if text is None else text.split()
     wanted = "a number" if count == 1 else f"{count} numbers"

@@ -1,4 +1,4 @@
-"""XML from strangers: read without document types, and without depths that break recursion."""
+"""Untrusted XML: read without document types, and with limited depth."""
 
 import xml.etree.ElementTree as ET
 from xml.parsers import expat
@@ -12,8 +12,8 @@ def read(text: str, source: str, most_bytes: int) -> ET.Element:
 
     Args:
         text: The XML itself; an encoding that it declares is ignored.
-        source: What error messages call it.
-        most_bytes: The length from which it is refused unread.
+        source: Its name in error messages.
+        most_bytes: The length above which it is refused unread.
 
     Raises:
         RobotError: It is too long, too deep, declares a document type (and only there entities can be declared), is
@@ -66,5 +66,5 @@ def read(text: str, source: str, most_bytes: int) -> ET.Element:
 
 
 def too_large(source: str, what: str, limit: int) -> RobotError:
-    """The error of more of something than any robot has."""
+    """The error of a count that no robot has."""
     return RobotError(f"{source} has more than {limit} {what}: too large for a robot. Is it the right file?")

@@ -1,6 +1,6 @@
 """Sensors in a simulated cell, one file a kind.
 
-To simulate a sensor of one's own, subclass `SimulatedSensor` with the `kind` of its format.
+To simulate a custom sensor, subclass `SimulatedSensor` with the `kind` of its format.
 """
 
 from robolaser.simulation.sensors import camera, point, pose, profile, socket, stripe  # noqa: F401 - each enters itself

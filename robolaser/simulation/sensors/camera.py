@@ -31,20 +31,20 @@ INTRINSICS = {  # middle and half range [px, 1]: an industrial camera with a len
     "k2": (0.1, 0.05), "p1": (0.0, 5e-4), "p2": (0.0, 5e-4), "k3": (0.0, 0.02),
 }  # fmt: skip
 HIDING = {"radial_distortion": ("k2", "k3"), "tangential_distortion": ("p1", "p2")}
-"""Terms of the lens that take an effect up where they are fitted."""
+"""Terms of the lens that absorb an effect if they are fitted."""
 SQUARE_M = 0.03
-ROUNDS, SETTLED_PX = 8, 1e-6  # of effects that depend on where the board seems to be
-FEWEST = 6  # corners that show where a board stands
-SHIFT_M, TURN_RAD = 0.05, 0.3  # how far a bracket is from the flange, and turned, at most
-TILT_RAD = 0.1  # of what stands in the cell, at most
+ROUNDS, SETTLED_PX = 8, 1e-6  # of effects that depend on the apparent position of the board
+FEWEST = 6  # corners that locate a board
+SHIFT_M, TURN_RAD = 0.05, 0.3  # distance of a bracket from the flange, and its turn, at most
+TILT_RAD = 0.1  # of the part in the cell, at most
 MARGIN = 0.02  # of the image, so that noise does not carry a corner out of it
 DEPTH_M = (0.35, 0.8)  # distances from the camera to the board
 TILT = 40 * np.pi / 180  # of the view against the vertical at most: beyond, squares get too narrow
 BATCH, BATCHES = 4000, 40
 SPARE, MOST_SPARE = 3, 60
-CLEAR = 0.3  # of the arm's reach, about the base's axis, in which nothing stands
-NEAR_M = 0.2  # from the middle of what stands in the cell to the point that is looked at, along each axis of it
-GROSS_PX = (5.0, 60.0)  # a corner of another square is taken for it
+CLEAR = 0.3  # of the arm's reach, about the base's axis, without objects
+NEAR_M = 0.2  # from the middle of the part in the cell to the target point of the view, along each axis
+GROSS_PX = (5.0, 60.0)  # a corner of another square is mistaken for it
 
 
 @final
@@ -67,9 +67,9 @@ class SimulatedCamera(SimulatedSensor):
 
     @classmethod
     def describe(cls, dataset: Dataset, setup: SensorSetup) -> Dataset:
-        """With its image and board; nothing is stated of camera, hand-eye and target.
+        """With its image and board, without parameters of camera, hand-eye and target.
 
-        Of a lens that has an effect, the terms that would hide it are stated to be zero.
+        The terms of the lens that would hide an effect are stated to be zero.
         """
         columns, rows = _board(setup.points)
         return replace(
@@ -88,7 +88,7 @@ class SimulatedCamera(SimulatedSensor):
 
     @classmethod
     def build(cls, dataset: Dataset, setup: SensorSetup, random: RandomStreams) -> Self:
-        """A lens within its tolerances, a bracket that is none too straight, and a board that most poses face."""
+        """A lens within its tolerances, a slightly misaligned bracket, and a board that most poses face."""
         rng, (robot, _) = random.build, dataset.arm
         lens = {name: float(mid + half * rng.uniform(-1.0, 1.0)) for name, (mid, half) in INTRINSICS.items()}
         lens |= {name: item.nominal for name, item in dataset.parameters.items() if name in lens and item.fixed}
@@ -131,7 +131,7 @@ class SimulatedCamera(SimulatedSensor):
     def measure(
         self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
     ) -> tuple[Dataset, Bools]:
-        """Every corner as the camera shows it."""
+        """Every corner in the image."""
         n, k = len(dataset.poses), len(self.corners)
         names = tuple(map(str, range(k))) * n
         points = Points(
@@ -149,7 +149,7 @@ class SimulatedCamera(SimulatedSensor):
 
     @classmethod
     def add_shared_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
-        """Errors of the corners on the board, alike in all poses."""
+        """Errors of the corners on the board, the same in all poses."""
         if noise.target_m is None:
             return points
         off = noise.target_m * rng.normal(size=(int(points.number.max()) + 1, 3))
@@ -172,13 +172,13 @@ def _turn(rng: np.random.Generator, most: Array) -> Array:
 
 
 def _board(points: int) -> tuple[int, int]:
-    """Columns and rows of the smallest board that is a little wider than high."""
+    """Columns and rows of the smallest board, slightly wider than high."""
     rows = max(2, int(np.sqrt(points / 1.4)))
     return -(-points // rows), rows
 
 
 def _inside(pixel: Array) -> Bools:
-    """Whether pixels (..., 2) lie well in the image; those behind the camera do not."""
+    """Whether pixels (..., 2) are well inside the image; those behind the camera are not."""
     size = np.array(IMAGE_PX) - 1.0
     with np.errstate(invalid="ignore"):
         return np.asarray((np.abs(pixel - size / 2.0) <= (0.5 - MARGIN) * size).all(axis=-1))
@@ -193,18 +193,18 @@ def configurations_facing(
     rng: np.random.Generator,
     place: Array | None = None,
 ) -> tuple[Array, Array]:
-    """Configurations in which what is carried looks down on one place, at many tilts, turns and distances.
+    """Configurations in which the carried part looks down on one point, at many tilts, turns and distances.
 
     Args:
         robot: Any arm.
-        T_flange_carried: Its z axis looks, (4, 4).
-        sees: Whether the camera sees the board, for T_base_carried (n, 4, 4) and the place looked at, (3,) [m].
+        T_flange_carried: Its z axis is the view, (4, 4).
+        sees: Whether the camera sees the board, for T_base_carried (n, 4, 4) and the target point, (3,) [m].
         wanted: How many are needed; spares follow.
         rng: Random numbers.
-        place: What is looked at, (3,) [m]; when absent, the place that most configurations look down on.
+        place: The target point, (3,) [m]; when absent, the point that most configurations look down on.
 
     Returns:
-        Configurations (≥ wanted, j), ones far from each other first, and the place, (3,) [m].
+        Configurations (≥ wanted, j), ones far from each other first, and the target point, (3,) [m].
 
     Raises:
         RobotError: There are too few.

@@ -1,4 +1,4 @@
-"""A simulated laser tracker that stands in the cell and sees reflectors on the flange."""
+"""A simulated laser tracker in the cell that sees reflectors on the flange."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ from robolaser.robot.postures import random_configurations
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, nominal_points, seen_by_tracker
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
-TRACKER_M = (2.5, -1.5, 1.2)  # where the base stands, seen from the tracker
+TRACKER_M = (2.5, -1.5, 1.2)  # position of the base, seen from the tracker
 TILT_RAD = 0.02  # of the base against the tracker's level, at most
 REFLECTORS_M = (0.08, 0.12)  # distance of the reflectors from the flange's axis, least and most
 GROSS_M = (5e-3, 5e-2)  # reflectors are mixed up
@@ -51,7 +51,7 @@ class SimulatedTracker(SimulatedSensor):
     def measure(
         self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
     ) -> tuple[Dataset, Bools]:
-        """Every reflector from where the tracker stands."""
+        """Every reflector, in the tracker's frame."""
         n = len(dataset.poses)
         rows = np.repeat(np.arange(n), len(self.names))
         tools = np.stack([vector(values, f"tool.{name}")[0] for name in self.names])

@@ -1,4 +1,4 @@
-"""A simulated system that stands in the cell and sees bodies on the flange, how they are turned included."""
+"""A simulated tracker in the cell that measures positions and orientations of bodies on the flange."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -35,7 +35,7 @@ class SimulatedPoseTracker(SimulatedSensor):
 
     @classmethod
     def build(cls, dataset: Dataset, setup: SensorSetup, random: RandomStreams) -> Self:
-        """A tracker some metres from the arm, and bodies around the flange's axis, turned anyhow."""
+        """A tracker some metres from the arm, and bodies around the flange's axis, of any orientation."""
         truth = dict(SimulatedTracker.build(dataset, setup, random).truth)
         names, rng = tuple(map(str, range(setup.points))), random.build
         for name in names:
@@ -46,7 +46,7 @@ class SimulatedPoseTracker(SimulatedSensor):
     def measure(
         self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
     ) -> tuple[Dataset, Bools]:
-        """Every body from where the tracker stands."""
+        """Every body, in the tracker's frame."""
         n = len(dataset.poses)
         rows = np.repeat(np.arange(n), len(self.names))
         level = {"quaternion": np.tile([0.0, 0.0, 0.0, 1.0], (len(rows), 1))}
@@ -64,7 +64,7 @@ class SimulatedPoseTracker(SimulatedSensor):
 
     @classmethod
     def add_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
-        """Errors of place and rotation."""
+        """Errors of position and rotation."""
         shift, turn = rng.normal(size=(2, len(points), 3))
         if noise.point_m is not None:
             points = replace(points, xyz=points["xyz"] + noise.point_m * shift)
@@ -81,7 +81,7 @@ class SimulatedPoseTracker(SimulatedSensor):
 
 
 def _turned(points: Points, rows: Ints, turn: Array) -> Points:
-    """Points of which some (k,) are turned in the world frame, by (k, 3) [rad]."""
+    """Points with some (k,) turned in the world frame, by (k, 3) [rad]."""
     quaternion = points["quaternion"].copy()
     quaternion[rows] = to_quaternion(exp_so3(turn) @ from_quaternion(quaternion[rows]))
     return replace(points, columns={**points.columns, "quaternion": quaternion})

@@ -26,10 +26,10 @@ RADIUS_M = 0.0127
 STANDOFF_M = 0.15  # from the sensor to the middle of its range
 RANGE_M = (0.03, 0.03)  # half its range, along x and z: a sensor of the 60 mm class
 BRACKET_M = (0.03, -0.02, 0.05)  # of the sensor on the flange, z outward
-TOLERANCE = 0.03  # how far it is turned from its drawing at most [rad]
+TOLERANCE = 0.03  # its largest turn from nominal [rad]
 BALLS_M = (0.06, 0.10)  # of balls on the flange, from its axis, least and most
-SHAKE, TRIES = 0.015, 16  # how postures differ that aim at one ball [rad or m], and how many are tried
-GROSS_M = (1e-3, 5e-3)  # a reflection is taken for the ball
+SHAKE, TRIES = 0.015, 16  # difference of postures that aim at one ball [rad or m], and how many are tried
+GROSS_M = (1e-3, 5e-3)  # a reflection is mistaken for the ball
 
 
 @final
@@ -41,12 +41,12 @@ class SimulatedProfile(SimulatedSensor):
     own_noise: ClassVar[tuple[str, str]] = ("profile", "point_m")
 
     ball_of: Ints  # the ball of each candidate, (≥ n,)
-    at: Array  # where along the arc the points of each pose lie, -1 to 1, (≥ n, k)
-    stands: bool  # whether the sensor stands in the cell
+    at: Array  # positions of each pose's points along the arc, -1 to 1, (≥ n, k)
+    stands: bool  # whether the sensor is in the cell
 
     @classmethod
     def describe(cls, dataset: Dataset, setup: SensorSetup) -> Dataset:
-        """With what carries the sensor, and the radius of each ball."""
+        """With the mount of the sensor, and the radius of each ball."""
         radii = {str(ball): RADIUS_M for ball in range(setup.points)}
         return replace(dataset, options=Mounting(setup.options.mount), radius_m=radii)
 

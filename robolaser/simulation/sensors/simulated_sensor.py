@@ -1,4 +1,4 @@
-"""A sensor in a simulated cell: how it was built, where it can measure, what it measures and how it errs."""
+"""A sensor in a simulated cell: its construction, its possible poses, its measurements and its errors."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +17,7 @@ from robolaser.parameters import Values
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
 EXACT_M = 1e-12
-ROUNDS = 8  # effects may depend on the points that they perturb: repeat until nothing moves
+ROUNDS = 8  # effects may depend on the points that they perturb: repeat to convergence
 INVERSION_STEPS = 60
 REGISTERED: dict[str, "type[SimulatedSensor]"] = {}  # simulated sensors by kind; a subclass enters itself
 
@@ -26,10 +26,10 @@ REGISTERED: dict[str, "type[SimulatedSensor]"] = {}  # simulated sensors by kind
 class SimulatedSensor(ABC):
     """A sensor of one kind in one cell."""
 
-    kind: ClassVar[str]  # as `[sensor] kind` calls it
-    default_points: ClassVar[int] = 3  # points in each pose, or names of points, where none are asked for
+    kind: ClassVar[str]  # as in `[sensor] kind`
+    default_points: ClassVar[int] = 3  # default of points in each pose, or names of points
 
-    own_noise: ClassVar[tuple[str, str]] = ("", "")  # the array of points that each row errs in, and its size in Noise
+    own_noise: ClassVar[tuple[str, str]] = ("", "")  # the array of points with each row's error, and its size in Noise
 
     truth: Mapping[str, float]  # every parameter of the sensor by name, as the cell was built
     candidates: Array  # configurations in which the nominal arm can measure, at least as many as poses, (≥ n, j)
@@ -40,7 +40,7 @@ class SimulatedSensor(ABC):
 
     @classmethod
     def check_counts(cls, *, poses: int, points: int, repeats: int) -> None:
-        """See whether the sensor can measure so often.
+        """Check that the sensor can measure so often.
 
         Raises:
             UsageError: It cannot.
@@ -51,7 +51,7 @@ class SimulatedSensor(ABC):
 
     @classmethod
     def describe(cls, dataset: Dataset, setup: SensorSetup) -> Dataset:
-        """The data set, still without points, with all that it states of the sensor."""
+        """The data set, still without points, with its statements on the sensor."""
         return dataset
 
     @classmethod
@@ -60,8 +60,8 @@ class SimulatedSensor(ABC):
         """Draw the true sensor and configurations that suit it.
 
         Args:
-            dataset: As described; its poses still stand in the middle of the joint limits.
-            setup: What was asked for.
+            dataset: As described; its poses are still in the middle of the joint limits.
+            setup: The request.
             random: `build` for the sensor, `place` for configurations and targets, `along` for points on a stripe.
 
         Raises:
@@ -72,7 +72,7 @@ class SimulatedSensor(ABC):
     def measure(
         self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
     ) -> tuple[Dataset, Bools]:
-        """What the sensor measures without noise.
+        """The sensor's measurements without noise.
 
         Args:
             dataset: Poses in some of the candidates, without points.
@@ -91,18 +91,18 @@ class SimulatedSensor(ABC):
 
     @classmethod
     def add_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
-        """Add the errors that each row has for itself: by default those of `own_noise`."""
+        """Add the independent errors of rows: by default those of `own_noise`."""
         array, sigma = cls.own_noise
         return with_errors(points, array, getattr(noise, sigma), rng) if array else points
 
     @classmethod
     @abstractmethod
     def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:
-        """Put gross errors into some rows, each to the side of its sign (±1), as this sensor makes them."""
+        """Put typical gross errors of this sensor into some rows, each to the side of its sign (±1)."""
 
 
 def with_errors(points: Points, array: str, sigma: float | None, rng: np.random.Generator) -> Points:
-    """Points with errors of this size in one of their arrays; as they are where there are none."""
+    """Points with errors of this size in one of their arrays; unchanged without any."""
     if sigma is None:
         return points
     shaken = points[array] + sigma * rng.normal(size=points[array].shape)
@@ -110,18 +110,18 @@ def with_errors(points: Points, array: str, sigma: float | None, rng: np.random.
 
 
 def impossible(what: str, value: object, expected: str) -> UsageError:
-    """The error of a simulated cell that cannot have this."""
+    """The error of an impossible value of a simulated cell."""
     return UsageError(f"A cell cannot be simulated with {what} {value!r}: expected {expected}.")
 
 
 def moved_within(value: Array, by: Array, lower: Array | float, upper: Array | float) -> Array:
-    """Values moved by some way, or the other way where this one leads out of the bounds."""
+    """Values moved by some step, or its opposite where it leaves the bounds."""
     there = value + by
     return np.where((there < lower) | (there > upper), value - by, there)
 
 
 def seen_by_tracker(dataset: Dataset, points: Points, seen: Callable[[Points], Points]) -> tuple[Dataset, Bools]:
-    """What a tracker measures, from points to begin with and what it sees where effects take points for these."""
+    """A tracker's measurements, from initial points and the predicted ones with effects."""
     for _ in range(ROUNDS):
         before, points = points["xyz"], seen(points)
         if (np.abs(points["xyz"] - before) < EXACT_M).all():
@@ -131,7 +131,7 @@ def seen_by_tracker(dataset: Dataset, points: Points, seen: Callable[[Points], P
 
 
 def nominal_points(there: Array, perturb: Perturbation) -> Array:
-    """The target points that effects move to where they really are, (m, 3) -> (m, 3) [m]; by fixed point."""
+    """The target points that effects move to the true ones, (m, 3) -> (m, 3) [m]; by fixed-point iteration."""
     nominal = there
     for _ in range(INVERSION_STEPS):
         missing = there - perturb(Stage.TARGET, nominal[None])[0]

@@ -18,7 +18,7 @@ from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, impos
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
 BALL_M = (0.03, -0.02, 0.12)  # of the ball in the flange frame
-TOLERANCE_M = 0.002  # how far the ball is from where it was meant to be, at most along each axis
+TOLERANCE_M = 0.002  # largest distance of the ball from nominal along each axis
 GROSS_RAD = (0.01, 0.05)  # of one joint in a pose whose ball is not seated [rad or m]
 
 
@@ -56,7 +56,7 @@ class SimulatedSockets(SimulatedSensor):
     def measure(
         self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
     ) -> tuple[Dataset, Bools]:
-        """Configurations in which the ball really sits in its socket; neighbouring sockets' distances are known."""
+        """Configurations with the ball truly in its socket; distances of neighbouring sockets are known."""
         of = self.socket_of[chosen].tolist()
         robot, q = dataset.arm
         distances_m = tuple(
@@ -77,7 +77,7 @@ class SimulatedSockets(SimulatedSensor):
 
     @classmethod
     def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:
-        """One joint's reading each."""
+        """An error of one joint's reading each."""
         (robot, read), pose = dataset.arm, dataset.points.pose[rows]
         q = read.copy()
         joint = np.array(robot.chain)[rng.integers(len(robot.chain), size=len(rows))]

@@ -33,7 +33,7 @@ TILT_RAD = 0.02  # an unplaced target is tilted by this at most
 SECANT_STEPS = 40
 FIRST_STRIDE_PX = 0.5
 IMAGE_MARGIN = 0.02  # of the image, so that noise does not carry a pixel out of it
-GROSS_PX = (10.0, 60.0)  # across the stripe: a reflection is taken for it
+GROSS_PX = (10.0, 60.0)  # across the stripe: a reflection is mistaken for it
 
 
 @final
@@ -45,13 +45,13 @@ class SimulatedStripe(SimulatedSensor):
     default_points: ClassVar[int] = 12
     own_noise: ClassVar[tuple[str, str]] = ("pixel", "pixel_px")
 
-    view: View  # what it sees
+    view: View  # its view
     at: Array  # pixel coordinates along the stripe, (n, k)
     level: float  # height of the target in the base frame, or in its own one where it is not placed [m]
 
     @classmethod
     def describe(cls, dataset: Dataset, setup: SensorSetup) -> Dataset:
-        """With the drawing of the scanner, its bracket and its image."""
+        """With the nominal scanner, its bracket and its image."""
         bracket = facing_outward(dataset.arm[0]) if setup.options.bracket_quat is None else setup.options.bracket_quat
         return replace(
             dataset,
@@ -82,9 +82,9 @@ class SimulatedStripe(SimulatedSensor):
     def measure(
         self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
     ) -> tuple[Dataset, Bools]:
-        """Follow the stripe along the target: for each place along it, the pixel that shows the target.
+        """Follow the stripe along the target: for each point along it, the pixel that shows the target.
 
-        Points are given as the target's maker would: on a plane. A pose is good if it shows all of its points.
+        Points are on a plane, as the target's maker would state them. A pose is good if it shows all its points.
         """
         n, k = self.at.shape
         along = self.view.along
@@ -136,7 +136,7 @@ def _on_target(
     T_base_target: Array,
     level: float,
 ) -> tuple[Array, Array]:
-    """Move each pixel across the stripe, by the secant method, until what it shows lies on the target."""
+    """Move each pixel across the stripe, by the secant method, until its point is on the target."""
     T_target_base = inverse(T_base_target)
 
     def off(moved: Array) -> tuple[Array, Array]:
