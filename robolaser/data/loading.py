@@ -1,4 +1,4 @@
-"""A data set read from its folder; everything is checked on the way in."""
+"""A data set read from its folder, and checked."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -51,7 +51,7 @@ def _points(folder: Path, dataset: Dataset, file: str) -> Points:
 
 
 def _check_distances(sensors: Sequence[SensorData], seen: Sequence[Points]) -> None:
-    """Known distances are between two points of one of the sensors for which they are stated."""
+    """Check that known distances are between two points of one of the sensors for which they are stated."""
     named: dict[tuple[int, tuple[str, str, float]], list[set[str]]] = {}
     for sensor, points in zip(sensors, seen, strict=True):
         for entry in enumerate(sensor.data.distances_m):
@@ -100,7 +100,7 @@ def _check_sessions(dataset: Dataset) -> None:
 
 
 def _silent(dataset: Dataset) -> list[str]:
-    """Poses without points, but for those that an arm only passed: in a recording these have no image."""
+    """A warning of poses without points, except those without an image in a recording, which an arm only passed."""
     rows = np.bincount(dataset.points.pose, minlength=len(dataset.poses))
     images = dataset.poses.image
     silent = [dataset.poses.names[i] for i in np.flatnonzero(rows == 0) if images is None or images[i]]

@@ -1,4 +1,4 @@
-"""A data set as a folder on disk: what `load` reads, written so that it reads the same again."""
+"""A data set as a folder on disk, which `load` reads back unchanged."""
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -17,7 +17,7 @@ from robolaser.geometry.rigid_motion import to_quaternion
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import DOWN, Robot
 
-FOLDER = ("dataset.toml", "poses.csv", "points.csv", "robot.urdf")  # all that a data set is written as
+FOLDER = ("dataset.toml", "poses.csv", "points.csv", "robot.urdf")  # the files of a data set
 
 
 def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> None:
@@ -47,12 +47,12 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
 
 
 def files_of(dataset: Dataset) -> list[str]:
-    """Names of all files that a data set is written as."""
+    """Names of all files of a data set."""
     return [*dict.fromkeys((*FOLDER, *(sensor.file for sensor in dataset.sensors)))]
 
 
 def texts_of(dataset: Dataset) -> dict[str, str | None]:
-    """What its files hold, by name; None where it has none of that name. dataset.toml comes last."""
+    """Contents of its files, by name; None where a file does not exist. dataset.toml comes last."""
     has_points = len(dataset.points) > 0
     return {
         **({} if dataset.robot is None else {"robot.urdf": dataset.robot.urdf}),
@@ -63,7 +63,7 @@ def texts_of(dataset: Dataset) -> dict[str, str | None]:
 
 
 def point_texts(dataset: Dataset) -> dict[str, str | None]:
-    """What points.csv holds, or that of each of several sensors, by name."""
+    """Contents of points.csv, or that of each of several sensors, by name."""
     return {sensor.file: csv_text(point_columns(sensor.data)) for sensor in dataset.sensors}
 
 
@@ -74,7 +74,7 @@ def csv_text(columns: Iterable[tuple[str, Sequence[str]]]) -> str:
 
 
 def _digits(values: Array) -> list[str]:
-    """Every bit of each number: the shortest text that reads back the same."""
+    """The shortest texts that read back as the same numbers."""
     return [repr(float(value)) for value in values]
 
 
