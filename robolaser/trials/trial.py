@@ -34,7 +34,7 @@ DIAGNOSIS = "diagnosis/diagnosis.json"
 TRUTH = "robolaser-truth/1"
 SEAL = "seal.txt"  # of a trial: the SHA-256 of its truth, which has those of its data
 
-Claim = Callable[[Iterable[str]], None]  # is told the names of all files that will be written to a folder
+Claim = Callable[[Iterable[str]], None]  # receives the names of all files that will be written to a folder
 
 
 @final
@@ -49,17 +49,17 @@ class TrialPlan:
 
 
 def new(
-    folder: Path, truth: Path, sources: Sequence[Robot | Dataset], plan: TrialPlan, *, claim: Claim, tell: Progress
+    folder: Path, truth: Path, sources: Sequence[Robot | Dataset], plan: TrialPlan, *, claim: Claim, report: Progress
 ) -> list[str]:
     """Make blind data sets in a folder, and keep the truth about them in another.
 
     Args:
-        folder: Each data set is put into it under a name that says nothing; these names are returned.
+        folder: Of the data sets, whose names reveal nothing; these names are returned.
         truth: Of the truth.
         sources: Arms, or data sets to imitate; they take turns.
         plan: Which data sets.
         claim: Of the folder.
-        tell: Progress.
+        report: Progress.
 
     Raises:
         UsageError: Not one of `KINDS`, nor a fault.
@@ -79,7 +79,7 @@ def new(
     seeds = rng.integers(1 << 40, size=plan.count).tolist()
     truths, files = {}, {}
     for i, (name, kind, seed) in enumerate(zip(names, dealt, seeds, strict=True)):
-        tell("making worlds", i / plan.count)
+        report("making worlds", i / plan.count)
         source = patterns[i % len(patterns)]
         world = make(source, kind, seed=seed, name=name, ranges=plan.ranges)
         truths[name], files[name] = world.truth, texts_of(world.dataset)
@@ -91,7 +91,7 @@ def new(
 
 
 def deal(kinds: Mapping[str, float], count: int, rng: np.random.Generator) -> list[str]:
-    """Kinds in the shares that are asked for, as nearly as whole numbers go, in any order."""
+    """Kinds in the requested shares, rounded to whole numbers, in any order."""
     shares = np.array(list(kinds.values())) / sum(kinds.values()) * count
     whole = np.floor(shares).astype(int)
     for i in np.argsort(whole - shares, kind="stable")[: count - int(whole.sum())]:
@@ -104,7 +104,9 @@ def diagnosis_files(folder: Path, names: Iterable[str], output: Path) -> dict[st
     return {name: (folder if (folder / name / DIAGNOSIS).exists() else output) / name / DIAGNOSIS for name in names}
 
 
-def diagnose_missing(folder: Path, files: Mapping[str, Path], *, seed: int, executor: Executor, tell: Progress) -> None:
+def diagnose_missing(
+    folder: Path, files: Mapping[str, Path], *, seed: int, executor: Executor, report: Progress
+) -> None:
     """Diagnose the data sets of a trial that have none of the files yet, which are named by data set.
 
     Raises:
@@ -113,7 +115,7 @@ def diagnose_missing(folder: Path, files: Mapping[str, Path], *, seed: int, exec
     missing = [name for name, path in files.items() if not path.exists()]
     futures = {executor.submit(_diagnosed, load(folder / name), seed): name for name in missing}
     for i, future in enumerate(as_completed(futures)):
-        tell("diagnosing", i / len(missing))
+        report("diagnosing", i / len(missing))
         path = files[futures[future]]
         try:
             text = future.result()
@@ -144,14 +146,14 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
         TrialError: It is none.
     """
     try:
-        said = read_json(path)
+        contents = read_json(path)
     except DataError as error:
         raise _no_diagnosis(path, str(error).rstrip(".")) from None
-    if not isinstance(said, dict) or said.get("format") != FORMAT:
+    if not isinstance(contents, dict) or contents.get("format") != FORMAT:
         raise _no_diagnosis(path, "it does not say that it is one")
-    if missing := [key for key in ("verdict", "gap_mm", "where", "effects") if key not in said]:
+    if missing := [key for key in ("verdict", "gap_mm", "where", "effects") if key not in contents]:
         raise _no_diagnosis(path, f"it lacks {', '.join(missing)}")
-    return said
+    return contents
 
 
 def _diagnosed(dataset: Dataset, seed: int) -> str:
@@ -165,7 +167,7 @@ def _no_diagnosis(path: Path, why: str) -> TrialError:
 
 
 def truth_beside(folder: Path) -> Path:
-    """Where the truth of a trial is kept unless another folder is named: beside the trial, which may be given away."""
+    """Default folder of a trial's truth: next to the trial, which may be given away."""
     named = folder if folder.name not in ("", "..") else folder.resolve()
     return named.with_name(f"{named.name}.truth")
 
