@@ -48,7 +48,7 @@ def compare(
     progress: Progress | None = None,
     write: Callable[[BenchmarkResult, Path], None] = lambda result, folder: None,
 ) -> BenchmarkResult:
-    """Run algorithms side by side, and say which is better, by how much, and how certain that is.
+    """Run algorithms side by side, and report which is better, by how much, and with which certainty.
 
     Args:
         problems: Names, as in `robolaser compare`, or pymoo problems (class, instance or function); a mapping

@@ -19,7 +19,7 @@ from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import UsageError
 from robolaser.plugins import extra
 
-OUR_SEEDS = (1, 2, 3)  # seeds of our own search for the lowest cost of a calibration, outside the comparison
+OUR_SEEDS = (1, 2, 3)  # of the search for the lowest cost of a calibration, outside the comparison
 SLOW_S = 0.02  # time of a candidate from which the time limit is checked after each, also within batches
 
 

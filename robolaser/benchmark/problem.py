@@ -78,12 +78,12 @@ class BenchmarkProblem:
 
     @property
     def mixed(self) -> bool:
-        """Are candidates dictionaries of variables of their own types?"""
+        """Whether candidates are dictionaries of variables of several types."""
         return getattr(self.question, "vars", None) is not None
 
     @property
     def discrete(self) -> bool:
-        """Are all variables whole numbers or bits?"""
+        """Whether all variables are whole numbers or bits."""
         return self.question.vtype in (int, bool)
 
     @property

@@ -69,8 +69,8 @@ class AclArm(LineArm):
         self._at_reference = np.array([self._parameter(AT_REFERENCE + i) for i in range(len(joints))])
         for i in np.flatnonzero(self._per_quarter == 0):
             raise ArmError(
-                f"The controller on {line.port} says PAR {PER_QUARTER + i} = 0, expected the counts for 90 degrees, not"
-                " 0. Check its parameters and that cell.toml names the right arm."
+                f"The controller on {line.port} reports PAR {PER_QUARTER + i} = 0, expected the counts for 90 degrees,"
+                " not 0. Check its parameters and that cell.toml names the right arm."
             )
         self._per_count = radians_per_count(arm.axes, self._per_quarter)
         self._counts_per_rad = np.linalg.inv(self._per_count)
@@ -96,7 +96,7 @@ class AclArm(LineArm):
                 turned = self._per_count @ (counts - self._at_reference)
                 return np.asarray(self._reference + self._direction * turned)
         raise ArmError(
-            f"The controller on {self._line.port} says that the hand's pitch is {np.rad2deg(pitch):.1f}°, which"
+            f"The controller on {self._line.port} reports a hand pitch of {np.rad2deg(pitch):.1f}°, which"
             f" contradicts its encoders if axes = '{self._axes}'. Check [arm] axes in cell.toml: this is another"
             " arm, and its joint angles would be wrong."
         )
@@ -226,7 +226,7 @@ def radians_per_count(axes: Axes, per_quarter: Array) -> Array:
 
 
 def _differential() -> Array:
-    """From counts of axes 1 to 5 to those of base, shoulder, elbow, pitch and roll, (5, 5)."""
+    """Matrix from counts of axes 1 to 5 to those of base, shoulder, elbow, pitch and roll, (5, 5)."""
     mixed = np.eye(AXES)
     mixed[3:, 3:] = [[0.5, -0.5], [0.5, 0.5]]
     return mixed

@@ -11,7 +11,7 @@ Reply = TypeVar("Reply")
 
 ENTER = "\r"
 ABORT = "\x01"  # Ctrl-A: stops all motion in any state
-AT_ONCE = 4  # how often it is sent without waiting, for a line that loses bytes
+AT_ONCE = 4  # repetitions without waiting, for a line that loses bytes
 SPOIL = "XQ"  # invalidates a misheard command that was not yet entered
 QUIET_S = 0.9  # half of the longest silence; after the first half another attempt is made
 TRIES = 3
@@ -23,7 +23,7 @@ NOTHING = re.compile(r"(?!)")
 LINE_END = re.compile(r"[\r\n>]")
 BOOT = re.compile(r"SYSTEM READY|R[AO]M TEST|TEST COMPLETE|DEFAULT SETUP", re.IGNORECASE)
 """Lines that a controller prints when its power comes on; a disturbed line may lose some."""
-SAID = re.compile(r"\*\*\*[^\r\n>]*")
+REPORT = re.compile(r"\*\*\*[^\r\n>]*")
 REFUSAL = re.compile(r"\*\*\*|ERROR|UNRECOGNI[SZ]ED|UNKNOWN|UNDEFINED|ILLEGAL|INVALID|\bBAD\b|\bNOT\b", re.IGNORECASE)
 """Refusals in the words of several controller versions; none is in the answer of an executed command."""
 NUMBERED = re.compile(r"\*\*\*.*?\b(3\d\d)\b")
@@ -103,7 +103,7 @@ class AclProtocol:
             value = understand(answer)
             if value is not None:
                 return value
-            refusals += SAID.findall(answer)[-1:]
+            refusals += REPORT.findall(answer)[-1:]
         if len(refusals) == TRIES and len(set(refusals)) == 1:  # a disturbed line does not repeat itself
             raise refused(self._line.port, command, refusals[0].strip(), "")
         raise self._unclear(command, answer)

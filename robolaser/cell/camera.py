@@ -28,7 +28,7 @@ MUCH = 0.1  # and that a stripe alone never reaches
 DARK = 12  # grey value that some pixel exceeds unless the image is dark
 SILENT_S = 2.0  # a camera that sends no image for so long is lost
 FIRST_S = 8.0  # the first image may take longer: streams are analysed, exposures adjusted
-MANUAL = 1.0  # what most drivers (V4L2) call exposure by hand
+MANUAL = 1.0  # manual exposure in most drivers (V4L2)
 PASSED_ON = 2  # buffered images that may have been exposed before the request
 OPENING_MS = 8000  # of a stream,
 READING_MS = 2000  # and of its next image
@@ -198,7 +198,7 @@ def _check(source: object, image: Image, size: tuple[int, int], warn: Warn) -> N
     if image.shape[::-1] != size:
         raise CameraError(
             f"Camera {source} gives images of {image.shape[1]} x {image.shape[0]} pixels, but dataset.toml,"
-            f" [image] says {size[0]} x {size[1]}. Set the camera to that size, or correct [image]."
+            f" [image] states {size[0]} x {size[1]}. Set the camera to that size, or correct [image]."
         )
     white = float((image >= WHITE).mean())
     if white > MOSTLY:

@@ -40,7 +40,7 @@ def line_lost(port: str, reason: str) -> LineLost:
 def unclear(port: str, command: str, answer: str, tries: int) -> AnswerUnclear:
     """The error of a command whose answers cannot be understood."""
     return AnswerUnclear(
-        f"The arm on {port} answered '{command}' {tries} times with what cannot be understood, at last"
+        f"The arm on {port} gave no valid answer to '{command}' in {tries} tries, the last one being"
         f" {answer[-60:]!r}. Check [arm] kind and baud in cell.toml, and the cable's shield."
     )
 

@@ -164,8 +164,8 @@ class Mover:
         return np.asarray(np.abs(q - start - share * way) - apart)
 
     def _not_arrived(self, place: str, q: Array, goal: Array, reason: str) -> ArmError:
-        joint, stands, wanted = at_worst(self._robot, np.abs(q - goal) / self.near, q, goal)
+        joint, at, wanted = at_worst(self._robot, np.abs(q - goal) / self.near, q, goal)
         return ArmError(
-            f"On the way to {place}, {joint} {reason} at {stands}, not {wanted}."
+            f"On the way to {place}, {joint} {reason} at {at}, not {wanted}."
             " Look for what blocks it, and check that its motors are on."
         )

@@ -62,7 +62,7 @@ class RecordingWriter:
         self.folder = folder
         self.waypoints = tuple(waypoints)
         self.shots = shots
-        self.time_s = 0.0  # from which the next entry counts
+        self.time_s = 0.0  # origin of the next entry's time
         self.begun = False  # whether anything is on the disk
         self._cell = cell
         self._robot = cell.robot

@@ -152,7 +152,7 @@ class LineArm(Arm):
 
     @classmethod
     def open(cls, cell: Cell, clock: Clock) -> Self:
-        """Open the port and begin its protocol; where that fails, the port is closed again.
+        """Open the port and start its protocol; after a failure the port is closed.
 
         Raises:
             ArmError: It cannot be opened, or does not lead to this robot's controller.

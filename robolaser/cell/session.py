@@ -105,9 +105,9 @@ class Session:
     def _check_unmoved(self, at: Array) -> None:
         left = self._writer.last_position
         if left is not None and (np.abs(at - left) > SAGGED).any():
-            joint, stands, stood = at_worst(self._robot, np.abs(at - left), at, left)
+            joint, now, before = at_worst(self._robot, np.abs(at - left), at, left)
             raise PlanError(
-                f"{joint} is at {stands}, but was at {stood} when this recording was"
+                f"{joint} is at {now}, but was at {before} when this recording was"
                 " interrupted. If the controller was switched off in between, its counts now mean other angles: home"
                 " the arm (home = true in cell.toml, [arm]). If it was not, and you see the arm at"
                 f" {configuration_text(self._robot, at)}, continue with --confirm-position."
@@ -152,13 +152,13 @@ class Session:
     def _stopped(self, cause: BaseException) -> str:
         """Stop the arm, then the laser, and describe where the arm is."""
         last = "" if self._at is None else f" It last rested at {configuration_text(self._robot, self._at)}."
-        stands: Array | None = None
+        rest: Array | None = None
         try:
             restarted = isinstance(cause, ArmRestarted)
             halted = self._mover.halt(restarted=restarted)
             if self._sure and not restarted:
-                stands = self._at = halted
-                outcome = f"The arm was stopped. It is at {configuration_text(self._robot, stands)}."
+                rest = self._at = halted
+                outcome = f"The arm was stopped. It is at {configuration_text(self._robot, rest)}."
             else:
                 outcome = f"The arm was stopped. It was not homed since it came on, so its position is not known.{last}"
         except (RobolaserError, KeyboardInterrupt) as error:
@@ -169,9 +169,9 @@ class Session:
             )
         with suppress(RobolaserError, KeyboardInterrupt):
             self._light(on=False)
-        if stands is not None and self._under_way:
+        if rest is not None and self._under_way:
             with suppress(RobolaserError, OSError, KeyboardInterrupt):  # where to resume; the cause is raised anyway
-                self._writer.add([Sample(self._writer.unused("stopped"), self._now(), stands)])
+                self._writer.add([Sample(self._writer.unused("stopped"), self._now(), rest)])
         return outcome
 
     def _why(self, error: BaseException, standing: str) -> BaseException:

@@ -18,7 +18,7 @@ FORMAT = "robolaser-cell/1"
 Address = Annotated[int, Meta(ge=0, le=253)]  # of a servo; 254 is the broadcast address
 Axes = Literal["er7", "er5plus"]
 UNATTENDED_S, MOST_UNATTENDED_S = 0.9, 1.0
-MOST_SETPOINT_HZ = 200.0  # as a line carries
+MOST_SETPOINT_HZ = 200.0  # capacity of a line
 
 
 @final

@@ -21,7 +21,7 @@ FILE = "poses.csv"
 FLANGE_COLUMNS = (*XYZ, *QUATERNION)
 OUT_OF_RANGE_RAD = 1.0  # real arms exceed their URDF's limits a little, but not by a radian
 FARTHEST_M = 200.0  # range of a laser tracker; larger numbers are millimetres
-IMAGES = "image"  # columns whose names begin so hold paths of images
+IMAGES = "image"  # prefix of columns with paths of images
 MOST_NAMED = 5
 
 

@@ -86,7 +86,7 @@ class Points:
         xyz: Target point (stripe) or measured point (tracker), (m, 3) [m]; None for sockets.
         columns: Further arrays of the sensor's format, (m, k) each.
         sensor: Number of the sensor that saw each row, (m,), where there are several; its missing arrays are zero
-            there, and names begin with the sensor's.
+            there, and names start with the sensor's.
 
     A required array is `points["pixel"]`, `points["xyz"]` or `points[name]`.
     """

@@ -65,11 +65,11 @@ def with_poses_of(dataset: Dataset, further: Dataset) -> Dataset:
     check_same_arm(dataset, further, f"appended to {dataset.name}")
     sessions = [one.poses.session for one in (dataset, further)]
     if None in sessions and any(sessions):
-        raise DataError(f"Only one of {dataset.name} and {further.name} says which session each pose is of.")
+        raise DataError(f"Only one of {dataset.name} and {further.name} states the session of each pose.")
     names = (*dataset.poses.names, *further.poses.names)
     if len(set(names)) < len(names):
         twice = sorted(set(dataset.poses.names) & set(further.poses.names))
-        raise DataError(f"Pose {twice[0]} is in both data sets: give the further poses names of their own.")
+        raise DataError(f"Pose {twice[0]} is in both data sets: rename the further ones.")
     session = tuple(chain.from_iterable(one or () for one in sessions)) or None
     poses = replace(_poses({"": dataset, "further": further}), names=names, session=session)
     known = dataset.sessions

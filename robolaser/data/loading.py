@@ -59,8 +59,8 @@ def _check_distances(sensors: Sequence[SensorData], seen: Sequence[Points]) -> N
     for (number, (one, other, distance)), names in named.items():
         if not names:
             why = (
-                f"the points of a {sensors[0].data.format.title} have no names of their own, so that no distance"
-                " between two of them can be known. Delete it."
+                f"the points of a {sensors[0].data.format.title} have no names, so that no distance between"
+                " two of them can be known. Delete it."
             )
             raise refused(FILE, "[target] distances_m", why)
         if one == other or not any({one, other} <= own for own in names):
@@ -108,7 +108,7 @@ def _silent(dataset: Dataset) -> list[str]:
 
 
 def _copies(dataset: Dataset) -> list[str]:
-    """A warning of poses that repeat another, readings and points alike, under names of their own."""
+    """A warning of poses that repeat the readings and points of another under a new name."""
     poses, points = dataset.poses, dataset.points
     readings = dataset.flange() if poses.q is None else poses.q
     _, number, counts = np.unique(readings.reshape(len(poses), -1), axis=0, return_inverse=True, return_counts=True)

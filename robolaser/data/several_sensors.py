@@ -15,7 +15,7 @@ from robolaser.errors import DataError
 FILE = "dataset.toml"
 TABLES = ("scanner", "image", "board", "target", "noise")
 """Tables of dataset.toml that a sensor may have itself, as `[sensors.noise]`; else those of all apply."""
-CORNERS = "corners.csv"  # where `extract` writes the corners that a stripe scanner's images show
+CORNERS = "corners.csv"  # file of `extract` with the corners in a stripe scanner's images
 USUAL_M_PER_PX = 1e-4  # size of a pixel where no pose has points that show it
 
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]+$")]
@@ -24,7 +24,7 @@ Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]+$")]
 @final
 @dataclass(frozen=True)
 class SensorEntry:
-    """Keys of one of `[[sensors]]` besides those of its kind."""
+    """Keys of one of `[[sensors]]` other than those of its kind."""
 
     name: Name
     points: Annotated[str, Meta(min_length=1)]

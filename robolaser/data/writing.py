@@ -137,11 +137,11 @@ def _settings(dataset: Dataset) -> Iterator[tuple[str, Mapping[str, object]]]:
 
 
 def toml_text(tables: Iterable[tuple[str, Mapping[str, object]]]) -> str:
-    """A TOML file of tables by their headers, the first perhaps ""; without those, and keys, that say nothing."""
+    """A TOML file of tables by their headers, the first may be ""; without empty tables and keys."""
     written = []
     for header, values in tables:
-        told = {key: value for key, value in values.items() if value is not None and value not in ("", (), {})}
-        lines = [f"{_key(key)} = {_value(value)}" for key, value in told.items()]
+        stated = {key: value for key, value in values.items() if value is not None and value not in ("", (), {})}
+        lines = [f"{_key(key)} = {_value(value)}" for key, value in stated.items()]
         if lines:
             written.append("\n".join([header, *lines] if header else lines))
     return "\n\n".join(written) + "\n"
@@ -159,7 +159,7 @@ def _sensor(dataset: Dataset) -> Mapping[str, object]:
 
 
 def _tables(dataset: Dataset) -> dict[str, Mapping[str, object]]:
-    """What is said of a sensor beside its kind."""
+    """Keys of a sensor other than its kind."""
     scanner: dict[str, object] = {"bracket_quat": dataset.bracket_quat, "angles": dataset.angles}
     return {
         "scanner": scanner if _has_scanner(dataset) else {},
@@ -175,7 +175,7 @@ def _has_scanner(dataset: Dataset) -> bool:
 
 
 def robot_table(robot: Robot) -> dict[str, object]:
-    """What dataset.toml says of an arm whose URDF is beside it."""
+    """The table `[robot]` of an arm whose URDF is in the same folder."""
     gravity = None if robot.gravity == DOWN else robot.gravity
     return {"urdf": "robot.urdf", "flange": robot.flange, "joints": robot.joints, "gravity": gravity}
 
@@ -185,7 +185,7 @@ def _key(name: str) -> str:
 
 
 def _text(text: str) -> str:
-    """A TOML string: JSON's escapes are TOML's, save that TOML wants DEL escaped too."""
+    """A TOML string: JSON's escapes are valid in TOML, which also requires an escaped DEL."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 

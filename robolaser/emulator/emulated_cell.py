@@ -135,7 +135,7 @@ class ServedLine:
         self._near: int | None = near
         tty.setraw(self._far)
         os.set_blocking(near, False)
-        self.address = os.ttyname(self._far)  # what pyserial opens
+        self.address = os.ttyname(self._far)  # for pyserial
 
     def waits_on(self) -> list[int]:
         """Descriptors that become readable with new data."""

@@ -27,7 +27,7 @@ class MotionFit:
     parts: tuple[KindDiagnosis, ...]
     findings: tuple[SelectedEffect, ...]
     gap_mm: dict[str, Any]  # the tracking error at the flange, as JSON files give it
-    levers_mm: Array  # how far the flange moves with each joint, (j,) [mm/rad]
+    levers_mm: Array  # motion of the flange with each joint, (j,) [mm/rad]
     seconds: float
 
     @classmethod
@@ -76,7 +76,7 @@ def calibrate_motion(
         own = {one.site for one in library if one.name == name}
         sites = [*(log.joints if "joint" in own else ()), *sorted(own - {"joint"})]
         if where and where not in sites:
-            raise UsageError(f"{name} has no place '{where}'.{near(where, sites)}")
+            raise UsageError(f"{name} has no location '{where}'.{near(where, sites)}")
 
     def is_requested(at: At) -> bool:
         """Whether its name was given: of several forms the simplest one, or another one by its site."""

@@ -59,7 +59,7 @@ class MotionCheck:
     not_tested: Mapping[str, str]  # reasons by effect
 
     def to_dict(self) -> dict[str, Any]:
-        """As the command prints it with --json."""
+        """The output of `--json`."""
         found = [{"effect": name, "where": list(where)} for name, where in self.tested.items()]
         absent = [{"effect": name, "where": [], "reason": reason} for name, reason in self.not_tested.items()]
         return {

@@ -17,7 +17,7 @@ FEWEST_ROWS = 30
 """On either side of a limit. A judgement."""
 ROUNDS = 6  # of the limit by the rows at it, and of these by the limit
 NEAR = 6.0
-"""Times the noise below the largest value, where rows at a limit are looked for first: wider than noise reaches."""
+"""Width of the first range of rows at a limit below the largest value, in multiples of the noise: beyond its reach."""
 
 
 @final
@@ -50,7 +50,7 @@ def cut_rows(of: Quantities, limits: Sequence[CutOff]) -> Bools:
 
 
 def _cuts_of(of: Quantities, joint: int) -> list[CutOff]:
-    """Where torques of a joint are cut off, at either end.
+    """Limits of a joint's torques, at either end.
 
     The model is the rigid arm with scale and friction, below a limit and at it (a censored regression, Tobin 1958,
     Econometrica 26). At a limit the readings vary by noise only while the motion's torques vary, and the likelihood

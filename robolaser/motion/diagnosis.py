@@ -24,7 +24,7 @@ from robolaser.motion.selection import search
 @final
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A location of the gap, or of what is left of it."""
+    """A location of the gap, or of its remaining part."""
 
     site: str
     coordinate: str
@@ -109,7 +109,7 @@ def _places(parts: Sequence[KindDiagnosis], joints: Sequence[str], verdict: str)
 
 
 def _chance(errors: Array, run: Ints, noise: float) -> float:
-    """Of as many runs with more than the noise, where each has more or less of it by chance (a sign test)."""
+    """P of as many runs with more than the noise, where each has more or less by chance (a sign test)."""
     sizes = root_mean_squares_of_runs(errors, run)
     sizes = sizes[np.isfinite(sizes)]
     return float(bdtrc((sizes > noise).sum() - 1.0, len(sizes), 0.5))

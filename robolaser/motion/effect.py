@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 TIMING, TOOL, JOINTS = "timing", "tool", "joints"
 
 MOVES_RAD = 1e-3
-"""Spread of a joint's commands, from which on it is commanded to move. A judgement."""
+"""Least spread of the commands of a moving joint. A judgement."""
 RowKind = Literal["tracking", "torque", "load"]
 """Kinds of rows: readings against commands, torques against inverse dynamics, one encoder against the other."""
 
@@ -100,7 +100,7 @@ class MotionEffect:
     # The least that its numbers can be, (numbers,), where that depends on the arm: no link has a negative mass.
     least: Callable[["Quantities", int], Array] | None = None
     needs: Callable[["Quantities", int], str] | None = None  # why it cannot be tested at a joint; "" where it can
-    # The same of rows that follow commands; and where its numbers begin, in usual sizes, by a size and what is left.
+    # The same for rows that follow commands; and the start of its numbers, in usual sizes, by a size and the residual.
     untested: Callable[[Trace], str] = if_sent
     begins: Callable[[tuple[Number, ...], Trace, float, float], list[float]] = at_size
 
@@ -120,5 +120,5 @@ class At:
 
     @property
     def pair(self) -> list[str]:
-        """As JSON files name it."""
+        """Its name in JSON files."""
         return [self.effect.name, self.where]

@@ -109,7 +109,7 @@ def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions)
     for run in runs:
         if not (run.angle_unit or angles.unit):
             raise UsageError(
-                f"{run.source} does not say the unit of its angles: state --units rad or --units deg; per cent of"
+                f"{run.source} does not state the unit of its angles: state --units rad or --units deg; per cent of"
                 f" joints' ranges with --units percent --set {CALIBRATION}=FILE."
             )
         parts.append(_part(run, robot, options.columns, angles, stated.get(TIME, run.time_unit), read_from))

@@ -43,7 +43,7 @@ class LinearRows:
         self.of, self.values, self.candidates = of, values, tuple(candidates)
         self._there = np.isfinite(values) & (True if used is None else used)
         self.rows = self._there.sum(axis=0).astype(np.float64)
-        """Of each joint, (j,)."""
+        """Number of rows of each joint, (j,)."""
         self._blocks: dict[tuple[str, int], slice] = {}
         joints = range(values.shape[1])
         columns: list[Array] = []
@@ -186,7 +186,7 @@ class LinearRows:
         return within and (one.effect.least is None or bool((most >= one.effect.least(self.of, one.joint)).all()))
 
     def columns(self, at: At, shape: int) -> Array:
-        """Of an effect in one of its shapes, (n, j, k)."""
+        """Columns of an effect in one of its shapes, (n, j, k)."""
         return self._columns[:, :, self._blocks[str(at), shape]]
 
     def predicted(self, fitted: Fitted) -> Array:

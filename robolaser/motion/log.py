@@ -40,7 +40,7 @@ class MotionLog:
     torque_unit: str = "Nm"
     torque_signed: bool = True
     offset_per_series: bool = False  # encoders' zeros differ from run to run
-    encoder_step_rad: float | None = None  # what a reading is rounded to
+    encoder_step_rad: float | None = None  # resolution of a reading
     payload_kg: Mapping[str, float] = field(default_factory=dict)  # by run
     notes: Mapping[str, Any] = field(default_factory=dict)  # further keys of [motion]
     source: str = ""

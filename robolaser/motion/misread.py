@@ -60,7 +60,7 @@ class MisreadTorques:
         return replace(log, tau=self.factor * log.tau, robot=log.robot.under(self.gravity), **turned)
 
     def restated(self, part: KindDiagnosis) -> KindDiagnosis:
-        """A diagnosis with the errors of the log as recorded, and the misreadings among its findings."""
+        """A diagnosis with the errors of the log as recorded, and the misreadings as its findings."""
         size = root_mean_squares(self.before)
         gained = np.nan_to_num(np.maximum(size**2 - part.gap.after**2, 0.0))
         without = Fitted((), (), (), np.inf, gained)

@@ -62,7 +62,7 @@ class Patterns:
         return bool(len(found) * max(hidden) < BY_CHANCE < len(found) * min(found))
 
     def _rate(self, values: Array) -> Array:
-        """How fast values (n, j) change along time [1/s]."""
+        """Derivatives of values (n, j) by time [1/s]."""
         return np.asarray(np.gradient(values, axis=0) / np.maximum(np.gradient(self.time_s), 1e-6)[:, None])
 
     @cached_property

@@ -66,7 +66,7 @@ class MotionPlan:
     untestable: Mapping[str, str]
 
     def to_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """The output of `--json`."""
         return {
             "dataset": self.log.name,
             "kind": "motion",

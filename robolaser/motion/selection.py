@@ -17,7 +17,7 @@ INDISTINGUISHABLE = 6.0  # the same: a rival that is up to twenty to one worse
 ALIKE = 1e-3  # share by which squares of the same effect at a neighbour may be larger if both are one motion
 Sets = Sequence[tuple[At, ...]]
 Estimate = tuple[float, float, str]
-"""Of a number: value, standard deviation, unit."""
+"""An estimated number: value, standard deviation, unit."""
 Fitting = Callable[[Sequence[tuple[int, tuple[At, ...]]]], Sequence[Fitted]]
 """A model of the rows of each search, with each set of effects."""
 EffectSearch = Generator[Sets, Sequence[Fitted], "Selection"]
@@ -91,7 +91,7 @@ def search(
         least_share: Share of an ideal arm's squares at one joint that an effect must explain: less may be the form of
             another one, unless it is half of the remaining squares.
         usual: Squares that models of arms usually leave, (j,): half of less is no effect.
-        start: Effects that the search begins with.
+        start: Effects at the start of the search.
     """
 
     def is_worth(more: Fitted, less: Fitted) -> bool:
@@ -198,8 +198,8 @@ def _rivals(one: At, model: Fitted, candidates: Sequence[At]) -> list[At]:
 
 def _near(one: At) -> range:
     """The joint of an effect, and its neighbours where the effect may be at a neighbouring link."""
-    beside = int(one.effect.name in one.effect.rivals)
-    return range(one.joint - beside, one.joint + beside + 1)
+    reach = int(one.effect.name in one.effect.rivals)
+    return range(one.joint - reach, one.joint + reach + 1)
 
 
 def side_by_side(fit: Fitting, searches: Sequence[EffectSearch]) -> list[Selection]:

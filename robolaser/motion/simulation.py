@@ -103,7 +103,7 @@ def _requested(robot: Robot, sizes: Mapping[str, float]) -> dict[RowKind, list[t
         fitting = [one for one in kinds if not where or where in there[one]]
         if not fitting:
             every = dict.fromkeys(place for places in there.values() for place in places)
-            raise UsageError(f"{name} has no place '{where}'.{near(where, list(every))}")
+            raise UsageError(f"{name} has no location '{where}'.{near(where, list(every))}")
         effect = next((one for one in fitting if number in {each.name for each in one.numbers}), fitting[0])
         for one in [where] if where else there[effect]:
             joint = robot.joints.index(one) if one in robot.joints else 0

@@ -282,7 +282,7 @@ def arm_scatter(scanner: ScannerModel, calibrated: Calibrated) -> Array:
         return np.full(len(poses), np.sqrt(3.0) * calibrated.noise.get("flange", 0.0))
     sigma = calibrated.noise.get("joint", 0.0)
     axis = replace(scanner, effects=tuple(one for one in scanner.effects if one.stage is not Stage.PIXELS))
-    seen = np.nan_to_num(axis.in_camera(axis.at_poses))  # where none is seen: the camera's position
+    seen = np.nan_to_num(axis.in_camera(axis.at_poses))  # without an intersection: the camera's position
     points = apply(scanner.camera, seen)
     moves = robot.jacobian(poses.q, points[None])[:, :3, list(robot.chain)]  # by each joint, (n, 3, j)
     return np.asarray(sigma * np.linalg.norm(np.linalg.norm(moves, axis=1), axis=1))

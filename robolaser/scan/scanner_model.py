@@ -139,7 +139,7 @@ def _carried(calibrated: Calibrated, run: Run) -> Iterable[tuple[Effect, CarryOv
 
 
 def _instead(scanner: ScannerModel, effect: Effect | None, alternative: Effect | None) -> ScannerModel:
-    """The same with an alternative instead of an effect; None stands for no effect."""
+    """The same with an alternative instead of an effect; None is no effect."""
     if effect is None:
         return scanner if alternative is None else replace(scanner, effects=(*scanner.effects, alternative))
     changed = (alternative if one is effect else one for one in scanner.effects)

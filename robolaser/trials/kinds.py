@@ -81,7 +81,7 @@ KINDS: dict[str, Kind] = {
     "tracker": Kind(tracked=True, share=0.05),
     "physics": Kind((0, 1), PHYSICAL),
 }
-"""By name. A fault's own name is a kind too: worlds with this fault alone. MuJoCo is an extra, so its kinds have
+"""Kinds by name. A fault's name is a kind, too: worlds with this fault alone. MuJoCo is an extra, so its kinds have
 no share."""
 USUAL = {name: kind.share for name, kind in KINDS.items() if kind.share}  # share of each kind where none is requested
 IN_IMAGES = ("outliers", "shared_noise")  # kinds without a counterpart for trackers

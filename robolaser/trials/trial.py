@@ -1,6 +1,6 @@
-"""A trial on disk: data sets made, diagnosed where no diagnosis is there yet, and scored.
+"""A trial on disk: data sets are made, diagnosed if they are not yet, and scored.
 
-The truth is in a folder of its own, under the SHA-256 that the trial states from the start.
+The truth is in a separate folder, under the SHA-256 that the trial states from the start.
 """
 
 import hashlib
@@ -45,7 +45,7 @@ class TrialPlan:
     count: int
     seed: int  # same seed, same trial
     kinds: Sequence[str] = ()  # in equal shares; none: those of `USUAL`, in theirs
-    ranges: Ranges = field(default_factory=Ranges)  # what else is left to chance
+    ranges: Ranges = field(default_factory=Ranges)  # of other random quantities
 
 
 def new(
@@ -65,7 +65,7 @@ def new(
         UsageError: Not one of `KINDS`, nor a fault.
         TrialError: A data set with another sensor, without joint angles, or without a placed target.
         DependencyMissing: MuJoCo moves some of the worlds, and is not installed.
-        OutputError: The disk or the rights say no.
+        OutputError: Writing fails.
     """
     kinds = dict.fromkeys(kinds_of(plan.kinds), 1.0)
     if not kinds:
@@ -100,7 +100,7 @@ def deal(kinds: Mapping[str, float], count: int, rng: np.random.Generator) -> li
 
 
 def diagnosis_files(folder: Path, names: Iterable[str], output: Path) -> dict[str, Path]:
-    """Where the diagnosis of each data set of a trial is, or in `output` is to be."""
+    """Paths of the diagnoses of a trial's data sets: existing ones, or in `output`."""
     return {name: (folder if (folder / name / DIAGNOSIS).exists() else output) / name / DIAGNOSIS for name in names}
 
 
@@ -125,7 +125,7 @@ def diagnose_missing(
 
 
 def score(truths: Mapping[str, Mapping[str, Any]], files: Mapping[str, Path]) -> dict[str, Any]:
-    """Score the diagnoses of a trial, as score.json holds it; truths and files are by data set.
+    """The contents of score.json for the diagnoses of a trial; truths and files are by data set.
 
     Raises:
         TrialError: A file is no diagnosis.
@@ -150,7 +150,7 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
     except DataError as error:
         raise _no_diagnosis(path, str(error).rstrip(".")) from None
     if not isinstance(contents, dict) or contents.get("format") != FORMAT:
-        raise _no_diagnosis(path, "it does not say that it is one")
+        raise _no_diagnosis(path, "its format is not that of a diagnosis")
     if missing := [key for key in ("verdict", "gap_mm", "where", "effects") if key not in contents]:
         raise _no_diagnosis(path, f"it lacks {', '.join(missing)}")
     return contents
@@ -185,11 +185,11 @@ def keep_truth(
     Args:
         folder: Of the truth.
         truths: By data set.
-        files: What the files of each data set hold, by its name and theirs.
-        rng: Where the salt comes from, without which a guess could be checked against the hash.
+        files: Contents of each data set's files, by its name and theirs.
+        rng: Of the salt, without which a guess could be checked against the hash.
 
     Raises:
-        OutputError: The disk or the rights say no.
+        OutputError: Writing fails.
     """
     hashes = {
         name: _hash_of({file: text.encode() for file, text in texts.items() if text is not None})
@@ -204,10 +204,10 @@ def keep_truth(
 
 
 def unseal(folder: Path, truth: Path) -> dict[str, dict[str, Any]]:
-    """The truth about each data set of a trial, of its folder and that of its truth.
+    """The truth about each data set of a trial, from the folders of both.
 
     Raises:
-        TrialError: There is no trial, its truth is not there, or truth or data were changed.
+        TrialError: There is no trial, its truth is missing, or truth or data were changed.
     """
     if not (folder / SEAL).is_file():
         raise TrialError(
@@ -220,7 +220,7 @@ def unseal(folder: Path, truth: Path) -> dict[str, dict[str, Any]]:
     try:
         text = read_bytes(path)
     except DataError as error:
-        raise TrialError(f"{error} Whoever made the trial has its truth: --truth DIR.") from None
+        raise TrialError(f"{error} The maker of the trial has its truth: --truth DIR.") from None
     if hashlib.sha256(text).hexdigest() != number[1]:
         raise _changed(path, f"does not match the hash in {folder / SEAL}")
     worlds = json.loads(text)["worlds"]
@@ -232,7 +232,7 @@ def unseal(folder: Path, truth: Path) -> dict[str, dict[str, Any]]:
 
 
 def _hash_of(files: Mapping[str, bytes]) -> str:
-    """SHA-256 of a data set's files, names included."""
+    """SHA-256 of a data set's files with their names."""
     total = hashlib.sha256()
     for name in filter(files.__contains__, FOLDER):
         total.update(f"{name} {hashlib.sha256(files[name]).hexdigest()}\n".encode())

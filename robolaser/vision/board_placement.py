@@ -22,7 +22,7 @@ APART = 0.8  # least distance of two centres on a trial line, in lengths of a pa
 JURY = 200  # centres that a trial line is tested on, if there are as many
 
 
-STEP_LEAST_PX = 0.3  # largest step of the stripe beside the squares on the board: about 0.2 mm of height
+STEP_LEAST_PX = 0.3  # largest step of a stripe on the board, beside the squares: about 0.2 mm of height
 STEP_SIGMAS = 5.0  # the same in standard deviations of the difference of two medians
 FEWEST_LINES = 20  # least lines of pixels with the stripe on the board for a straight line
 

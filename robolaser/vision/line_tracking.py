@@ -54,11 +54,11 @@ def track_stripe(centres: LineCentres) -> tuple[Bools, float]:
     relative = jump / (OF_JUMP * centres.std[at])
     excess = max(1.0, mad_scale(relative[np.isfinite(relative)])) if np.isfinite(relative).any() else 1.0
     stray = np.abs(jump) > np.maximum(STRAY_SIGMAS * excess * OF_JUMP * centres.std[at], STRAY_LEAST_PX)
-    chosen[at[~stray & ~_beside_a_step(piece[calm])]] = True
+    chosen[at[~stray & ~_next_to_step(piece[calm])]] = True
     return chosen, excess
 
 
-def _beside_a_step(piece: Ints) -> Bools:
+def _next_to_step(piece: Ints) -> Bools:
     """Whether a centre, by line, is next to one of another piece: there, a pixel sees both surfaces."""
     is_next = np.zeros(len(piece), dtype=np.bool_)
     change = piece[1:] != piece[:-1]

@@ -109,7 +109,7 @@ class ColumnReader:
         for i in np.flatnonzero(~np.isfinite(values))[:1]:
             sign = self.options.decimal
             other = "," if sign == "." else "."
-            hint = f" with the decimal sign {sign!r} (--decimal says another)" if other in cells[i] else ""
+            hint = f" with the decimal sign {sign!r} (--decimal states another)" if other in cells[i] else ""
             raise bad_cell(self.file.file, self.file.lines[i], source, cells[i], f"a finite number{hint}")
         return values
 
@@ -161,7 +161,7 @@ def choose(
             chosen[POSES] |= joint_columns(poses, joints)
     _check_poses(poses, chosen[POSES], options)
     if points is not None:
-        places = {f"{axis}_m": axis for axis in "xyz"}  # of points: the arm's joints say where its flange is
+        places = {f"{axis}_m": axis for axis in "xyz"}  # of points: the flange's pose follows from the joints
         left = known[POINTS].keys() - chosen[POINTS].keys()
         if options.robot is not None and places.keys() <= left and all(axis in points for axis in "xyz"):
             chosen[POINTS] |= places

@@ -49,7 +49,7 @@ def mount_of(options: ImportOptions, file: str, known: Mount | None = None) -> M
     if stated is not None and stated not in MOUNTS:
         raise UsageError(f"--set mount={stated}: expected flange (eye in hand) or base (eye to hand).")
     if stated is not None and known is not None and stated != known:
-        raise UsageError(f"--set mount={stated}: {file} says that the camera is mounted on the {known}.")
+        raise UsageError(f"--set mount={stated}: {file} states that the camera is mounted on the {known}.")
     if known is None and stated is None:
         raise UsageError(
             f"{file}: is the camera on the flange or fixed in the cell? State it with --set mount=flange (eye in"

@@ -181,7 +181,7 @@ def beside(tables: Sequence[CsvTable]) -> CsvTable:
             raise DataError(
                 f"{table.file} has {len(table)} rows, but {first.file} has {len(first)}. Tables that are read side by"
                 " side have a row for each pose. Otherwise give one table of poses and one of points, whose column pose"
-                " says in which pose each was measured (--column pose=NAME).",
+                " names the pose of each (--column pose=NAME).",
                 file=table.file,
             )
     names = [name for table in tables for name in table.columns]

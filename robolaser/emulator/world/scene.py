@@ -91,7 +91,7 @@ class RenderedScene:
     solids: tuple[Solid, ...]  # in the base frame; where two coincide, the later one is on top
     eye: CameraModel
     light: Light | None  # the laser's sheet, in the camera frame; None: there is no laser
-    projector: Projector = Projector()  # how bright it is
+    projector: Projector = Projector()  # its brightness
 
     def cast(self, origin: Array, direction: Array) -> tuple[Array, Ints]:
         """Find the first solids on rays.

@@ -41,7 +41,7 @@ NEVER_NEGATIVE = np.array([True, False, False, False, True, False, True, False, 
 """Indices in the numbers of a link: mass, xx, yy and zz."""
 SMALLEST = 1e-3
 OF_REACH = 1.0 / 3.0  # the length of a link
-MOST_STARTS = 40  # runs at whose beginning a payload may have been taken up
+MOST_STARTS = 40  # runs at whose start a payload may have been picked up
 
 
 def _weighs(quantities: Quantities, joint: int) -> str:

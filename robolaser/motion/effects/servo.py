@@ -37,7 +37,7 @@ def _beyond(trace: Trace) -> tuple[bool, bool]:
 
 
 def _range_begins(numbers: tuple[Number, ...], trace: Trace, size: float, spread: float) -> list[float]:
-    """At the ends of the readings that commands exceed."""
+    """Start at the ends of the readings that commands exceed."""
     ends = zip(numbers, (np.nanmin(trace.q), np.nanmax(trace.q)), _beyond(trace), strict=True)
     return [float(end) / number.usual if there else IDEAL[number.servo] for number, end, there in ends]
 
@@ -55,13 +55,13 @@ def _yield_untested(trace: Trace) -> str:
 
 
 def _speed_begins(numbers: tuple[Number, ...], trace: Trace, size: float, spread: float) -> list[float]:
-    """At the fastest commands, or a part of them."""
+    """Start at the speed of the fastest commands, or a part of it."""
     speed = np.abs(np.diff(trace.command, axis=0)) / trace.step_s[:-1]
     return [float(np.nanpercentile(speed, 99.0)) / (size * numbers[0].usual)]
 
 
 def _width_begins(numbers: tuple[Number, ...], trace: Trace, size: float, spread: float) -> list[float]:
-    """At a part of the remaining spread."""
+    """Start at a part of the remaining spread."""
     return [0.4 * size * spread / numbers[0].usual]
 
 

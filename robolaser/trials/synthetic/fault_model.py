@@ -107,7 +107,7 @@ class FaultModel(ABC):
     location: ClassVar[str | None] = None  # its only location; None: one of `places`
     places: ClassVar[Places] = lambda run: run.joints  # its possible locations in a run; by default every joint
     parameter: ClassVar[str] = ""  # the effect library's parameter with the value `size`
-    classes: ClassVar[tuple[str, ...]] = ()  # right for an effect that the library lacks, beside `unknown`
+    classes: ClassVar[tuple[str, ...]] = ()  # right classes, with `unknown`, of an effect outside the library
     # equivalent effects, and locations (None: its own)
     also: ClassVar[tuple[tuple[str, str | None], ...]] = ()
 

@@ -111,7 +111,7 @@ def _expanded(path: Path, arguments: Mapping[str, str]) -> str:
 
 @contextlib.contextmanager
 def _packages_near(path: Path, substitution_args: Any) -> Iterator[None]:
-    """Let xacro find packages beside the file; it has no argument for that."""
+    """Let xacro find packages near the file; it has no argument for this."""
     installed = substitution_args._eval_find
 
     def find(package: str) -> str:
@@ -123,7 +123,7 @@ def _packages_near(path: Path, substitution_args: Any) -> Iterator[None]:
             return str(installed(package))
         except Exception:  # of any type where ROS is absent
             raise RobotError(
-                f"the package {package} is not there. Put its folder beside the one of {path.name}, or source the ROS"
+                f"the package {package} is missing. Put its folder next to that of {path.name}, or source the ROS"
                 " workspace that has it."
             ) from None
 

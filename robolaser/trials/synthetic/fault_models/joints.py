@@ -60,7 +60,7 @@ class OffCentreEncoder(FaultModel, effect="encoder_eccentricity", sizes=(3e-4, 4
         return {"sine": self.size * np.cos(self.towards), "cosine": -self.size * np.sin(self.towards)}
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """The angle at the axis when the head beside it reads q."""
+        """The angle at the axis for a reading q of the off-axis head."""
         column = run.column(self.where)
         angle = q[:, column] - self.towards
         return turned(q, column, np.arctan2(self.size * np.sin(angle), 1.0 - self.size * np.cos(angle)))
@@ -81,7 +81,7 @@ class TransmissionRipple(FaultModel, effect="transmission_error", sizes=(2e-4, 2
     phases: Annotated[tuple[float, ...], uniform(-np.pi, np.pi, 2)]
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of both harmonics."""
+        """Amplitudes of both harmonics."""
         once, twice = (np.array([np.cos(phase), np.sin(phase)]) * self.size for phase in self.phases)
         names = ("sine", "cosine", "sine_2", "cosine_2", "cycles")
         return dict(zip(names, (*once.tolist(), *(self.second * twice).tolist(), self.ratio), strict=True))
@@ -180,7 +180,7 @@ class LedAlong(Coupling, effect="joint_coupling", sizes=(4e-4, 4e-3), signed=Tru
     homed: Annotated[float, uniform(-1.0, 1.0)]  # position in its range at which both were homed
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of a belt without ripple."""
+        """Those of a belt without ripple."""
         middle, half = self._range(run)
         ratio, homed = self.size / half, middle + self.homed * half
         return {"ratio": ratio, "offset": -ratio * homed, "other": 1.0 + run.joints.index(self.other)}
@@ -253,7 +253,7 @@ def _beside(where: str, run: SyntheticRun, rng: np.random.Generator) -> Array:
 
 @final
 class PoseScatter(FaultModel, sizes=(2e-5, 1e-4), location="arm"):
-    """Joints stop beside their goals, the flange by `size` [m] (RMS): noise, which the truth does not name."""
+    """Joints stop off their goals, the flange by `size` [m] (RMS): noise, which the truth does not name."""
 
     off: Annotated[Array, _beside]
 
@@ -263,5 +263,5 @@ class PoseScatter(FaultModel, sizes=(2e-5, 1e-4), location="arm"):
         return self.size / float(np.sqrt(np.square(levers).sum(axis=(1, 2)).mean()))
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """Where they stopped."""
+        """The angles at which they stopped."""
         return q + self.sigma(run) * self.off

@@ -94,12 +94,12 @@ class PrintScale(
 class FedTooFast(
     FaultModel, effect="target_stretch", sizes=(1e-3, 1.5e-2), signed=True, location="target", parameter="stretch"
 ):
-    """The printer fed its paper too fast: the drawing is longer along that direction alone, by the share `size`."""
+    """The printer fed its paper too fast: nominal coordinates are too long in that direction, by the share `size`."""
 
     heading: Angle
 
     def printed(self, along: Array, run: SyntheticRun) -> Array:
-        """Shorter that way, as the drawing has it."""
+        """Nominal coordinates, shorter in that direction."""
         fed = np.array([np.cos(self.heading), np.sin(self.heading)])
         return np.asarray(along - (self.size / (1.0 + self.size) * (along @ fed))[:, None] * fed)
 
