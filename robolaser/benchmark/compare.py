@@ -1,4 +1,4 @@
-"""Runs are handed to processes or a cluster, and written as they end."""
+"""The comparison: runs in processes or on a cluster, written as they end."""
 
 import math
 import tempfile
@@ -25,8 +25,8 @@ from robolaser.data.result_folder import results_in
 from robolaser.errors import Interrupted, OutputError
 
 FILES = ("comparison.json", "runs.csv", "report.html")
-AHEAD = 4  # runs handed out for each worker, so that none waits for its next
-GRACE_S = 10.0  # time after its limit when a run that hangs is killed
+AHEAD = 4  # runs queued for each worker, so that none is idle
+GRACE_S = 10.0  # time after its limit until a blocked run is killed
 REPORT_S = 0.5  # time between two reports of progress
 
 
@@ -48,7 +48,7 @@ def compare(
     progress: Progress | None = None,
     write: Callable[[BenchmarkResult, Path], None] = lambda result, folder: None,
 ) -> BenchmarkResult:
-    """Run algorithms side by side, and say which is better, by how much, and how certain that is.
+    """Run algorithms side by side, and report which is better, by how much, and with which certainty.
 
     Args:
         problems: Names, as in `robolaser compare`, or pymoo problems (class, instance or function); a mapping
@@ -60,14 +60,14 @@ def compare(
         budget: Evaluations of a run: a number, or "1000d" for a thousand times the number of variables.
         target: How far above the lowest known cost counts as reached: absolute, for calibrations a share of J, for
             several objectives IGD+. Default: 0.01.
-        time_limit_s: Wall time of a run [s]; what it found by then counts.
+        time_limit_s: Wall time of a run [s]; its best result by then counts.
         on_error: "fail": a candidate whose evaluation raises ends its run; "inf": it costs infinity.
         jobs: Runs at a time; one on each core by default.
         scheduler: Address of a Dask cluster that makes the runs instead, tcp://HOST:PORT.
         output: Folder for the result; runs are written to it as they end. None: nothing is written.
-        resume: Go on with the runs that are in `output`.
-        force: Replace the result that is in `output`.
-        progress: Called twice a second with how far it has come, in words, and the share that is done.
+        resume: Continue with the runs in `output`.
+        force: Replace the result in `output`.
+        progress: Called twice a second with the progress in words and the finished share.
         write: Writes the result's files to `output`.
 
     Raises:
@@ -107,14 +107,14 @@ def compare(
 def _runs(
     plan: BenchmarkPlan, engine: Engine, made: Mapping[RunKey, float], spills: Path, progress: Progress | None
 ) -> Iterator[BenchmarkRun]:
-    """Make all runs but those made already, which took so long, and yield each as soon as it is done."""
+    """Make the missing runs, and yield each as soon as it is done; `made` has the times of the others [s]."""
     lacking = [task for task in plan.tasks if task.key not in made]
     seconds = [made[task.key] for task in plan.tasks if task.key in made]
     waiting, pending = enumerate(lacking), dict[Future[BenchmarkRun], Task]()
     local, reported = engine.label == "this machine", -math.inf
     while True:
         for number, task in islice(waiting, AHEAD * engine.workers - len(pending)):
-            kept = local and not task.limits.noisy  # the luckiest sample says nothing
+            kept = local and not task.limits.noisy  # the lowest noisy sample has no meaning
             watched = replace(task, spill=str(spills / str(number))) if kept else task
             pending[engine.executor.submit(done, watched)] = watched
         if not pending:
@@ -127,7 +127,7 @@ def _runs(
                 run = task.lost(str(error))
             except CancelledError:
                 raise
-            except Exception as error:  # a worker of the cluster was lost again and again
+            except Exception as error:  # workers of the cluster were lost repeatedly
                 run = task.lost(f"{type(error).__name__}: {error}")
             if task.spill:
                 Path(task.spill).unlink(missing_ok=True)
@@ -139,7 +139,7 @@ def _runs(
 
 
 def _words(seconds: Sequence[float], wanted: int, workers: int) -> str:
-    """How many runs are done, and how long the others will take if they are like these."""
+    """Number of finished runs, and the estimated time of the others."""
     if not seconds:
         return f"0/{wanted} runs"
     left_s = fmean(seconds) * (wanted - len(seconds)) / workers
@@ -148,7 +148,7 @@ def _words(seconds: Sequence[float], wanted: int, workers: int) -> str:
 
 @contextmanager
 def _journal(folder: Path | None, inputs: Sequence[Path], *, resume: bool, force: bool) -> Iterator[Journal]:
-    """The journal of a folder, which is kept for this comparison meanwhile."""
+    """The journal of a folder, which is locked for this comparison."""
     if folder is None:
         yield Journal()
         return

@@ -1,4 +1,4 @@
-"""A problem as one run sees it: evaluations are counted, improvements recorded, and the run ends with its budget."""
+"""The evaluator of one run: it counts evaluations, records improvements, and ends the run with its budget."""
 
 import json
 import time
@@ -23,11 +23,11 @@ class ConvergenceTrace:
 
     evaluations: Ints  # candidates evaluated up to and including the improvement, (k,)
     seconds: Array  # wall time by then [s], (k,)
-    costs: Array  # the improved cost, falling, (k,); of several objectives what was not dominated then, (k, m)
+    costs: Array  # the improved cost, falling, (k,); of several objectives the non-dominated ones, (k, m)
 
     @classmethod
     def of(cls, steps: Iterable[Sequence[Any]]) -> Self:
-        """Of improvements, (evaluations, seconds, cost) each, such as lines of a file hold them."""
+        """The trace of improvements, (evaluations, seconds, cost) each, as in lines of a file."""
         evaluations, seconds, costs = zip(*steps, strict=True) if (steps := list(steps)) else ((), (), ())
         return cls(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
 
@@ -47,7 +47,7 @@ class ConvergenceTrace:
 
 
 def not_dominated(F: Array) -> Bools:
-    """Which of candidates' objectives (c, m) nothing dominates, (c,)."""
+    """Which of candidates' objectives (c, m) are non-dominated, (c,)."""
     import moocore  # noqa: PLC0415 - only several objectives need it
 
     return np.asarray(moocore.is_nondominated(F))
@@ -56,33 +56,33 @@ def not_dominated(F: Array) -> Bools:
 @final
 @dataclass(frozen=True)
 class RunLimits:
-    """What every run on a problem keeps to."""
+    """Limits of every run on a problem."""
 
     budget: int
     time_limit_s: float
     crash_costs_inf: bool = False
-    one_by_one: bool = False  # candidates take so long that the time is looked at after each
+    one_by_one: bool = False  # candidates take so long that the time is checked after each
     noisy: bool = False  # the same candidate has another cost each time
 
 
 class BudgetExhausted(BaseException):
-    """The budget or time is used up. Not an `Exception`: solvers that survive their own errors must not catch it."""
+    """The budget or time is used up. Not an `Exception`: solvers that catch their errors must not catch it."""
 
 
 @final
 class BudgetedEvaluator:
     """Evaluates candidates of a problem until the budget or the time of the run is used up.
 
-    A candidate outside the bounds is counted and has infinite cost; so has one at a pole. A search can read what is
-    counted and what is left, but not set it.
+    A candidate outside the bounds is counted and has infinite cost; so has one at a pole. A search can read the counts,
+    but not set them.
 
     Attributes:
         problem: The problem.
         best: Lowest cost of a feasible candidate so far, if there is one objective.
-        x: The candidate of lowest cost so far, (1, d); of several objectives those that nothing dominates.
+        x: The candidate of lowest cost so far, (1, d); of several objectives the non-dominated ones.
         violation: Lowest violation of the constraints so far; infinite before any candidate.
         out_of_time: Whether the run was ended by its time limit.
-        spill: File to which improvements are written as they come, for whoever kills the process; empty: none.
+        spill: File to which improvements are written at once, in case the process is killed; empty: none.
     """
 
     def __init__(self, problem: BenchmarkProblem, limits: RunLimits, spill: str = "") -> None:
@@ -108,7 +108,7 @@ class BudgetedEvaluator:
 
     @property
     def left(self) -> int:
-        """Candidates that may still be evaluated: none after the end, which a search may have swallowed."""
+        """Candidates that may still be evaluated: none after the end, which a search may have caught."""
         return 0 if self.out_of_time else self.budget - self._evaluations
 
     def seconds(self) -> float:
@@ -135,7 +135,7 @@ class BudgetedEvaluator:
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     def cost(self, x: Any) -> Array:
-        """Costs of candidates, (c, d) -> (c,); who violates constraints costs more than anybody who does not.
+        """Costs of candidates, (c, d) -> (c,); infeasible candidates cost more than all feasible ones.
 
         Raises:
             BudgetExhausted: The budget or the time is used up.
@@ -163,7 +163,7 @@ class BudgetedEvaluator:
         return residuals
 
     def record(self, evaluations: int, cost: float, x: Array | None = None) -> None:
-        """Count candidates that a solver evaluated without this evaluator, the lowest cost of them, and whose it is."""
+        """Record a number of candidates evaluated without this evaluator, their lowest cost, and its candidate."""
         if evaluations <= self.left and cost < self.best:
             self._improve(self._evaluations + evaluations, cost, self.x[:0] if x is None else x[None].copy())
         self._spend(evaluations)
@@ -197,7 +197,7 @@ class BudgetedEvaluator:
         return ((x >= self.problem.lower) & (x <= self.problem.upper)).all(axis=1)
 
     def _values(self, x: Any) -> Evaluated:
-        """Values of candidates; infinite outside the bounds and, if that is wanted, where a model crashed."""
+        """Values of candidates; infinite outside the bounds and, with on_error="inf", where a model crashed."""
         inside = self._inside(x)
         try:
             found = self.problem.values(x[inside])
@@ -229,7 +229,7 @@ class BudgetedEvaluator:
         self._end_if_out_of_time()
 
     def _extend(self, rows: Ints, x: Any, F: Array) -> None:
-        """Add candidates to the archive, as far as nothing dominates them."""
+        """Add non-dominated candidates to the archive."""
         if not len(rows):
             return
         both = np.concatenate([self._front, F[rows]])
@@ -254,7 +254,7 @@ class BudgetedEvaluator:
             self._spill([()])
 
     def _spill(self, lines: Sequence[Sequence[Any]]) -> None:
-        """Write improvements; an empty one says that the budget is used up."""
+        """Write improvements; an empty one marks the end of the budget."""
         if self.spill:
             with Path(self.spill).open("a") as file:
                 file.writelines(json.dumps(one) + "\n" for one in lines)

@@ -1,4 +1,4 @@
-"""Where runs are made: in processes of this machine, each watched, or by the workers of a Dask cluster."""
+"""Executors of runs: monitored processes of this machine, or the workers of a Dask cluster."""
 
 import multiprocessing
 import os
@@ -23,7 +23,7 @@ _START = threading.Lock()
 @final
 @dataclass(frozen=True)
 class Engine:
-    """Where runs are made."""
+    """An executor of runs."""
 
     executor: Executor
     label: str
@@ -55,7 +55,7 @@ def engine_of(
     try:
         dask.comm.get_address_host_port(
             scheduler, strict=True
-        )  # a client that was begun with what is no address ends with noise
+        )  # a client with an invalid address ends with an error output
         client = dask.Client(scheduler, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise BenchmarkError(
@@ -74,7 +74,7 @@ def engine_of(
 
 @final
 class Processes(Executor):
-    """One process for each of several threads: what dies or hangs takes no other call with it.
+    """One process for each of several threads: a crashed or blocked process ends no other call.
 
     A process that takes longer than the time limit for a call is killed; None: never.
     """
@@ -85,7 +85,7 @@ class Processes(Executor):
         self._processes: set[int] = set()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Have a function called; it and its arguments are pickled. `WorkerLost` if its process dies or is killed."""
+        """Call a function in a process, with pickled arguments. `WorkerLost` if the process dies or is killed."""
         return self._threads.submit(self._called, fn, *args, **kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: FBT001, FBT002 - Executor's
@@ -114,7 +114,7 @@ class Processes(Executor):
         with _START, _main_out_of_sight():
             pid: int = pool.submit(os.getpid).result()
         self._processes.add(pid)
-        if self._closed.is_set():  # while it started, when it could not be ended yet
+        if self._closed.is_set():  # during its start, when it could not be ended
             _kill(pid)
         return pool, pid
 
@@ -126,7 +126,7 @@ class Processes(Executor):
 
 
 def _begin() -> None:
-    """Leave Ctrl-C to the parent, end with it, and keep to one core."""
+    """Ignore Ctrl-C, end with the parent, and use one core."""
     from threadpoolctl import threadpool_limits  # noqa: PLC0415 - only processes need it
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -146,7 +146,7 @@ def _begin() -> None:
 
 @contextmanager
 def _main_out_of_sight() -> Iterator[None]:
-    """Keep processes that start from running the user's script again: what is in it goes with each call, pickled."""
+    """Prevent new processes from running the user's script again: its contents are pickled with each call."""
     main = sys.modules["__main__"]
     sys.modules["__main__"] = ModuleType("__main__")
     try:

@@ -1,7 +1,7 @@
-"""The files of a comparison: comparison.json for programs, runs.csv for statistics of one's own, IOHprofiler's.
+"""The files of a comparison: comparison.json for programs, runs.csv for further statistics, IOHprofiler's.
 
 The format of IOHprofiler is for the field's own tools, IOHanalyzer and iohinspector: a folder for each solver; in it,
-for each problem, a file of JSON that says what was run and a table of every improvement. Doerr, Wang, Ye, van Rijn,
+for each problem, a JSON file on the runs and a table of every improvement. Doerr, Wang, Ye, van Rijn,
 Bäck: IOHprofiler, arXiv:1810.05281.
 """
 
@@ -21,7 +21,7 @@ from robolaser.benchmark.standings.table import Standings
 from robolaser.data.result_folder import json_text
 
 FORMAT = "robolaser-comparison/1"
-LAYOUT = "0.3.18"  # version of the IOHexperimenter whose files these are like
+LAYOUT = "0.3.18"  # version of the IOHexperimenter with this file format
 HEADER = "evaluations raw_y seconds"
 PRIVATE = ("fingerprint", "front")
 
@@ -66,13 +66,13 @@ def _problem(problem: ProblemSummary, standings: Sequence[Standings]) -> dict[st
 
 
 def runs_csv(result: BenchmarkResult) -> str:
-    """The text of runs.csv: a row for each run and target; what was not reached is empty."""
+    """The text of runs.csv: a row for each run and target; unreached ones have empty cells."""
     text: str = result.to_frame("targets").to_csv(index=False, lineterminator="\n")
     return text
 
 
 def iohprofiler_files(result: BenchmarkResult) -> dict[str, str]:
-    """What the files of all runs hold, those that found nothing included, by their names in the export's folder."""
+    """Contents of the files of all runs, also without a result, by their names in the export's folder."""
     files: dict[str, str] = {}
     for number, problem in enumerate(result.problems, start=1):
         for algorithm, title in result.solvers.items():
@@ -119,7 +119,7 @@ def _about(
 
 
 def _lines(run: BenchmarkRun) -> Iterator[str]:
-    """A run as lines of the table; the tools tell runs by their first evaluation and want the last one too."""
+    """A run as lines of the table; the tools identify runs by their first evaluation and need the last one, too."""
     trace, last = run.trace, 1
     yield HEADER
     if not len(trace.costs) or trace.evaluations[0] > 1:

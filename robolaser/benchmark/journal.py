@@ -1,6 +1,6 @@
-"""The runs of a comparison on disk, `runs.jsonl`: a line for what was planned, and one for each run as it ends.
+"""The runs of a comparison on disk, `runs.jsonl`: a line for the plan, and one for each run as it ends.
 
-It is only ever appended to, so whoever is killed loses no run that has ended. Journals of one comparison may be merged.
+Lines are only appended, so a killed process loses no finished run. Journals of one comparison may be merged.
 """
 
 import json
@@ -24,7 +24,7 @@ FORMAT = "robolaser-runs/1"
 
 @final
 class Journal:
-    """The runs of a comparison, with all that is needed to rank them.
+    """The runs of a comparison, with all data for their ranking.
 
     The file is created with the first line; without a path they are in memory.
 
@@ -41,11 +41,11 @@ class Journal:
         if path is not None and path.is_file():
             self._read(path)
             if (whole := "".join(self._lines)) != path.read_text(encoding="utf-8"):
-                path.write_text(whole, encoding="utf-8")  # killed amid a line
+                path.write_text(whole, encoding="utf-8")  # the process was killed within a line
 
     @classmethod
     def read(cls, files: Iterable[Path]) -> "Journal":
-        """Of several files together, which stay as they are."""
+        """The journal of several files together, which are not changed."""
         journal = cls()
         for file in files:
             journal._read(file)
@@ -56,32 +56,32 @@ class Journal:
         return len(self._runs)
 
     def done(self) -> Mapping[RunKey, float]:
-        """How long each run took that did not fail and need not be made again [s]."""
+        """Times of the runs that did not fail and need not be repeated [s]."""
         return {key: run.seconds for key, run in self._runs.items() if run.state == DONE}
 
     def begin(self, plan: Mapping[str, Any]) -> None:
-        """Note what is planned.
+        """Add a plan.
 
         Args:
             plan: `conditions` that all runs share, `problems`, `solvers`, `refused`, `seeds`, `target`, `engine`,
                 `workers`.
 
         Raises:
-            BenchmarkError: The runs that are there were made under other conditions.
+            BenchmarkError: The existing runs were made under other conditions.
         """
-        said = {"format": FORMAT, **plan}
-        self._planned(said, str(self._path))
-        self._write(said)
+        entry = {"format": FORMAT, **plan}
+        self._planned(entry, str(self._path))
+        self._write(entry)
 
     def add(self, run: BenchmarkRun, *, after_s: float) -> None:
         """Add a run that ended so many seconds after the session began; it replaces one of the same key."""
-        said = asdict(replace(run, trace=None))  # type: ignore[arg-type]
-        said["trace"] = [column.tolist() for column in (run.trace.evaluations, run.trace.seconds, run.trace.costs)]
-        self._ran(said, after_s)
-        self._write({"run": said, "after_s": after_s})
+        entry = asdict(replace(run, trace=None))  # type: ignore[arg-type]
+        entry["trace"] = [column.tolist() for column in (run.trace.evaluations, run.trace.seconds, run.trace.costs)]
+        self._ran(entry, after_s)
+        self._write({"run": entry, "after_s": after_s})
 
     def result(self, of: Mapping[str, Any] | None = None) -> BenchmarkResult:
-        """The result so far, of a plan or of all that is there."""
+        """The result so far, of a plan or of all plans."""
         plans = self._plans if of is None else [dict(of)]
         problems: dict[str, ProblemSummary] = {}
         solvers: dict[str, str] = {}
@@ -98,7 +98,7 @@ class Journal:
             for run in self._runs.values()
             if run.problem in problems and run.algorithm in solvers and run.seed in seeds
         ]
-        made.sort(key=lambda run: (run.seed, list(solvers).index(run.algorithm)))  # whichever ended first
+        made.sort(key=lambda run: (run.seed, list(solvers).index(run.algorithm)))  # not in the order of their ends
         ranked: list[BenchmarkRun] = []
         for name, problem in problems.items():
             problems[name], runs = measured(problem, [run for run in made if run.problem == name])
@@ -125,13 +125,13 @@ class Journal:
     def _read(self, file: Path) -> None:
         try:
             for line in file.read_text(encoding="utf-8").split("\n")[:-1]:
-                said = json.loads(line)
-                if "run" in said:
-                    self._ran(said["run"], said["after_s"])
-                elif said["format"] != FORMAT:
-                    raise ValueError(f"format {said['format']}, expected {FORMAT}")
+                entry = json.loads(line)
+                if "run" in entry:
+                    self._ran(entry["run"], entry["after_s"])
+                elif entry["format"] != FORMAT:
+                    raise ValueError(f"format {entry['format']}, expected {FORMAT}")
                 else:
-                    self._planned(said, str(file))
+                    self._planned(entry, str(file))
                 self._lines.append(f"{line}\n")
         except (ValueError, LookupError, TypeError) as error:
             raise BenchmarkError(
@@ -155,14 +155,14 @@ class Journal:
         self._plans.append(plan)
         self._sessions.append(0.0)
 
-    def _ran(self, said: dict[str, Any], after_s: float) -> None:
-        run = BenchmarkRun(**{**said, "trace": ConvergenceTrace.of(zip(*said["trace"], strict=True))})
+    def _ran(self, entry: dict[str, Any], after_s: float) -> None:
+        run = BenchmarkRun(**{**entry, "trace": ConvergenceTrace.of(zip(*entry["trace"], strict=True))})
         self._runs.pop(run.key, None)
         self._runs[run.key] = run
         self._sessions[-1] = max(self._sessions[-1], after_s)
 
-    def _write(self, said: Mapping[str, Any]) -> None:
-        line = json.dumps(said, default=_plain) + "\n"
+    def _write(self, entry: Mapping[str, Any]) -> None:
+        line = json.dumps(entry, default=_plain) + "\n"
         self._lines.append(line)
         if self._path is not None:
             try:
@@ -173,7 +173,7 @@ class Journal:
 
 
 def merge(paths: Sequence[str | Path]) -> BenchmarkResult:
-    """Put the runs of several folders together, as those of an array job; of runs with one seed the last counts.
+    """Merge the runs of several folders, as of an array job; of runs with one seed the last counts.
 
     Raises:
         BenchmarkError: One of them has no runs, or they were made under other conditions.

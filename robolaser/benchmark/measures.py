@@ -1,9 +1,9 @@
-"""What a run is measured by: its cost above the lowest known, or how far its front falls short of the best.
+"""Measures of a run: its cost above the lowest known, or the distance of its front from the best.
 
-Of several objectives that is IGD+ of all that the run found by then: the mean distance by which it falls short of the
-points of the best front, each objective in units of that front's extent. It has no plateau, a front that is dominated
-is never better, and no reference point is drawn. Ishibuchi, Masuda, Tanigaki & Nojima 2015. The best front is theory's
-or, where that is not known, what nothing dominates of the feasible candidates of all runs together.
+For several objectives it is IGD+ of all candidates so far: the mean distance by which they fall short of the points of
+the best front, each objective in units of that front's extent. It has no plateau, a front that is dominated
+is never better, and no reference point is drawn. Ishibuchi, Masuda, Tanigaki & Nojima 2015. The best front is the
+theoretical one or, where that is not known, the non-dominated feasible candidates of all runs together.
 """
 
 from collections.abc import Sequence
@@ -22,12 +22,12 @@ RELATIVE = 10.0 ** np.arange(4.0, -6.5, -0.5)
 """Targets where the cost has a natural zero: from a hundred times the best RMS to half a millionth more than it."""
 ABSOLUTE = 10.0 ** (np.arange(10, -41, -1) / 5)  # BBOB's 51, above the lowest: 1e2 to 1e-8. Hansen et al. 2021 (COCO)
 FRONTS = 10.0 ** (np.arange(0, -26, -1) / 5)  # of IGD+, from the extent of the best front to a hundred-thousandth of it
-TOGETHER = "all runs together"  # who found a front that theory does not know
+TOGETHER = "all runs together"  # source of a front without a theoretical one
 CHUNK = 256
 
 
 def tolerances(family: str, target: float | None) -> Array:
-    """Targets of a family of problems, falling, the one that solvers are ranked by among them."""
+    """Targets of a family of problems, falling, with the one for the ranking."""
     usual = {"calibration": RELATIVE, "several objectives": FRONTS}.get(family, ABSOLUTE)
     wanted = TOLERANCE if target is None else target
     if np.isclose(usual, wanted, rtol=1e-6, atol=0.0).any():
@@ -36,7 +36,7 @@ def tolerances(family: str, target: float | None) -> Array:
 
 
 def measured(problem: ProblemSummary, runs: Sequence[BenchmarkRun]) -> tuple[ProblemSummary, list[BenchmarkRun]]:
-    """A problem with the best known of it, and its runs with the costs that they are ranked by."""
+    """A problem with its best known cost or front, and its runs with the costs for the ranking."""
     if problem.objectives > 1:
         return _by_fronts(problem, runs)
     best, found_by = (np.inf, "") if problem.lowest is None else (problem.lowest, problem.found_by)
@@ -75,7 +75,7 @@ def _igd_plus(trace: ConvergenceTrace, best: Array, extent: Array) -> Convergenc
 
 
 def attainment(runs: Sequence[BenchmarkRun]) -> Array:
-    """What half of the runs, as they were made, attained or dominated, (k, m); (0, 0) if half of them found nothing.
+    """The median attainment surface of the runs, (k, m); (0, 0) if half of them found nothing.
 
     Empirical attainment function: Grunert da Fonseca, Fonseca & Hall 2001.
     """

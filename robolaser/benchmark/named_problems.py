@@ -1,4 +1,4 @@
-"""The problems that can be named: data sets, the paper's experiment, test functions, and the users' own."""
+"""Problems by name: data sets, the paper's experiment, test functions, and problems of users."""
 
 import copy
 import re
@@ -24,16 +24,16 @@ from robolaser.errors import BenchmarkError, RobolaserError, UsageError, near
 from robolaser.plugins import extra
 
 PAPER, REDUCED, SUITE, PYMOO, BBOB = "paper", "reduced:", "suite", "pymoo:", "bbob:"
-NEGLIGIBLE_M2 = 1e-12  # squared error of a point that can be neglected: a micrometre's
+NEGLIGIBLE_M2 = 1e-12  # negligible squared error of a point: a micrometre's
 TEST_FUNCTIONS = ("ackley", "griewank", "rastrigin", "rosenbrock", "schwefel", "sphere", "zakharov")
 """pymoo's test functions of any dimension whose lowest cost is known."""
-DIMENSION = 10  # variables of a test function, unless the name says otherwise
-FRONT_POINTS = 500  # points of a known front that distances are measured from
+DIMENSION = 10  # variables of a test function, unless its name states them
+FRONT_POINTS = 500  # points of a known front for distances
 RANGE = re.compile(r":instance=(\d+)\.\.(\d+)")
 
 
 def specs_of(problems: Sequence[object] | Mapping[str, object]) -> tuple[ProblemSpec, ...]:
-    """Find the problems that are meant, by name, or as pymoo problems with names of their own.
+    """Find problems by name, or name given pymoo problems.
 
     Raises:
         UsageError: There is no such problem, it cannot be made, or two have one name.
@@ -77,7 +77,7 @@ def _found(given: object, name: str) -> ProblemSpec:
 
 
 def _dataset(text: str) -> tuple[str, Any]:
-    """Name and data of a folder, or of the paper's experiment as it is simulated."""
+    """Name and data of a folder, or of the paper's simulated experiment."""
     from robolaser.data.loading import load  # noqa: PLC0415
 
     folder = Path(text)
@@ -162,7 +162,7 @@ def _function(text: str, name: str) -> ProblemSpec:
 
 
 def _own(given: object, name: str) -> ProblemSpec:
-    """A user's problem: an import path with settings, or the thing itself; what was built here is sent to workers."""
+    """A user's problem: an import path with settings, or an object, which is sent to workers."""
     if isinstance(given, str):
         spec = AlgorithmSpec.of(given)
         name, found = name or given, imported(spec)
@@ -179,13 +179,13 @@ def _checked(name: str, make: Callable[[], BenchmarkProblem]) -> ProblemSpec:
         make()
     except RobolaserError:
         raise
-    except Exception as error:  # whatever a user's problem raises
+    except Exception as error:  # of a user's problem
         raise UsageError(f"{name} cannot be made ({type(error).__name__}: {error}).") from error
     return ProblemSpec(name, (make,))
 
 
 def _built(name: str, make: Callable[[], Any], family: Family) -> BenchmarkProblem:
-    """A pymoo problem with what it says of itself; it has bounds and does not change with time."""
+    """A pymoo problem with its properties, checked to have bounds and not to change with time."""
     problem = make()
     if not isinstance(problem, Problem):
         raise UsageError(
@@ -218,10 +218,10 @@ def _built(name: str, make: Callable[[], Any], family: Family) -> BenchmarkProbl
 
 
 def _front(problem: Any) -> Array | None:
-    """The best front that theory knows, thinned evenly; None where it is not known."""
+    """The theoretical best front, thinned evenly; None where it is not known."""
     try:
         known = problem.pareto_front()
-    except Exception:  # some want to be told in which directions
+    except Exception:  # some need reference directions
         try:
             known = problem.pareto_front(reference_directions(problem.n_obj))
         except Exception:
@@ -235,7 +235,7 @@ def _pymoos(text: str, function: str, settings: Mapping[str, Any]) -> Any:
     try:
         problem = get_problem(function, **settings)
         if function == "zdt5":
-            problem.vtype = bool  # its variables are bits, which pymoo does not say
+            problem.vtype = bool  # its variables are bits, which pymoo does not state
         return problem
     except Exception as error:
         if str(error) == "Problem not found.":

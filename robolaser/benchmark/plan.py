@@ -19,16 +19,16 @@ from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import UsageError
 from robolaser.plugins import extra
 
-OUR_SEEDS = (1, 2, 3)  # seeds of our own search for the lowest cost of a calibration, outside the comparison
-SLOW_S = 0.02  # time of a candidate from which the time limit is looked at after each, also where they come in batches
+OUR_SEEDS = (1, 2, 3)  # of the search for the lowest cost of a calibration, outside the comparison
+SLOW_S = 0.02  # time of a candidate from which the time limit is checked after each, also within batches
 
 
 @final
 @dataclass(frozen=True)
 class Terms:
-    """What is asked of every run, as `compare` takes it."""
+    """The arguments of `compare` that apply to every run."""
 
-    seeds: tuple[int, ...]  # the same for all: solvers that draw their first candidates alike begin with the same ones
+    seeds: tuple[int, ...]  # the same for all: solvers with one initial sampling start from the same candidates
     budget: int | str
     target: float | None
     time_limit_s: float
@@ -62,8 +62,8 @@ class Terms:
 class BenchmarkPlan:
     """Every solver runs once with each seed on every problem that it applies to."""
 
-    terms: Terms  # what is asked of every run
-    problems: tuple[ProblemSummary, ...]  # the problems, as they were found
+    terms: Terms  # of every run
+    problems: tuple[ProblemSummary, ...]  # the problems
     solvers: Mapping[str, Solver]  # the solvers by name
     refused: Mapping[tuple[str, str], str]  # why a solver does not apply to a problem, by (problem, solver)
     # all runs, those with the first seed first: a comparison that is stopped early is fair to all solvers
@@ -76,7 +76,7 @@ class BenchmarkPlan:
         algorithms: Sequence[object] | Mapping[str, object],
         terms: Terms,
     ) -> "BenchmarkPlan":
-        """Find problems and algorithms, and look at each problem: is it noisy, is it slow?
+        """Find problems and algorithms, and test whether each problem is noisy or slow.
 
         Raises:
             UsageError: There is no such problem, algorithm or setting, or one cannot be compared on or pickled.
@@ -100,7 +100,7 @@ class BenchmarkPlan:
         return cls(terms, tuple(summaries), solvers, refused, tasks)
 
     def to_dict(self) -> dict[str, Any]:
-        """As a journal has it, but for the engine."""
+        """The plan's entry in a journal, without the engine."""
         names = {name.partition(":")[0] for name in self.solvers}
         packages = [*PACKAGES, *(["cma"] if names & {"pycma", "cmaes"} else [])]
         return {
@@ -111,7 +111,7 @@ class BenchmarkPlan:
                 **{f"version of {package}": _version(package) for package in packages},
             },
             "problems": [
-                {name: value for name, value in asdict(one).items() if name != "best"}  # which is known after the runs
+                {name: value for name, value in asdict(one).items() if name != "best"}  # known after the runs
                 for one in self.problems
             ],
             "solvers": [[name, solver.title, solver.knows_budget] for name, solver in self.solvers.items()],
@@ -122,7 +122,7 @@ class BenchmarkPlan:
 
 
 def _planned(spec: ProblemSpec, terms: Terms) -> tuple[BenchmarkProblem, RunLimits]:
-    """A problem with what is seen of it, and the limits of runs on it."""
+    """A problem with its fingerprint, and the limits of runs on it."""
     problem, first, noisy, began = spec.made_for(1), "", False, time.perf_counter()
     try:
         first = fingerprint(problem)
@@ -150,7 +150,7 @@ def _planned(spec: ProblemSpec, terms: Terms) -> tuple[BenchmarkProblem, RunLimi
 
 
 def _pickled(thing: Any, name: str) -> bytes:
-    """Pickle a thing; what lies in `__main__` or cannot be found by a name goes by value, with cloudpickle."""
+    """Pickle an object; those of `__main__` or without an importable name by value, with cloudpickle."""
     try:
         found = pickle.dumps(thing)
         if b"__main__" not in found:

@@ -1,4 +1,4 @@
-"""A pymoo problem as it is compared on, and what is known of it besides."""
+"""A pymoo problem of a comparison, and its known properties."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from robolaser.arrays import Array
 if TYPE_CHECKING:
     from robolaser.model.forward_model import Model
 
-INFEASIBLE = 1e30  # what violates constraints costs so much (1 + violation), to algorithms that know of none
+INFEASIBLE = 1e30  # cost over (1 + violation) of infeasible candidates, for algorithms without constraints
 EQUAL = 1e-4  # an equality constraint is kept within this, as in pymoo
 Family = Literal["calibration", "test function", "own problem", "several objectives"]  # are ranked together
 
@@ -19,30 +19,30 @@ Family = Literal["calibration", "test function", "own problem", "several objecti
 @final
 @dataclass(frozen=True)
 class ProblemSummary:
-    """A problem, and the best that is known of it."""
+    """A problem, and its best known cost."""
 
     name: str
-    title: str  # a description for a person
+    title: str  # a description
     family: Family
     dimension: int
     objectives: int
     unit: str = ""  # of the cost
     budget: int = 0  # evaluations of a run
-    noisy: bool = False  # runs are ranked by what they returned, evaluated anew
-    floor: float | None = None  # where the cost has a natural zero: what can be neglected; targets are relative then
+    noisy: bool = False  # runs are ranked by their final candidates, re-evaluated
+    floor: float | None = None  # negligible cost, where it has a natural zero; targets are relative then
     lowest: float | None = None  # the lowest cost, where it is known before any run
-    front: Any = None  # the best front, where theory knows it, rows of objectives
+    front: Any = None  # the theoretical best front, if known, rows of objectives
     found_by: str = ""  # a solver's name, "theory", "robolaser's own search" or, of fronts, "all runs together"
     best: float = np.inf  # the lowest cost known; of several objectives IGD+ of the best front, 0
     fingerprint: str = ""
 
     @property
     def scale(self) -> float:
-        """Unit of the targets' tolerances: the lowest cost itself where its zero means something, else 1."""
+        """Unit of the targets' tolerances: the lowest cost where it has a natural zero, else 1."""
         return 1.0 if self.floor is None else max(abs(self.best), self.floor)
 
     def target(self, tolerance: float) -> float:
-        """The cost to be reached."""
+        """The target cost."""
         return self.best + tolerance * self.scale
 
 
@@ -78,12 +78,12 @@ class BenchmarkProblem:
 
     @property
     def mixed(self) -> bool:
-        """Are candidates dictionaries of variables of their own types?"""
+        """Whether candidates are dictionaries of variables of several types."""
         return getattr(self.question, "vars", None) is not None
 
     @property
     def discrete(self) -> bool:
-        """Are all variables whole numbers or bits?"""
+        """Whether all variables are whole numbers or bits."""
         return self.question.vtype in (int, bool)
 
     @property
@@ -124,7 +124,7 @@ class BenchmarkProblem:
         return {"F": np.where(np.isnan(F), np.inf, F), "G": G, "H": H}
 
     def violation(self, values: Mapping[str, Array]) -> Array:
-        """By how much constraints are violated in sum, (c,)."""
+        """Sum of the violations of constraints, (c,)."""
         H = np.abs(values["H"])
         total: Array = np.maximum(values["G"], 0.0).sum(axis=1) + np.where(H > EQUAL, H, 0.0).sum(axis=1)
         return np.where(np.isnan(total), np.inf, total)
@@ -133,10 +133,10 @@ class BenchmarkProblem:
 @final
 @dataclass(frozen=True, eq=False)
 class ProblemSpec:
-    """How a process builds a problem, each run anew: what one run leaves in it must not reach the next."""
+    """Builds a problem in a process, a new one for each run, so that runs do not share state."""
 
     name: str  # the problem's
-    # one for each instance; runs with seeds 1, 2, ... take their turns with them
+    # one for each instance; runs with seeds 1, 2, ... take turns
     makers: tuple[Callable[[], BenchmarkProblem], ...]
 
     def made_for(self, seed: int) -> BenchmarkProblem:

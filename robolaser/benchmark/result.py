@@ -1,4 +1,4 @@
-"""What came of a comparison: its problems, its solvers, and every run, as they are and as arrays."""
+"""The result of a comparison: its problems, its solvers, and every run, also as arrays."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class ResultArrays:
     """All runs on some problems as arrays: problems p, algorithms a, seeds s, targets t.
 
-    NaN stands for a run that is missing: not yet made, or the solver does not apply to the problem.
+    NaN is a missing run: not yet made, or the solver does not apply to the problem.
 
     A failed run counts as if it had spent the budget.
     """
@@ -30,13 +30,13 @@ class ResultArrays:
     algorithms: tuple[str, ...]  # a
     seeds: tuple[int, ...]  # s
     tolerances: Array  # of the targets, falling, (t,)
-    headline: int  # which of them solvers are ranked by
+    headline: int  # index of the one for the ranking
     evaluations: Array  # to each target, infinite where it was not reached, (p, a, s, t)
     total_evaluations: Array  # by the whole run, (p, a, s)
     total_s: Array  # wall time of the whole run [s], (p, a, s)
     final: Array  # tolerance of the lowest cost; infeasible: `INFEASIBLE` times (1 + the violation), (p, a, s)
     failed: Bools  # (p, a, s)
-    noisy: Bools  # problems whose runs are ranked by what they returned alone, (p,)
+    noisy: Bools  # problems whose runs are ranked by their final candidates, (p,)
 
     @property
     def there(self) -> Bools:
@@ -45,11 +45,11 @@ class ResultArrays:
 
 
 def outcomes(running_times: Array, final: Array) -> Array:
-    """Places of all runs on each problem, from 1, equal ones sharing theirs: times and final excesses (p, a, s).
+    """Ranks of all runs on each problem, from 1, with ties: times and final excesses (p, a, s).
 
-    Runs that reached the target come first, the cheaper the better; then the others by what they ended with; last those
-    that found nothing; NaN where there is no run. Hansen et al. 2021 (COCO) rank like this where targets are not always
-    reached.
+    Runs that reached the target come first, the faster the better; then the others by their final cost; last those
+    without a result; NaN where there is no run. Hansen et al. 2021 (COCO) rank like this where targets are
+    not always reached.
     """
     places = np.full(running_times.shape, np.nan)
     for of_problem, time, excess in zip(places, running_times, final, strict=True):
@@ -64,23 +64,23 @@ def outcomes(running_times: Array, final: Array) -> Array:
 @final
 @dataclass(frozen=True, eq=False, repr=False)
 class BenchmarkResult:
-    """All that was planned, and every run so far.
+    """The plan, and every run so far.
 
     Attributes:
         problems: The problems.
-        solvers: Title of each by name, in the order in which they were named.
-        know_budget: Those that search differently with another budget.
+        solvers: Title of each by name, in the given order.
+        know_budget: Those whose search depends on the budget.
         refused: Why a solver does not apply to a problem, by (problem, solver).
-        seeds: Of the runs: each solver has a run with each of them on each problem.
+        seeds: Of the runs: each solver has a run with each on each problem.
         budget: Evaluations of a run, as stated: 20000, or 1000d for a thousand times the number of variables.
-        target: The tolerance by which solvers are ranked, where it was stated.
+        target: The stated tolerance for the ranking.
         time_limit_s: Wall time of a run [s].
         runs: The runs that were made; of several objectives their costs are IGD+.
-        made: The same as they were made, with objectives for costs.
-        engine: Where runs were made.
+        made: The same with the original objectives as costs.
+        engine: Executor of the runs.
         workers: Runs at a time.
         seconds: Wall time, over all sessions.
-        journal: The runs as runs.jsonl has them.
+        journal: The lines of runs.jsonl.
     """
 
     problems: tuple[ProblemSummary, ...]
@@ -105,7 +105,7 @@ class BenchmarkResult:
 
     @property
     def wanted(self) -> int:
-        """Number of runs that were planned."""
+        """Number of planned runs."""
         return (len(self.problems) * len(self.solvers) - len(self.refused)) * len(self.seeds)
 
     @cached_property

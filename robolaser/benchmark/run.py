@@ -1,4 +1,4 @@
-"""One solver on one problem with one seed: the task, as it is sent to another process, and the run that comes of it."""
+"""One solver on one problem with one seed: the task, which is sent to another process, and its run."""
 
 import json
 import pickle
@@ -17,10 +17,10 @@ from robolaser.errors import BenchmarkError, RobolaserError
 
 DONE, FAILED = "done", "failed"
 PROBE_SEED = 1
-REPEATS = 25  # evaluations, not counted, whose median a noisy problem without `exact` gives for what a run returned
+REPEATS = 25  # uncounted evaluations whose median is the result of a run on a noisy problem without `exact`
 PROBE_DIGITS = 9  # digits of the costs that identify a problem: another machine may round differently
 
-RunKey = tuple[str, str, int]  # problem, algorithm and seed of a run: what identifies it
+RunKey = tuple[str, str, int]  # problem, algorithm and seed of a run, which identify it
 
 
 @final
@@ -32,24 +32,24 @@ class BenchmarkRun:
     algorithm: str
     seed: int
     state: str  # `DONE` if it ended by itself, used up its budget or its time, else `FAILED`
-    reason: str  # why it failed, or what ended it early; empty if nothing did
+    reason: str  # of its failure or early end; empty otherwise
     evaluations: int  # candidates evaluated
     seconds: float  # wall time
     processor_s: float  # processor time
     trace: ConvergenceTrace  # every improvement
-    violation: float = 0.0  # the lowest of the constraints'; 0 with a feasible candidate, or if nothing is known
+    violation: float = 0.0  # lowest violation of constraints; 0 with a feasible candidate, or if unknown
     x: Any = None  # the best candidates, lists of numbers or dictionaries
 
     @property
     def key(self) -> RunKey:
-        """What identifies it."""
+        """Its key."""
         return self.problem, self.algorithm, self.seed
 
 
 @final
 @dataclass(frozen=True)
 class Task:
-    """Which solver is to run on which problem, with which seed and limits."""
+    """A run to be made: solver, problem, seed and limits."""
 
     problem: str
     algorithm: str
@@ -57,16 +57,16 @@ class Task:
     limits: RunLimits
     spec: bytes  # the problem's, pickled
     solver: bytes  # pickled
-    fingerprint: str  # what the problem looks like where it was planned; empty: it is not checked
-    spill: str = ""  # file for what its run finds, should its process be killed; empty: none
+    fingerprint: str  # of the problem where it was planned; empty: it is not checked
+    spill: str = ""  # file for its improvements, in case its process is killed; empty: none
 
     @property
     def key(self) -> RunKey:
-        """What identifies its run."""
+        """Key of its run."""
         return self.problem, self.algorithm, self.seed
 
     def lost(self, reason: str) -> BenchmarkRun:
-        """A run of which only the reason is known, and what it spilt; failed, unless its whole budget was used up."""
+        """A lost run by its reason and its spill file; failed, unless its whole budget was used up."""
         spilt = Path(self.spill).read_text() if self.spill and Path(self.spill).exists() else ""
         steps = [json.loads(line) for line in spilt.split("\n")[:-1]]  # the last may be half a line
         trace = ConvergenceTrace.of(filter(None, steps))
@@ -77,7 +77,7 @@ class Task:
 
 
 def done(task: Task) -> BenchmarkRun:
-    """Make the run of a task, in whatever process this is."""
+    """Make the run of a task in this process."""
     try:
         _check(task.spec, task.fingerprint)
         problem, solver = pickle.loads(task.spec).made_for(task.seed), pickle.loads(task.solver)
@@ -88,7 +88,7 @@ def done(task: Task) -> BenchmarkRun:
 
 @lru_cache(maxsize=64)
 def _check(pickled: bytes, expected: str) -> None:
-    """Raise if a problem is another one here than where it was planned."""
+    """Raise if a problem differs from that where it was planned."""
     if expected and fingerprint(pickle.loads(pickled).made_for(1)) != expected:
         raise BenchmarkError(
             "In this process the problem is another one than where the comparison was planned: its bounds or costs"
@@ -97,7 +97,7 @@ def _check(pickled: bytes, expected: str) -> None:
 
 
 def fingerprint(problem: BenchmarkProblem) -> str:
-    """What identifies a problem besides its name: its bounds and the values of one candidate."""
+    """Fingerprint of a problem: its bounds and the values of one candidate."""
     values = problem.values(problem.sample_uniform(np.random.default_rng(PROBE_SEED)))
     bounds = [] if problem.mixed else [problem.lower, problem.upper]
     numbers = np.concatenate([*bounds, *(value.ravel() for value in values.values())])
@@ -117,7 +117,7 @@ def run(problem: BenchmarkProblem, solver: Solver, task: Task) -> BenchmarkRun:
     except BudgetExhausted:
         pass
     except (Exception, SystemExit) as error:
-        if evaluator.left:  # else it has swallowed the end, and stumbled over what it missed
+        if evaluator.left:  # else it caught the end of the budget, and failed after that
             reason, state = _reason(error), FAILED
     if evaluator.out_of_time:
         reason = f"ended by its time limit of {limits.time_limit_s:g} s"
@@ -140,7 +140,7 @@ def run(problem: BenchmarkProblem, solver: Solver, task: Task) -> BenchmarkRun:
 
 
 def returned_cost(problem: BenchmarkProblem, x: Any) -> float:
-    """What a candidate (1, d) of a noisy problem costs: `exact` of the problem, or the median of new evaluations."""
+    """Cost of a candidate (1, d) of a noisy problem: `exact` of the problem, or the median of new evaluations."""
     exact = getattr(problem.question, "exact", None)
     if exact is not None:
         return float(np.ravel(exact(x))[0])

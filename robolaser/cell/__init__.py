@@ -1,1 +1,1 @@
-"""The machines of a cell: arms on a line, cameras, and the recording of what they do. Importing opens nothing."""
+"""Drivers of a cell's arm and camera, and recordings with them. Importing opens nothing."""

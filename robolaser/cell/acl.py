@@ -18,20 +18,20 @@ PER_QUARTER = 33  # PAR 33 to 37: counts of axes 1 to 5 for 90 degrees; the sign
 AT_REFERENCE = 52  # PAR 52 to 56: counts of axes 1 to 5 at the reference posture
 MOST_COUNTS = 10_000_000
 PLACES = ("RLP", "RLQ")
-"""The controller's positions, overwritten in turn: one is stored while the arm moves to the other.
+"""The controller's position names, overwritten in turn: one is stored while the arm moves to the other.
 
 Names have five letters at most."""
 SEARCH = "HOME"
 HOMING_S = 300.0  # homing takes one to three minutes
 HOMING_QUIET_S = 1.5
-NUMBER = r"(-?\d{1,9})"  # what a disturbed line makes longer is none
+NUMBER = r"(-?\d{1,9})"  # longer ones come from a disturbed line
 PAIRS = re.compile(rf"([1-8])\s*:\s*{NUMBER}(?=\s)")
 WHOLE = re.compile(r"1\s*:[^>]*>")
 PITCH = re.compile(rf"P\s*:\s*{NUMBER}(?=\s)")
-PITCH_OFF = float(np.deg2rad(2.0))  # by which equal pitches may differ: signs and what counts as upside down differ
+PITCH_OFF = float(np.deg2rad(2.0))  # tolerance of equal pitches, up to sign and turns by pi
 PITCH_CHANGED = float(np.deg2rad(6.0))
-"""Change of a pitch from which on it is no chance that it follows from the counts as on an ER V plus."""
-SPOILT = 4  # a disturbed line seldom spoils the pitch so often in a row
+"""Change of a pitch from which its agreement with the counts of an ER V plus is no coincidence."""
+SPOILT = 4  # readings in a row: a disturbed line rarely corrupts as many
 FOUND = re.compile(r"HOMING\s+COMPLETE", re.IGNORECASE)
 FAILED = re.compile(r"HOM\w*\s+FAIL\w*\s+AXIS\s*(\d)", re.IGNORECASE)
 HOMED = re.compile(f"{FOUND.pattern}|{FAILED.pattern}", re.IGNORECASE)
@@ -69,8 +69,8 @@ class AclArm(LineArm):
         self._at_reference = np.array([self._parameter(AT_REFERENCE + i) for i in range(len(joints))])
         for i in np.flatnonzero(self._per_quarter == 0):
             raise ArmError(
-                f"The controller on {line.port} says PAR {PER_QUARTER + i} = 0, expected the counts for 90 degrees, not"
-                " 0. Check its parameters and that cell.toml names the right arm."
+                f"The controller on {line.port} reports PAR {PER_QUARTER + i} = 0, expected the counts for 90 degrees,"
+                " not 0. Check its parameters and that cell.toml names the right arm."
             )
         self._per_count = radians_per_count(arm.axes, self._per_quarter)
         self._counts_per_rad = np.linalg.inv(self._per_count)
@@ -78,17 +78,17 @@ class AclArm(LineArm):
         self.read()
         self._talk.command("CON")
         self._talk.command(f"SPEED {SLOW_PERCENT}")
-        for place in PLACES:  # which may be there already; if they are not, HERE is refused
-            self._talk.ask(f"DEFP {place}", lambda said: True if ">" in said else None)
+        for name in PLACES:  # may exist already; without them, HERE is refused
+            self._talk.ask(f"DEFP {name}", lambda answer: True if ">" in answer else None)
         self._store_here()
         self._place = PLACES[0]
         self._prepared: Ints | None = None
 
     def read(self) -> Array:
-        """Where it is now, (j,).
+        """Read the joint angles, (j,).
 
         Raises:
-            ArmError: The pitch that the controller says is that of another type of arm.
+            ArmError: The controller reports the pitch of another type of arm.
         """
         for _ in range(SPOILT):
             counts, pitch = self._talk.ask("LISTPV POSITION", self._counts_and_pitch)
@@ -96,13 +96,13 @@ class AclArm(LineArm):
                 turned = self._per_count @ (counts - self._at_reference)
                 return np.asarray(self._reference + self._direction * turned)
         raise ArmError(
-            f"The controller on {self._line.port} says that the hand's pitch is {np.rad2deg(pitch):.1f}°, which"
+            f"The controller on {self._line.port} reports a hand pitch of {np.rad2deg(pitch):.1f}°, which"
             f" contradicts its encoders if axes = '{self._axes}'. Check [arm] axes in cell.toml: this is another"
             " arm, and its joint angles would be wrong."
         )
 
     def poll_faults(self) -> None:
-        """Whether a joint is in trouble."""
+        """Raise the fault that a joint reports."""
         self._talk.listen()
 
     def start_move(self, q: Array, seconds: float) -> None:
@@ -112,29 +112,29 @@ class AclArm(LineArm):
         self._talk.command(f"MOVE {self._place} {max(1, round(100 * seconds))}")
 
     def prepare(self, q: Array) -> None:
-        """Store where the next motion goes, in the position that the arm is not on its way to."""
+        """Store the goal of the next motion, in the position that is not the current goal."""
         exact = self._at_reference + self._counts_per_rad @ (self._direction * (q - self._reference))
         counts: Ints = np.rint(exact).astype(np.int64)
         if self._prepared is not None and (counts == self._prepared).all():
             return
         self._place = PLACES[1 - PLACES.index(self._place)]
-        for _ in range(2):  # a disturbed line may have spoilt what was stored
+        for _ in range(2):  # a disturbed line may have corrupted it
             for axis, count in enumerate(counts.tolist(), start=1):
                 self._talk.command(f"SETPV {self._place} {axis} {count}")
-            stored = self._talk.ask(f"LISTPV {self._place}", lambda said: _listed(said, len(self._joints)))
+            stored = self._talk.ask(f"LISTPV {self._place}", lambda answer: _listed(answer, len(self._joints)))
             if (stored == counts).all():
                 self._prepared = counts
                 return
         raise unclear(self._line.port, f"LISTPV {self._place}", str(stored.tolist()), 2)
 
     def stop(self) -> None:
-        """Stop where it is."""
+        """Stop at the current position."""
         self._talk.abort()
 
     def home(self) -> None:
-        """Search its home."""
+        """Search the home position."""
         self._talk.start(SEARCH)
-        heard, asked, listens = "", False, False
+        heard, polled, listens = "", False, False
         began = self._line.clock.now()
         while self._line.clock.now() - began < HOMING_S:
             text, ended = self._line.until(HOMED, HOMING_QUIET_S)
@@ -148,11 +148,11 @@ class AclArm(LineArm):
                 self._store_here()
                 self._prepared = None
                 return
-            listens |= asked and bool(text)
+            listens |= polled and bool(text)
             if listens and not text:
                 raise line_lost(self._line.port, "it fell silent during homing")
             self._line.send("\r")  # a controller that listens while homing answers
-            asked = True
+            polled = True
         raise self._home_not_found(f"homing took more than {HOMING_S:.0f} s")
 
     def switch(self, output: int, *, on: bool) -> None:
@@ -160,9 +160,9 @@ class AclArm(LineArm):
         self._talk.command(f"SET OUT[{output}]={int(on)}")
 
     def _store_here(self) -> None:
-        """Give both positions counts, of axes too that are not this robot's."""
-        for place in PLACES:
-            self._talk.command(f"HERE {place}")
+        """Store the current counts in both positions, also of axes that are not this robot's."""
+        for name in PLACES:
+            self._talk.command(f"HERE {name}")
 
     def _home_not_found(self, reason: str) -> ArmError:
         return ArmError(
@@ -171,20 +171,20 @@ class AclArm(LineArm):
         )
 
     def _counts_and_pitch(self, answer: str) -> tuple[Ints, float] | None:
-        """Counts, (j,), and the hand's pitch in the world [rad], NaN where there is none, in a listing."""
+        """Counts, (j,), and the hand's pitch in the world [rad], NaN if missing, in a listing."""
         counts, pitch = _listed(answer, len(self._joints)), PITCH.search(answer)
         return None if counts is None else (counts, np.deg2rad(int(pitch[1]) / 10) if pitch else np.nan)
 
-    def _is_another_arm(self, counts: Ints, said: float) -> bool:
-        """Whether the pitch that the controller says [rad] is not that of this type of arm at counts, (j,).
+    def _is_another_arm(self, counts: Ints, reported: float) -> bool:
+        """Whether the reported pitch [rad] contradicts this type of arm at counts, (j,).
 
         An ER V plus's pitch follows from its counts and the controller's parameters. An arm that is stated to be an
-        ER VII is none if it follows from them again and again, while it changes.
+        ER VII is not one if its changing pitch repeatedly follows from them.
         """
-        if len(counts) < AXES or np.isnan(said):
+        if len(counts) < AXES or np.isnan(reported):
             return self._axes == "er5plus"
         pitch = float((_differential() @ (counts - self._at_reference))[3] * np.pi / 2 / self._per_quarter[3])
-        others = np.array([said, -said, np.pi - said, np.pi + said])
+        others = np.array([reported, -reported, np.pi - reported, np.pi + reported])
         off = float(np.abs(np.angle(np.exp(1j * (pitch - others)))).min())
         if self._axes == "er5plus":
             return off > PITCH_OFF
@@ -192,25 +192,25 @@ class AclArm(LineArm):
         return float(np.ptp(self._as_er5plus or [0.0])) > PITCH_CHANGED
 
     def _parameter(self, number: int) -> int:
-        """A parameter, as two answers in a row say: there is no check sum."""
+        """A parameter, read twice in a row with the same result: there is no check sum."""
         pattern = re.compile(rf"PAR\s*{number}\s*=\s*{NUMBER}\s")
 
         def value(answer: str) -> int | None:
             found = pattern.search(answer)
             return int(found[1]) if found else None
 
-        said = [self._talk.ask(f"SHOW PAR {number}", value) for _ in range(2)]
-        while said[-1] != said[-2]:
-            if len(said) > 5:
-                raise unclear(self._line.port, f"SHOW PAR {number}", str(said), len(said))
-            said.append(self._talk.ask(f"SHOW PAR {number}", value))
-        return said[-1]
+        values = [self._talk.ask(f"SHOW PAR {number}", value) for _ in range(2)]
+        while values[-1] != values[-2]:
+            if len(values) > 5:
+                raise unclear(self._line.port, f"SHOW PAR {number}", str(values), len(values))
+            values.append(self._talk.ask(f"SHOW PAR {number}", value))
+        return values[-1]
 
 
 def radians_per_count(axes: Axes, per_quarter: Array) -> Array:
     """Matrix from counts since the reference posture to joint angles since then, (j, j) [rad].
 
-    The ER VII counts each joint by itself. The ER V plus is decoupled: all its motors sit in the base, so the elbow's
+    The ER VII counts each joint by itself. The ER V plus is decoupled: all its motors are in the base, so the elbow's
     encoder counts the forearm's angle in the world, and the hand's pitch in the world and its roll are half the
     difference and half the sum of encoders 4 and 5 (ACL reference guide for Controller-A, p. 7-10).
 
@@ -226,14 +226,14 @@ def radians_per_count(axes: Axes, per_quarter: Array) -> Array:
 
 
 def _differential() -> Array:
-    """From counts of axes 1 to 5 to those of base, shoulder, elbow, pitch and roll, (5, 5)."""
+    """Matrix from counts of axes 1 to 5 to those of base, shoulder, elbow, pitch and roll, (5, 5)."""
     mixed = np.eye(AXES)
     mixed[3:, 3:] = [[0.5, -0.5], [0.5, 0.5]]
     return mixed
 
 
 def _listed(answer: str, axes: int) -> Ints | None:
-    """The counts of so many axes in a listing, (axes,); None: it is not whole."""
+    """The counts of so many axes in a listing, (axes,); None if it is incomplete."""
     whole = WHOLE.search(answer)
     pairs = PAIRS.findall(whole[0])[:axes] if whole else []
     if [int(axis) for axis, _ in pairs] != list(range(1, axes + 1)):

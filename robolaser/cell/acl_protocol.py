@@ -1,4 +1,4 @@
-"""Request and answer with an ACL controller: a command takes effect only if each of its letters was echoed."""
+"""Requests to an ACL controller and their answers: a command is entered only after a correct echo."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -10,22 +10,22 @@ from robolaser.cell.serial_line import SerialLine
 Reply = TypeVar("Reply")
 
 ENTER = "\r"
-ABORT = "\x01"  # Ctrl-A: stops all motion, wherever the controller is
-AT_ONCE = 4  # how often it is sent without waiting, for a line that loses bytes
-SPOIL = "XQ"  # makes any command unknown, for one that was misheard and not yet entered
-QUIET_S = 0.9  # half of how long silence may last: after the first half something else is tried
+ABORT = "\x01"  # Ctrl-A: stops all motion in any state
+AT_ONCE = 4  # repetitions without waiting, for a line that loses bytes
+SPOIL = "XQ"  # invalidates a misheard command that was not yet entered
+QUIET_S = 0.9  # half of the longest silence; after the first half another attempt is made
 TRIES = 3
 PAUSE_S = 0.2
-SLOW_PERCENT = 10  # speed that is set for what moves the arm without saying how fast [percent]
+SLOW_PERCENT = 10  # speed of commands that state none [percent]
 PROMPT = re.compile(">")
 ECHO = re.compile("echo", re.IGNORECASE)
 NOTHING = re.compile(r"(?!)")
 LINE_END = re.compile(r"[\r\n>]")
 BOOT = re.compile(r"SYSTEM READY|R[AO]M TEST|TEST COMPLETE|DEFAULT SETUP", re.IGNORECASE)
-"""What a controller prints when its power comes on, any of it: a disturbed line may swallow the rest."""
-SAID = re.compile(r"\*\*\*[^\r\n>]*")
+"""Lines that a controller prints when its power comes on; a disturbed line may lose some."""
+REPORT = re.compile(r"\*\*\*[^\r\n>]*")
 REFUSAL = re.compile(r"\*\*\*|ERROR|UNRECOGNI[SZ]ED|UNKNOWN|UNDEFINED|ILLEGAL|INVALID|\bBAD\b|\bNOT\b", re.IGNORECASE)
-"""Versions of the controller differ in their words; what carries a command out says none of these."""
+"""Refusals in the words of several controller versions; none is in the answer of an executed command."""
 NUMBERED = re.compile(r"\*\*\*.*?\b(3\d\d)\b")
 AXIS = re.compile(r"AXIS\s*(\d)", re.IGNORECASE)
 TROUBLE = {
@@ -46,10 +46,10 @@ MEANING = {
 class AclProtocol:
     """The controller echoes each character: a command is entered only when its echo is right.
 
-    Each command is written in another mixture of capitals. Its echo tells its own answer from one that comes late.
+    Each command is written in another mixture of capitals: its echo distinguishes its answer from a late one.
 
-    Raises (every method): LineLost, ArmError where it talks without end, and what the controller reports unasked:
-    ArmAlarm, ArmRestarted.
+    Raises (every method): LineLost, ArmError where it sends without end, and the controller's own reports: ArmAlarm,
+    ArmRestarted.
     """
 
     def __init__(self, line: SerialLine, joints: Sequence[str]) -> None:
@@ -61,10 +61,10 @@ class AclProtocol:
         self._unfinished = ""
 
     def begin(self) -> None:
-        """Stop whatever runs, get a prompt and the echo.
+        """Stop a running program; get a prompt and the echo.
 
         Raises:
-            AnswerUnclear: There is something, but no ACL controller.
+            AnswerUnclear: The device is no ACL controller.
         """
         heard = ""
         for _ in range(TRIES):
@@ -84,15 +84,15 @@ class AclProtocol:
         raise self._unclear("ECHO", heard)
 
     def ask(self, command: str, understand: Callable[[str], Reply | None]) -> Reply:
-        """Ask until an answer is understood.
+        """Repeat a request until its answer is valid.
 
         Args:
             command: In capitals.
-            understand: What an answer, prompt included, means; None: it is spoilt.
+            understand: Parses an answer with its prompt; None if it is corrupt.
 
         Raises:
-            ArmError: The controller says no.
-            AnswerUnclear: None was understood.
+            ArmError: The controller refuses.
+            AnswerUnclear: No answer was valid.
         """
         answer, refusals = "", []
         for _ in range(TRIES):
@@ -103,22 +103,22 @@ class AclProtocol:
             value = understand(answer)
             if value is not None:
                 return value
-            refusals += SAID.findall(answer)[-1:]
-        if len(refusals) == TRIES and len(set(refusals)) == 1:  # no disturbed line says the same each time
+            refusals += REPORT.findall(answer)[-1:]
+        if len(refusals) == TRIES and len(set(refusals)) == 1:  # a disturbed line does not repeat itself
             raise refused(self._line.port, command, refusals[0].strip(), "")
         raise self._unclear(command, answer)
 
     def command(self, command: str) -> None:
-        """Have a command carried out.
+        """Execute a command.
 
         Raises:
-            ArmError: The controller says no.
+            ArmError: The controller refuses.
             AnswerUnclear: Its echo was never right.
         """
         self.ask(command, lambda answer: True if ">" in answer and not REFUSAL.search(answer) else None)
 
     def start(self, command: str) -> None:
-        """Enter a command whose answer takes its time."""
+        """Enter a command without waiting for its answer."""
         for _ in range(TRIES):
             if self._typed(command):
                 self._line.send(ENTER)
@@ -126,14 +126,14 @@ class AclProtocol:
         raise self._unclear(command, "")
 
     def listen(self) -> None:
-        """Take in what the controller has reported unasked since the last command."""
+        """Process the controller's own reports since the last command."""
         self.inspect(self._line.discard())
 
     def inspect(self, text: str, command: str = "") -> None:
-        """Look for reports of trouble in what came, or for the rejection of a command whose echo was right.
+        """Check received text for reported faults, or for the refusal of a command whose echo was right.
 
         Raises:
-            ArmError: It says no.
+            ArmError: The command was refused.
         """
         if not self._begun:
             return
@@ -153,11 +153,11 @@ class AclProtocol:
         self._line.send(ABORT * AT_ONCE)
 
     def settle(self) -> None:
-        """Let what is still being sent pass."""
+        """Discard text that is still being sent."""
         self._line.until(NOTHING, PAUSE_S)
 
     def _typed(self, command: str) -> bool:
-        """Type a command without entering it; whether it was heard right. A misheard one is spoilt and thrown away."""
+        """Type a command without entering it; whether its echo was right. A misheard one is invalidated."""
         self.listen()
         text = self._mixed(command)
         self._line.send(text)
@@ -170,7 +170,7 @@ class AclProtocol:
         return False
 
     def _prompted(self) -> "tuple[str, re.Match[str] | None]":
-        """Enter, and listen for the prompt; once more where nothing at all comes."""
+        """Enter, and wait for the prompt; once more after silence."""
         self._line.send(ENTER)
         answer, prompt = self._line.until(PROMPT, QUIET_S)
         if not answer:

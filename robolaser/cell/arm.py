@@ -1,4 +1,4 @@
-"""An arm that can be sent to joint angles and read, whatever protocol its controller has, and those that there are.
+"""The interface of arms: they move to joint angles and are read, whatever their controller's protocol.
 
 An arm is a file with an `Arm` and a line in `ARMS`, or a plugin; cell.toml names it by its `kind`.
 """
@@ -24,7 +24,7 @@ ARMS: Mapping[str, str] = {
     "replay": "robolaser.cell.replay:ReplayArm",
     "ur": "robolaser.cell.ur:UrArm",
 }
-"""SCORBOT controllers, bus servos of three makers, a recording that passes for an arm, and Universal Robots' arms."""
+"""SCORBOT controllers, bus servos of three makers, a recording in place of an arm, and Universal Robots' arms."""
 REQUIRED = ("outputs", "synchronous_read", "absolute_encoders")
 
 
@@ -34,70 +34,70 @@ class Arm(ABC):
     Angles are in the order of the joints of the cell's robot.
 
     Raises (every method): LineLost, and of `robolaser.cell.failures` AnswerUnclear, ArmAlarm and
-    ArmRestarted; ArmError where a device talks without end, or its controller rejects a command.
+    ArmRestarted; ArmError where a device sends without end, or its controller rejects a command.
     """
 
     step: Array
     """The smallest difference of angles that a reading resolves, (j,) [rad or m]."""
     synchronous_read: ClassVar[bool]
-    """Whether a reading shows all joints at the same moment, not one after the other."""
+    """Whether a reading shows all joints at one instant, not one after the other."""
     outputs: ClassVar[int | None]
-    """How many digital outputs its controller has, counted from 1; None: any that is asked for."""
+    """Number of its controller's digital outputs, which count from 1; None: any."""
     absolute_encoders: ClassVar[bool]
-    """Whether its readings still mean the same angles after its power was off."""
+    """Whether its readings are valid after its power was off."""
     stops_alone: ClassVar[bool] = False
-    """Whether it stops by itself within a second when nobody speaks with it any more."""
+    """Whether it stops by itself within a second after communication ends."""
     follows: ClassVar[bool] = False
-    """Whether it takes new angles many times a second and follows them, once a motion was started."""
+    """Whether it follows a stream of setpoints, once a motion was started."""
 
     @classmethod
     @abstractmethod
     def open(cls, cell: Cell, clock: Clock) -> Self:
-        """Open the line to a cell's arm, and learn how it counts. Nothing moves.
+        """Open the line to a cell's arm, and read its counts per angle. Nothing moves.
 
         Raises:
             ArmError: The line cannot be opened, or does not lead to this robot's controller.
             DataError: The robot has more joints than the controller moves.
-            DependencyMissing: A package that speaks with it is not installed.
+            DependencyMissing: A package for it is not installed.
         """
 
     @abstractmethod
     def read(self) -> Array:
-        """Where it is now, moving or not, (j,) [rad or m]. One reading: a disturbed line may have spoilt it."""
+        """Read its joint values, at rest or in motion, (j,) [rad or m]. A disturbed line may corrupt one reading."""
 
     @abstractmethod
     def poll_faults(self) -> None:
         """Check whether a joint reports a fault.
 
         Raises:
-            ArmAlarm: One is.
+            ArmAlarm: A joint does.
         """
 
     @abstractmethod
     def start_move(self, q: Array, seconds: float) -> None:
         """Start a motion to angles, (j,), that takes about so many seconds. Returns at once.
 
-        There is never more than one motion under way: an arm whose line is cut comes to rest at its goal.
+        Only one motion is active at a time: an arm whose line is cut comes to rest at its goal.
         """
 
     def follow(self, q: Array) -> None:
-        """Let all joints follow to angles, (j,), as their servos can, and return at once; see `follows`."""
+        """Send a setpoint to all joints, (j,), and return at once; see `follows`."""
         raise NotImplementedError  # of an arm that plans its motions itself, `arm_class` refuses setpoints
 
     def prepare(self, q: Array) -> None:  # noqa: B027 - most arms have nothing to prepare
-        """Tell the controller where the next motion goes, (j,), while the arm may still move. Nothing moves by this."""
+        """Send the goal of the next motion, (j,), without starting it; the arm may still move."""
 
     @abstractmethod
     def stop(self) -> None:
-        """Stop where it is and discard its motion, at once. Whether it stands then is for the caller to see.
+        """Stop at the current position and discard the motion. The caller checks that it is at rest.
 
         Raises:
-            AnswerUnclear: An arm that can be asked whether it heard this does not say so.
+            AnswerUnclear: An arm that can confirm this does not.
         """
 
     @abstractmethod
     def home(self) -> None:
-        """Search its home, and return when it is found.
+        """Search the home position, and return when it is found.
 
         Raises:
             ArmError: It was not.

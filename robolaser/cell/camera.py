@@ -1,4 +1,4 @@
-"""The camera of a cell: it runs by itself and shows what is there now, or is a folder of images."""
+"""The camera of a cell: a live camera, or a folder of images in its place."""
 
 import threading
 from collections.abc import Callable
@@ -20,19 +20,19 @@ from robolaser.vision.images import CameraImages
 Warn = Callable[[str], None]
 
 STREAMS = ("tcp", "udp", "rtp", "rtsp", "rtsps", "http", "https")
-"""Of URLs that may be opened: FFmpeg knows many more, which read other files or write."""
+"""Allowed URL schemes: FFmpeg has many more, which read other files or write."""
 ENDINGS = (".png", ".pgm", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
-WHITE = 250  # grey value from which on a pixel counts as saturated
-MOSTLY = 0.5  # share of white pixels with which an image is lost,
+WHITE = 250  # least grey value of a saturated pixel
+MOSTLY = 0.5  # share of white pixels from which an image is useless,
 MUCH = 0.1  # and that a stripe alone never reaches
-DARK = 12  # grey that some pixel exceeds in any image that shows something
+DARK = 12  # grey value that some pixel exceeds unless the image is dark
 SILENT_S = 2.0  # a camera that sends no image for so long is lost
 FIRST_S = 8.0  # the first image may take longer: streams are analysed, exposures adjusted
-MANUAL = 1.0  # what most drivers (V4L2) call exposure by hand
-PASSED_ON = 2  # images that may have been exposed before they were wanted, and waited somewhere in between
+MANUAL = 1.0  # manual exposure in most drivers (V4L2)
+PASSED_ON = 2  # buffered images that may have been exposed before the request
 OPENING_MS = 8000  # of a stream,
 READING_MS = 2000  # and of its next image
-RAW = -1.0  # format by which OpenCV hands images on as they were sent: its own decoding hides a change of size
+RAW = -1.0  # format for undecoded images: OpenCV's decoding hides a change of size
 
 
 def open_camera(cell: Cell, clock: Clock, warn: Warn) -> "Camera":
@@ -57,7 +57,7 @@ def open_camera(cell: Cell, clock: Clock, warn: Warn) -> "Camera":
 class LiveCamera:
     """Grey images of one size, (h, w) uint8, of a device or a stream.
 
-    It is read in a thread of its own: its newest image is kept, older ones are discarded.
+    A thread reads it and keeps the newest image only.
     """
 
     def __init__(self, line: CameraLine, size: tuple[int, int], clock: Clock, warn: Warn) -> None:
@@ -82,13 +82,13 @@ class LiveCamera:
             raise
 
     def shot(self, settle_s: float) -> Image:
-        """An image of what is there from now on.
+        """Return an image that is exposed from now on.
 
         Args:
-            settle_s: Wait so long first [s]; 0: nothing has changed since the last shot.
+            settle_s: Wait first [s]; 0 if nothing has changed since the last shot.
 
         Raises:
-            CameraError: No image comes, they are all the same, or the image is of no use.
+            CameraError: No image comes, all are the same, or the image is useless.
         """
         self._clock.wait(settle_s)
         with self._news:
@@ -101,7 +101,7 @@ class LiveCamera:
         """Close it."""
         self._closing = True
         self._reader.join(SILENT_S)
-        if not self._reader.is_alive():  # a driver that hangs is left to hang
+        if not self._reader.is_alive():  # a blocked driver is left alone
             self._capture.release()
 
     def _wait_for(self, number: int, patience_s: float) -> Image:
@@ -131,7 +131,7 @@ class LiveCamera:
                 end = None if there else no_more_images(self._source, "it has ended or was unplugged")
             except RobolaserError as error:
                 image, end = None, error
-            except Exception as error:  # whatever a driver throws, the one who waits must hear of it
+            except Exception as error:  # any error of a driver is raised in the waiting thread
                 image, end = None, no_more_images(self._source, str(error))
             if image is None and end is None:
                 continue
@@ -149,7 +149,7 @@ class LiveCamera:
         self._image, self._count = image, self._count + 1
 
     def _grey(self, frame: Any) -> Image | None:
-        """An image as OpenCV delivers it, (h, w) or (h, w, 3), or as it was sent, as (h, w) uint8; None: it is torn."""
+        """A decoded image, (h, w) or (h, w, 3), or an encoded one, as (h, w) uint8; None if it is incomplete."""
         if self._single:
             image: Image | None = decoded(frame.tobytes(), cv2.IMREAD_GRAYSCALE)
             return image
@@ -190,7 +190,7 @@ Camera = LiveCamera | RecordedImages
 
 
 def _check(source: object, image: Image, size: tuple[int, int], warn: Warn) -> None:
-    """Look whether an image, (h, w), is fit to be kept, and warn of what is odd; its size is width and height [px].
+    """Check an image, (h, w), and warn of doubtful ones; `size` is width and height [px].
 
     Raises:
         CameraError: It has another size, or most of it is white.
@@ -198,7 +198,7 @@ def _check(source: object, image: Image, size: tuple[int, int], warn: Warn) -> N
     if image.shape[::-1] != size:
         raise CameraError(
             f"Camera {source} gives images of {image.shape[1]} x {image.shape[0]} pixels, but dataset.toml,"
-            f" [image] says {size[0]} x {size[1]}. Set the camera to that size, or correct [image]."
+            f" [image] states {size[0]} x {size[1]}. Set the camera to that size, or correct [image]."
         )
     white = float((image >= WHITE).mean())
     if white > MOSTLY:
@@ -213,12 +213,12 @@ def _check(source: object, image: Image, size: tuple[int, int], warn: Warn) -> N
 
 
 def _cut_off(image: Image) -> bool:
-    """Whether so little or so much light fell into it that no noise is left to tell a live camera by."""
+    """Whether it is too dark or too bright to show the noise of a live camera."""
     return bool(image.max(initial=0) < DARK or image.min(initial=WHITE) >= WHITE)
 
 
 def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> tuple[Any, bool]:
-    """What `cv2.VideoCapture` gives, and whether it gives single images (PGM, PNG, Motion JPEG) as they were sent."""
+    """A `cv2.VideoCapture`, and whether it returns encoded single images (PGM, PNG, Motion JPEG)."""
     capture: Any
     if isinstance(line.source, str) and "://" in line.source:
         capture, single = _open_stream(line.source)
@@ -235,7 +235,7 @@ def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> tuple[Any, b
         ("gain", cv2.CAP_PROP_GAIN, line.gain),
     ):
         if value is not None and not capture.set(what, value):
-            warn(f"camera {line.source}: its driver refuses {name} = {value:g}; it stays as it is.")
+            warn(f"camera {line.source}: its driver refuses {name} = {value:g}; the value is unchanged.")
     return capture, single
 
 
@@ -271,5 +271,5 @@ def cannot_open(source: object, reason: str) -> CameraError:
 
 
 def no_more_images(source: object, reason: str) -> CameraError:
-    """The error of a camera that falls silent."""
+    """The error of a camera that sends no more images."""
     return CameraError(f"Camera {source} gives no more images: {reason}. Check its cable and power.")

@@ -1,4 +1,4 @@
-"""The time that machines take: the clock, and how long motions last."""
+"""The clock, and the durations of motions."""
 
 import time
 from typing import final
@@ -13,22 +13,22 @@ LEAST_S = 0.5
 
 @final
 class Clock:
-    """The time on the wall."""
+    """Wall-clock time."""
 
     def now(self) -> float:
-        """Seconds since some moment; never runs backwards."""
+        """Seconds since an arbitrary instant; never runs backwards."""
         return time.monotonic()
 
     def wait(self, seconds: float) -> None:
-        """Let time go by."""
+        """Wait [s]."""
         time.sleep(seconds)
 
 
 def seconds_for(way: Array, speed: float) -> float:
-    """Time for a way, (j,) [rad or m], in which no joint ever exceeds a speed [rad/s or m/s], in s."""
+    """Least duration [s] of a smooth motion, (j,) [rad or m], within a speed of each joint [rad/s or m/s]."""
     return max(LEAST_S, PEAK * float(np.abs(way).max(initial=0.0)) / speed)
 
 
 def way_in(seconds: float, speed: float) -> float:
-    """How far a joint goes at most in a motion so that it never exceeds a speed [rad or m]."""
+    """Longest motion of a joint within a speed [rad or m]."""
     return seconds * speed / PEAK

@@ -1,4 +1,4 @@
-"""Failures of an arm that a recording tells apart, the sentences that several files say, and joint values in them."""
+"""The failures of an arm that a recording distinguishes, and messages that several files share."""
 
 from typing import final
 
@@ -16,12 +16,12 @@ class AnswerUnclear(ArmError):
 
 @final
 class ArmAlarm(ArmError):
-    """The controller or a servo reports trouble unasked."""
+    """The controller or a servo reports a fault."""
 
 
 @final
 class ArmRestarted(ArmError):
-    """The controller was off in between."""
+    """The controller has restarted."""
 
 
 @final
@@ -30,7 +30,7 @@ class NotSettled(ArmError):
 
 
 def line_lost(port: str, reason: str) -> LineLost:
-    """The error of a line that is silent or gone."""
+    """The error of a silent or lost line."""
     return LineLost(
         f"The line to the arm on {port} is lost: {reason}."
         " Check plug, power and that [arm] baud and flow in cell.toml are the controller's."
@@ -40,7 +40,7 @@ def line_lost(port: str, reason: str) -> LineLost:
 def unclear(port: str, command: str, answer: str, tries: int) -> AnswerUnclear:
     """The error of a command whose answers cannot be understood."""
     return AnswerUnclear(
-        f"The arm on {port} answered '{command}' {tries} times with what cannot be understood, at last"
+        f"The arm on {port} gave no valid answer to '{command}' in {tries} tries, the last one being"
         f" {answer[-60:]!r}. Check [arm] kind and baud in cell.toml, and the cable's shield."
     )
 
@@ -52,7 +52,7 @@ def refused(port: str, command: str, answer: str, meaning: str) -> ArmError:
 
 
 def alarm(port: str, joint: str, message: str, advice: str) -> ArmAlarm:
-    """The error of an arm in trouble."""
+    """The error of an arm that reports a fault."""
     return ArmAlarm(f"The arm on {port} reports '{message}' ({joint}). {advice}")
 
 

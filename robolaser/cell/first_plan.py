@@ -1,7 +1,7 @@
-"""The first plan of a cell: where the board is to lie, and poses and motions that see it, before anything was measured.
+"""The first plan of a cell: the board's position, and poses and motions that see it, before any measurement.
 
 A ChArUco board names its corners, so that a camera has to see only a part of it: the plan looks at the board's middle
-from a camera that looks where the arm points, and holds for one that is tilted or aside.
+from a camera along the last joint's axis, and is valid for one that is tilted or off the axis.
 """
 
 from collections.abc import Sequence
@@ -27,20 +27,20 @@ from robolaser.robot.postures import foot_of, random_configurations
 from robolaser.simulation.nominal import facing_outward
 
 AHEAD = 0.55  # distance of the board's middle from the base, in the arm's reach
-MIDDLE = (5, 4)  # inner corners of the part of the board that every pose is to show
+MIDDLE = (5, 4)  # inner corners of the part of the board that every pose shows
 ALL_AROUND_RAD = 6.2
-FOCAL = 0.94  # length, in the image's width: a usual lens of 56°
+FOCAL = 0.94  # focal length over image width: a usual lens of 56°
 SPARE = (0, 5, 20)  # poses that may be lost because the way to them is not free
-ASIDE_RAD = 0.3  # by which joints leave a pose between two poses, at most
-OFFSETS = ("joint_offset",)  # which the poses are to show besides
-TURNS = 2  # places on the way to a pose at which joints turn back
+ASIDE_RAD = 0.3  # largest detour of joints between two poses
+OFFSETS = ("joint_offset",)  # that the poses shall also show
+TURNS = 2  # reversals of joints on the way to a pose
 TRIES = 40
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Where camera and board are, about."""
+    """Approximate positions of camera and board."""
 
     T_flange_camera: Array  # (4, 4)
     T_base_board: Array  # (4, 4)
@@ -68,7 +68,7 @@ def first_poses(cell: Cell, count: int, seed: int) -> tuple[Waypoint, ...]:
     """Poses that see the board's middle, each with a free way to the next.
 
     Raises:
-        PlanError: There are too few.
+        PlanError: There are too few such poses.
     """
     described, may = _assumed(cell), partial(RouteCheck.of(cell).allows, run_up=ASIDE_RAD / 2)
     for spare in SPARE:
@@ -80,13 +80,13 @@ def first_poses(cell: Cell, count: int, seed: int) -> tuple[Waypoint, ...]:
         if len(kept) >= count:
             return numbered(kept[:count])
     raise PlanError(
-        f"{cell.robot.name} does not see the middle of this board, lying on the table before it, from {count} poses"
+        f"{cell.robot.name} does not see the middle of this board on the table in front of it from {count} poses"
         " with free ways between them. Ask for fewer poses, or for smaller squares."
     )
 
 
 def _chained(cell: Cell, q: Array) -> Array:
-    """Configurations (n, j) in an order in which each is the nearest to which the way is free; others are left out."""
+    """Configurations (n, j) ordered so that each is the nearest with a free way; others are dropped."""
     check = RouteCheck.of(cell)
     kept, left = [q[0]], list(q[1:])
     while left:
@@ -100,7 +100,7 @@ def _chained(cell: Cell, q: Array) -> Array:
 
 
 def with_motions(cell: Cell, waypoints: Sequence[Waypoint], seed: int) -> tuple[Waypoint, ...]:
-    """The same poses, with places before each from which all joints turn back, as far as the way there is free."""
+    """The same poses, each approached with reversals of all joints, as far as the way is free."""
     check, rng = RouteCheck.of(cell), np.random.default_rng(seed)
     start: Array | None = None
     found = []
@@ -120,7 +120,7 @@ def with_motions(cell: Cell, waypoints: Sequence[Waypoint], seed: int) -> tuple[
 
 
 def _assumed(cell: Cell) -> Dataset:
-    """The cell's description with what the plan assumes of camera and board."""
+    """The cell's description with the assumed camera and board."""
     described, at = cell.description, layout(cell)
     board, size = described.board, described.image_px
     assert board is not None
@@ -147,7 +147,7 @@ def _assumed(cell: Cell) -> Dataset:
 
 
 def reach_of(robot: Robot) -> float:
-    """How far an arm reaches, at least nearly [m]."""
+    """Approximate reach of an arm [m]."""
     return float(reach(robot, _straight_ahead(robot)).max())
 
 
@@ -159,7 +159,7 @@ def _straight_ahead(robot: Robot) -> Array:
 
 
 def _front(robot: Robot) -> Array:
-    """The axis of the base frame, (3,), that an arm faces which cannot turn all around; x of one that can."""
+    """The axis of the base frame, (3,), that an arm with a limited base joint faces; x for others."""
     lower, upper = (end[robot.chain[0]] for end in robot.range)
     if upper - lower > ALL_AROUND_RAD:
         return np.array([1.0, 0.0, 0.0])

@@ -1,4 +1,4 @@
-"""Motions by setpoints: joints are told many times a second where to be, and what they read is logged beside it."""
+"""Motions by setpoints: joints get setpoints at a high rate, and their readings are logged with these."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ from robolaser.data.writing import robot_table, toml_text
 from robolaser.errors import ArmError
 from robolaser.robot.kinematics import Robot
 
-BEHIND = np.deg2rad(15.0)  # how far a joint may be from its setpoint: hobby servos stay behind by up to 10° [rad or m]
-LOOK_S = 0.5  # time between two looks for faults
+BEHIND = np.deg2rad(15.0)  # largest tracking error: hobby servos lag by up to 10° [rad or m]
+LOOK_S = 0.5  # time between two polls for faults
 REST_S, PATIENCE_S = 0.4, 3.0
-"""A joint rests that has not moved for so long; one that still moves after so long does not come to rest."""
-STEPS = 2.5  # of the encoder, that an arm at rest may seem to move
+"""A joint that has not moved for the first time is at rest; one that still moves after the second does not settle."""
+STEPS = 2.5  # of the encoder: apparent motion of an arm at rest
 
 TABLE = "motion/motion.csv"
 LOG_FILES = (TABLE, "motion/dataset.toml", "motion/robot.urdf")
@@ -31,16 +31,16 @@ LOG_FILES = (TABLE, "motion/dataset.toml", "motion/robot.urdf")
 @final
 @dataclass(frozen=True, eq=False)
 class Tick:
-    """One moment of a motion."""
+    """One sample of a motion."""
 
     time_s: float  # on the clock
-    command: Array  # where the joints were last told to be, (j,) [rad or m]
-    q: Array  # as read, (j,) [rad or m]
+    command: Array  # last setpoint, (j,) [rad or m]
+    q: Array  # reading, (j,) [rad or m]
 
 
 @final
 class SetpointStreamer:
-    """Leads an arm along straight ways in joint space, by setpoints that speed up and slow down smoothly.
+    """Moves an arm straight in joint space, by setpoints that accelerate and decelerate smoothly.
 
     No joint's setpoint exceeds the speed [rad/s or m/s].
     """
@@ -52,15 +52,15 @@ class SetpointStreamer:
         self._looked_s = -np.inf
 
     def taken(self) -> list[Tick]:
-        """What was logged since the last call."""
+        """Samples since the last call."""
         ticks, self._ticks = self._ticks, []
         return ticks
 
     def move(self, goal: Array, place: str) -> Array:
-        """Lead the arm to a goal, (j,), which messages call `place`, from where it was led before, or from where it is.
+        """Move to a goal, (j,), which messages call `place`, from the last setpoint or the current position.
 
         Returns:
-            What was read last, (j,): the arm may still be on its way.
+            The last reading, (j,): the arm may still be moving.
 
         Raises:
             ArmError: A joint stays too far behind.
@@ -75,7 +75,7 @@ class SetpointStreamer:
                 return q
 
     def rest(self, place: str) -> Array:
-        """Hold the last setpoint until the joints rest, and give where they do, (j,).
+        """Hold the last setpoint until the joints are at rest, and return their reading, (j,).
 
         Raises:
             ArmError: A joint stays too far behind.
@@ -94,14 +94,14 @@ class SetpointStreamer:
         return q
 
     def _held(self) -> Array:
-        """The setpoint that the joints hold; at first they are told to hold where they are."""
+        """The setpoint that the joints hold; at first their current position."""
         if self._command is None:
             self._command = self._arm.read()
             self._arm.start_move(self._command, LEAST_S)
         return self._command
 
     def _tick(self, command: Array, place: str) -> Array:
-        """Read, log what was told last, tell the joints where to be now, and wait for the next time."""
+        """Read, log the last setpoint, send the new one, and wait for the next period."""
         began = self._clock.now()
         if began - self._looked_s > LOOK_S:
             self._arm.poll_faults()
@@ -124,28 +124,28 @@ class SetpointStreamer:
 
 @final
 class SetpointLog:
-    """The motion log of a recording, a data set of its own below it: a series for each pose, its way and its rest."""
+    """The motion log of a recording, a separate data set inside it: a series for each pose, with its way and rest."""
 
     def __init__(self, cell: Cell) -> None:
         self._name, self._robot = cell.description.name, cell.robot
         self._rows: list[list[str]] = []
-        self.step_rad: float | None = None  # what readings are rounded to; None: not known
+        self.step_rad: float | None = None  # resolution of readings; None: not known
 
     def add(self, series: str, ticks: Sequence[Tick]) -> None:
-        """Note the motion to a pose."""
+        """Add the motion to a pose."""
         for tick in ticks:
             values = (*tick.command.tolist(), *tick.q.tolist())
             self._rows.append([series, f"{tick.time_s - ticks[0].time_s:.4f}", *(f"{value:.6f}" for value in values)])
 
     def take_up(self, folder: Path, series: Collection[str]) -> None:
-        """Go on with the log of a recording, of which some series are kept."""
+        """Resume the log of a recording with some of its series."""
         if (folder / TABLE).is_file():
             table = read_table(folder / TABLE)
             columns = [table.cells(name) for name in table.columns]
             self._rows = [list(row) for row in zip(*columns, strict=True) if row[0] in series]
 
     def files(self) -> dict[str, bytes]:
-        """What its files hold, by their names in the recording's folder; none before the first motion."""
+        """Contents of its files, by names in the recording's folder; empty before the first motion."""
         if not self._rows:
             return {}
         columns = [f"{what}_{joint}" for what in ("command", "q") for joint in self._robot.joints]
@@ -161,5 +161,5 @@ class SetpointLog:
 
 
 def smooth(share: float) -> float:
-    """Share of the way after a share of the time, 0 to 1: a polynomial of fifth degree, at rest at both ends."""
+    """Share of the way by share of the time, 0 to 1: a polynomial of fifth degree, at rest at both ends."""
     return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)

@@ -19,9 +19,9 @@ QUIET_S = 0.6
 TRIES = 3
 STARTS = 5
 HALTS = 5
-AT_ONCE = 8  # how often a halt is said without waiting, for a line that swallows bytes
-SOON_S = 0.2  # longest wait for a servo to say where it is going, while it may be going elsewhere
-SLOWEST = 10  # least cap on a servo's speed, for one that has nowhere to go [tenths of a degree/s]
+AT_ONCE = 8  # repetitions of a halt without waiting, for a line that loses bytes
+SOON_S = 0.2  # longest wait for a servo to confirm its goal while it may move to another
+SLOWEST = 10  # least speed limit, also of a servo that need not move [tenths of a degree/s]
 TROUBLE = {7: "outside its limits", 8: "stuck", 9: "blocked", 10: "in safe mode"}
 ADVICE = "Free the arm, let it cool down, and switch its power off and on."
 
@@ -42,11 +42,11 @@ class LssArm(BusArm):
         self.read()
 
     def read(self) -> Array:
-        """Where it is now, (j,)."""
+        """Read the joint angles, (j,)."""
         return self._angles(self._all("QD"))
 
     def poll_faults(self) -> None:
-        """Whether a joint is in trouble."""
+        """Raise the fault that a joint reports."""
         for servo, joint in self._servos:
             status = self._ask(servo, joint, "Q")
             if status in TROUBLE:
@@ -55,8 +55,8 @@ class LssArm(BusArm):
     def start_move(self, q: Array, seconds: float) -> None:
         """Start a motion to angles, (j,), all servos or none.
 
-        The time that a motion is to take cannot be read back. So each servo is first given the speed that its way
-        needs as its highest, and says that it heard; and all are halted, and told again, where one misheard its goal.
+        The duration of a motion cannot be read back. So each servo first gets its motion's speed as its limit, and
+        confirms it; where one misheard its goal, all are halted and commanded again.
         """
         goal = self._counts(q)
         heard = goal
@@ -74,11 +74,11 @@ class LssArm(BusArm):
         raise self._unheard(f"#{self._ids[i]}D{goal[i]}", int(heard[i]))
 
     def stop(self) -> None:
-        """Stop where it is."""
+        """Stop at the current position."""
         self._line.send(f"\r#{EVERYBODY}H\r" * AT_ONCE)
 
     def _halted(self) -> Ints:
-        """Halt, and say where all stand, (j,) [tenths of a degree]."""
+        """Halt, and return all positions, (j,) [tenths of a degree]."""
         before = now = self._all("QD")
         for _ in range(HALTS):
             self.stop()
@@ -88,7 +88,7 @@ class LssArm(BusArm):
         raise unclear(self._line.port, f"#{EVERYBODY}H", f"{before.tolist()}, {now.tolist()}", HALTS)
 
     def _cap(self, fastest: Ints) -> None:
-        """Set each servo's highest speed, (j,) [tenths of a degree/s], until its power is off."""
+        """Set each servo's speed limit, (j,) [tenths of a degree/s], until its power is off."""
         for (servo, joint), speed in zip(self._servos, fastest.tolist(), strict=True):
             for _ in range(TRIES):
                 self._line.send(f"#{servo}SD{speed}\r")
@@ -99,19 +99,19 @@ class LssArm(BusArm):
                 raise self._unheard(f"#{servo}SD{speed}", heard)
 
     def _unheard(self, command: str, heard: int) -> AnswerUnclear:
-        """What to raise where nobody moves, for one servo would not take a command.
+        """The error where no servo moves because one did not take a command.
 
         Raises:
-            ArmAlarm: It is in trouble, and takes none.
+            ArmAlarm: That servo reports a fault.
         """
         self.stop()
         self.poll_faults()
         return unclear(self._line.port, command, str(heard), TRIES)
 
     def _all(self, what: str, *, tries: int = TRIES, quiet_s: float = QUIET_S) -> Ints:
-        """What each servo answers, (j,)."""
-        said = [self._ask(servo, joint, what, tries=tries, quiet_s=quiet_s) for servo, joint in self._servos]
-        return np.array(said, dtype=np.int64)
+        """The answer of each servo, (j,)."""
+        answers = [self._ask(servo, joint, what, tries=tries, quiet_s=quiet_s) for servo, joint in self._servos]
+        return np.array(answers, dtype=np.int64)
 
     def _ask(self, servo: int, joint: str, what: str, *, tries: int = TRIES, quiet_s: float = QUIET_S) -> int:
         heard = ""

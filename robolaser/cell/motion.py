@@ -1,4 +1,4 @@
-"""Motions: one is over when the arm is read to rest at its goal, not when the controller says so."""
+"""Motions: one is over when readings show the arm at rest at its goal, not when the controller reports it."""
 
 from typing import final
 
@@ -13,15 +13,15 @@ from robolaser.errors import ArmError, PlanError, RobolaserError
 from robolaser.robot.kinematics import Robot
 
 POLL_S = 0.05
-ALIKE_S = 0.1  # two readings so far apart that agree are a rest: no disturbed line says the same wrong thing twice
-STEPS = 2.5  # of the encoder: how near is there
-NEAR = np.deg2rad(0.1)  # how near to its goal an arm rests, whatever its encoders: servos let go a little [rad or m]
-STRAY = np.deg2rad(3.0)  # how far joints may be off the straight way: they overshoot, or gain speed late [rad or m]
-PATIENCE = 2.0  # a motion may take this many times as long as it was given,
+ALIKE_S = 0.1  # time between two equal readings of rest: a disturbed line does not repeat an error
+STEPS = 2.5  # of the encoder: tolerance at the goal
+NEAR = np.deg2rad(0.1)  # least tolerance at the goal, whatever the encoders: servos relax a little [rad or m]
+STRAY = np.deg2rad(3.0)  # largest path deviation: joints overshoot or accelerate late [rad or m]
+PATIENCE = 2.0  # a motion may take this multiple of its planned duration,
 PATIENCE_S = 4.0  # and so much longer
-STILL_S = 3.0  # a joint that has not moved for a motion's time and so much longer, and should have, will not arrive
-STOPPED_ALIKE = 3  # readings after a stop: a bad line may swallow a sign in two of them; the next run starts from there
-STOPPING_S = 1.0  # an arm that still moves so long after it was told to stop did not hear it
+STILL_S = 3.0  # a joint away from its goal that rests for a motion's duration and so much longer will not arrive
+STOPPED_ALIKE = 3  # equal readings after a stop: a bad line may lose a sign in two; the next run starts there
+STOPPING_S = 1.0  # an arm that still moves so long after the stop command did not receive it
 STOPS = 5
 TINY = 1e-12
 
@@ -39,7 +39,7 @@ class Mover:
         self.near = np.maximum(STEPS * arm.step, NEAR)
         unsure = float((self.near + arm.step).max())
         self._piece = way_in(self._unattended_s, speed) - unsure
-        """Way of a joint from stop to stop: from wherever it is taken to be at one, it is at the next in time."""
+        """Way of a joint from stop to stop: it is at the next in time from within the tolerance of one."""
         if self._piece < unsure:
             slowest = np.ceil(1e3 * 2 * unsure * speed / way_in(self._unattended_s, speed)) / 1e3
             raise PlanError(
@@ -49,7 +49,7 @@ class Mover:
             )
 
     def resting(self, when: str, patience_s: float = STILL_S, *, alike: int = 2) -> Array:
-        """Where the arm stands, as so many readings in a row say, (j,).
+        """The arm's position at rest, by so many equal readings in a row, (j,).
 
         Raises:
             NotSettled: It moves.
@@ -68,21 +68,21 @@ class Mover:
             before = now
 
     def move_and_wait(self, goal: Array, place: str, start: Array) -> Array:
-        """Go straight, joint by joint, to a goal, and wait until the arm rests there.
+        """Move straight in joint space to a goal, and wait until the arm is at rest there.
 
-        It goes by stops so near to each other that it comes to rest soon at one of them, should nobody send it on. Each
-        piece is timed from where the arm really is, so that no joint exceeds the speed.
+        The stops on the way are so near to each other that the arm comes to rest soon if communication ends. Each
+        piece is timed from the measured position, so that no joint exceeds the speed.
 
         Args:
             goal: (j,).
-            place: What messages call it.
-            start: Where it rests now, (j,).
+            place: Its name in messages.
+            start: Current position, at rest, (j,).
 
         Returns:
-            Where it rests, as read, (j,).
+            The measured position, at rest, (j,).
 
         Raises:
-            ArmError: It rests elsewhere, does not come to rest, or is on another path than the straight one.
+            ArmError: It rests elsewhere, does not come to rest, or leaves the straight path.
         """
         legs = max(1, int(np.ceil(np.abs(goal - start).max(initial=0.0) / self._piece)))
         stops = np.linspace(start, goal, legs + 1)
@@ -95,7 +95,7 @@ class Mover:
         return at
 
     def _leg(self, start: Array, goal: Array, then: Array | None, seconds: float, place: str) -> Array:
-        """Move to a stop, (j,), from where the next motion goes to another, (j,), or nowhere: then the arm rests."""
+        """Move to a stop, (j,), and on to the next one, (j,), if there is one; else wait for rest."""
         self._arm.start_move(goal, seconds)
         if then is not None:
             self._arm.prepare(then)
@@ -133,14 +133,14 @@ class Mover:
                 raise self._not_arrived(place, q, goal, f"is still on its way after {now - began:.0f} s,")
 
     def halt(self, *, restarted: bool = False) -> Array:
-        """Stop the arm and see that it stands, (j,).
+        """Stop the arm and return its position at rest, (j,).
 
         Args:
-            restarted: Whether its controller is known to have restarted: more of what it prints then is no news.
+            restarted: Whether its controller is known to have restarted: further reports of this are ignored.
 
         Raises:
             NotSettled: It does not stop.
-            RobolaserError: The line does not let it be stopped.
+            RobolaserError: The line fails.
         """
         trouble: RobolaserError | None = None
         no_news = (NotSettled, ArmAlarm, AnswerUnclear, *((ArmRestarted,) if restarted else ()))
@@ -154,9 +154,9 @@ class Mover:
         raise trouble
 
     def _off(self, q: Array, last: Array, start: Array, goal: Array) -> Array:
-        """How far each joint is off the straight way, at the place of it that all together are nearest to, (j,).
+        """Deviation of each joint from the straight way, at the nearest point to all joints, (j,).
 
-        Joints that are read one after the other seem off by no more than they move from one reading to the next.
+        Joints that are read one after the other seem to deviate by up to their motion between readings.
         """
         way = goal - start
         share = np.clip((q - start) @ way / max(float(way @ way), TINY), 0.0, 1.0)
@@ -164,8 +164,8 @@ class Mover:
         return np.asarray(np.abs(q - start - share * way) - apart)
 
     def _not_arrived(self, place: str, q: Array, goal: Array, reason: str) -> ArmError:
-        joint, stands, wanted = at_worst(self._robot, np.abs(q - goal) / self.near, q, goal)
+        joint, at, wanted = at_worst(self._robot, np.abs(q - goal) / self.near, q, goal)
         return ArmError(
-            f"On the way to {place}, {joint} {reason} at {stands}, not {wanted}."
+            f"On the way to {place}, {joint} {reason} at {at}, not {wanted}."
             " Look for what blocks it, and check that its motors are on."
         )

@@ -26,16 +26,16 @@ CELL_FILES: Final = (
 FOLLOW_HZ, FOLLOW_RAD_S = 50, 0.8  # of arms of small servos that follow setpoints
 FOLLOWING: Final = ("dynamixel", "feetech")
 EMULATED: Final = ("acl", *FOLLOWING)
-BOARD: Final = Board(10, 7, 0.020, "charuco", 0.015, "DICT_4X4_100")  # which fits on a sheet of A4
+BOARD: Final = Board(10, 7, 0.020, "charuco", 0.015, "DICT_4X4_100")  # fits on a sheet of A4
 IMAGE_PX: Final = (640, 480)
-REACH: Final = 0.95  # of what the arm reaches at most, so that it is never stretched
+REACH: Final = 0.95  # share of the arm's reach that is used, so that it is never stretched
 SEED: Final = 1
 
 
 @final
 @dataclass(frozen=True)
 class NewCell:
-    """What a new cell is to be."""
+    """Description of a new cell."""
 
     entry: RobotEntry
     sensor: str  # "camera", or "stripe": with a laser
@@ -49,7 +49,7 @@ class NewCell:
 
 
 def new_cell(new: NewCell) -> dict[str, str | bytes | None]:
-    """The files of a cell by name; None for what such an arm has no use for.
+    """The files of a cell by name; None for files that such an arm does not need.
 
     No parameter is given a value: camera, mount and board are found from the images.
 
@@ -124,7 +124,7 @@ reach_m = {reach_m:.2f}          # the arm does not stretch farther
 
 
 def _world(new: NewCell, at: Layout) -> str:
-    """An arm with usual faults, and a camera that is tilted and beside the flange."""
+    """An arm with usual faults, and a tilted camera next to the flange."""
     focal, joints = 0.96 * IMAGE_PX[0], new.entry.joints
     T = at.T_flange_camera.copy()
     T[:3, 3] = T[:3, :3] @ [0.004, -0.045, -0.03]

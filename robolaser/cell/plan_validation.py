@@ -18,14 +18,14 @@ from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import foot_of
 
 FINE = 0.02
-"""All joints together turn no further than this from one place that is checked to the next: 12 mm at 0.6 m, so that
-nothing passes farther than 6 mm from a place that was checked [rad or m]."""
-SLACK = 0.002  # an arm that stands on a limit reads a little beyond it [rad or m]
+"""Largest motion of all joints together between two checked configurations: 12 mm at 0.6 m, so that no point is farther
+than 6 mm from a checked one [rad or m]."""
+SLACK = 0.002  # an arm at a limit may read a little beyond it [rad or m]
 SENSOR = "the sensor"
 LISTED = 12  # violations that a message lists
 
 Broken = tuple[bool, str]
-"""A limit that a straight way breaks: whether it does so only before its last posture, and what is how far off."""
+"""A violated limit of a straight way: whether its last posture is within it, and a description."""
 
 
 def collision_model(description: Dataset, limits: Limits, boxes: Sequence[Box] = ()) -> CollisionModel:
@@ -48,7 +48,7 @@ def collision_model(description: Dataset, limits: Limits, boxes: Sequence[Box] =
 
 
 def tool_points(description: Dataset) -> Array:
-    """Camera and light projector in the flange frame, by their drawing, (2, 3) [m]; none where nothing is drawn."""
+    """Nominal camera and light projector in the flange frame, (2, 3) [m]; none where no value is nominal."""
     drawn = description.parameters
     if not {"t_x", "t_y", "t_z", "b"} <= drawn.keys():
         return np.empty((0, 3))
@@ -58,9 +58,9 @@ def tool_points(description: Dataset) -> Array:
 
 
 def lowest(robot: Robot, q: Array, tools: Array) -> Array:
-    """Height of the lowest part that moves in postures (n, j): joint, flange or what it carries, (n,) [m].
+    """Height of the lowest moving part in postures (n, j): joint, flange or tool, (n,) [m].
 
-    What it carries are points in the flange frame, (k, 3) [m]. The first joint stands on the base and does not move.
+    Tools are points in the flange frame, (k, 3) [m]. The first joint is on the base and does not move.
     """
     flange = robot.forward(q)
     joints = robot.joint_frames(q)[:, 1:, 2, 3]
@@ -75,7 +75,7 @@ def reach(robot: Robot, q: Array) -> Array:
 
 @final
 class RouteCheck:
-    """What an arm may not break on its way: joint limits, floor and reach, and the distances between bodies.
+    """Checks a route against joint limits, floor and reach, and distances between bodies.
 
     Joint limits are the robot's; tools are points in the flange frame, (k, 3) [m].
     """
@@ -85,15 +85,15 @@ class RouteCheck:
 
     @classmethod
     def of(cls, cell: Cell) -> Self:
-        """What may not be broken in a cell."""
+        """The check of a cell's limits."""
         bodies = collision_model(cell.description, cell.limits, cell.boxes)
         return cls(cell.robot, cell.limits, tool_points(cell.description), bodies)
 
     def violations(self, start: Array | None, names: Sequence[str], q: Array) -> list[str]:
-        """All that a route would break, pose by pose: where, what, and how far where it is worst.
+        """All violations of a route, pose by pose: where, what, and the worst excess.
 
         Args:
-            start: Where the arm stands, (j,); None: not known, the way to the first pose is left out.
+            start: The arm's position, (j,); None: not known, the way to the first pose is not checked.
             names: Of the poses.
             q: Joint values in the order of the route, (n, j).
         """
@@ -108,10 +108,10 @@ class RouteCheck:
         return found
 
     def check(self, start: Array | None, waypoints: Sequence[Waypoint]) -> None:
-        """See that a route breaks nothing; arguments as those of `violations`.
+        """Check that a route has no violations; arguments as for `violations`.
 
         Raises:
-            PlanError: It does: where and how.
+            PlanError: It has: where and how.
         """
         broken = self.violations(start, *way(waypoints)) if waypoints else []
         if not broken:
@@ -126,7 +126,7 @@ class RouteCheck:
         )
 
     def allows(self, q: Array, run_up: float) -> Bools:
-        """Whether the arm may stand at postures (n, j), and with all joints a run-up below and above [rad or m]."""
+        """Whether postures (n, j) are allowed, also with all joints a run-up below and above [rad or m]."""
         good: Bools = np.ones(len(q), dtype=np.bool_)
         places = (q, q - run_up, q + run_up)[: 3 if run_up else 1]
         for excess in (excess for place in places for _, excess, *_ in self._excesses(place)):
@@ -136,7 +136,7 @@ class RouteCheck:
         return good
 
     def _excesses(self, q: Array) -> Iterator[tuple[str, Array, str, str]]:
-        """What is limited, by how much postures (n, j) are beyond it, (n,), where it is at worst, and the limit."""
+        """Each limited quantity, its excess in postures (n, j), (n,), its worst value, and the limit."""
         robot, floor_m, reach_m = self.robot, self.limits.floor_m, self.limits.reach_m
         for i, joint in enumerate(robot.joints if len(q) else ()):
             for sign, end, worst in ((-1.0, robot.lower[i], q[:, i].min()), (1.0, robot.upper[i], q[:, i].max())):
@@ -149,7 +149,7 @@ class RouteCheck:
             yield "the flange", far - reach_m, f"{far.max():.3f} m", f"{reach_m:.3f} m (reach_m)"
 
     def _broken(self, line: Array) -> list[Broken]:
-        """Of one straight way whose last posture is the pose itself, (s, j)."""
+        """Violations of a straight way whose last posture is the pose itself, (s, j)."""
         found: list[Broken] = []
         for what, excess, value, limit in self._excesses(line):
             slack = SLACK if what in self.robot.joints else 0.0

@@ -1,4 +1,4 @@
-"""The writer of a recording: a complete data set is on the disk after every pose, and is gone on with from there."""
+"""The writer of a recording: a complete data set is on the disk after every pose, and can be resumed from there."""
 
 import os
 import re
@@ -27,8 +27,8 @@ from robolaser.robot.kinematics import Robot
 
 DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
 FILES = (DATASET, POSES, PLAN, "points.csv", "stripes.npy", *LOG_FILES)
-"""Those that make a folder a recording, and what is extracted from one and no longer true of another."""
-LEAST_PAUSE_S = 1.0  # between the last pose before an interruption and the next one, if the disk's clock says less
+"""The files of a recording, and those extracted from one, which a new recording makes invalid."""
+LEAST_PAUSE_S = 1.0  # least pause between the poses around an interruption, if file times differ by less
 MERE_WORDS = ("name", "source", "licence")
 SECTION, KEY = "noise", "joint_rad"
 HEADER = re.compile(r"^[ \t]*\[[ \t]*[\"']?noise[\"']?[ \t]*\].*$", re.MULTILINE)
@@ -38,23 +38,23 @@ PNG_BEGINS, PNG_ENDS = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 @final
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """A configuration that the arm rested at."""
+    """A recorded configuration."""
 
     name: str  # of the pose
     time_s: float  # since the recording began
-    q: Array  # as read, (j,) [rad or m]
+    q: Array  # reading, (j,) [rad or m]
     images: Mapping[str, Image] = field(default_factory=dict)  # by column of poses.csv; none where the arm only passed
     qd: Array | None = None  # velocities of an arm that moves, (j,) [rad/s or m/s]; None: it rests
 
 
 @final
 class RecordingWriter:
-    """The folder of a recording. Nothing is written before the first entry, which replaces a recording that is there.
+    """The folder of a recording. Nothing is written before the first entry, which replaces an existing recording.
 
     Args:
-        cell: Where it is taken.
+        cell: Its cell.
         folder: Created if it does not exist.
-        waypoints: The poses; none where somebody else moves the arm.
+        waypoints: The poses; none for an arm that is moved by others.
         shots: At each pose, with the laser on.
     """
 
@@ -62,7 +62,7 @@ class RecordingWriter:
         self.folder = folder
         self.waypoints = tuple(waypoints)
         self.shots = shots
-        self.time_s = 0.0  # since when the next entry counts from
+        self.time_s = 0.0  # origin of the next entry's time
         self.begun = False  # whether anything is on the disk
         self._cell = cell
         self._robot = cell.robot
@@ -72,12 +72,12 @@ class RecordingWriter:
 
     @classmethod
     def resume(cls, cell: Cell, folder: Path, waypoints: Sequence[Waypoint] | None, shots: int | None) -> Self:
-        """Go on with a recording that was interrupted; poses whose images are gone or cut off are visited again.
+        """Resume an interrupted recording; poses whose images are missing or incomplete are visited again.
 
         Args:
-            cell: Where it is taken.
+            cell: Its cell.
             folder: Of the recording.
-            waypoints: The poses; None: those it was begun with.
+            waypoints: The poses; None: those of its plan.
             shots: Likewise.
 
         Raises:
@@ -113,18 +113,18 @@ class RecordingWriter:
 
     @property
     def done(self) -> int:
-        """How many poses are on the disk."""
+        """Number of poses on the disk."""
         return len(self.waypoints) - len(self.remaining)
 
     @property
     def files(self) -> list[str]:
-        """Names of what will be written to the folder or cleared away there."""
+        """Names of files that will be written to the folder or removed from it."""
         stems, shots = map(self._stem, (one.name for one in self.remaining)), self._columns()
         images = [f"{IMAGES}/{stem}{_ending(shot)}" for stem in stems for shot in shots if shot.startswith(LIT)]
         return images if self.begun else [*_pictured(self.folder), *FILES, *self._description(), *images]
 
     def unused(self, name: str) -> str:
-        """A name that no pose bears: the one given, or with a number after it."""
+        """A name that no pose has: the given one, or one with a number appended."""
         taken = {row["pose"] for row in self._rows} | {waypoint.name for waypoint in self.waypoints}
         number = 1
         while (free := name if number == 1 else f"{name}_{number}") in taken:
@@ -133,13 +133,13 @@ class RecordingWriter:
 
     @property
     def last_position(self) -> Array | None:
-        """Where the arm last was, as far as the disk knows, (j,) [rad or m]; None: nowhere yet."""
+        """The last recorded position of the arm, (j,) [rad or m]; None if there is none."""
         if not self._rows:
             return None
         return np.array([float(self._rows[-1][f"q_{joint}"]) for joint in self._robot.joints])
 
     def state_quantization_noise(self, step: Array, warn: Warn) -> None:
-        """State in what steps, (j,) [rad or m], joints were read, unless the cell states a noise of readings."""
+        """State the resolution of readings, (j,) [rad or m], as noise, unless the cell states a noise of readings."""
         self._log.step_rad = float(step.max())
         if self.begun and (self.folder / DATASET).exists():
             return
@@ -149,14 +149,14 @@ class RecordingWriter:
             warn(f"dataset.toml: [{SECTION}] has no room for {KEY} = {noise_rad:.2g}, how finely joints were read.")
 
     def add(self, samples: Sequence[Sample], ticks: Sequence[Tick] = ()) -> None:
-        """Write where the arm was: the images first, last the table that names them.
+        """Write samples: the images first, then the table that names them.
 
         Args:
             samples: The last one names the series of the motion.
             ticks: The motion there, of an arm that follows setpoints.
 
         Raises:
-            OutputError: The disk is full; the recording is as it was before.
+            OutputError: The disk is full; the recording is unchanged.
         """
         cleared = () if self.begun else (*_pictured(self.folder), *FILES)
         planned = bool(self.waypoints) and not self.begun
@@ -165,8 +165,8 @@ class RecordingWriter:
         for sample in samples:
             row = {"pose": sample.name, "time_s": f"{sample.time_s:.3f}"}
             for what, values in (("q", sample.q), ("qd", sample.qd)):
-                told = () if values is None else zip(self._robot.joints, values.tolist(), strict=True)
-                row |= {f"{what}_{joint}": repr(value) for joint, value in told}
+                pairs = () if values is None else zip(self._robot.joints, values.tolist(), strict=True)
+                row |= {f"{what}_{joint}": repr(value) for joint, value in pairs}
             for column, image in sample.images.items():
                 row[column] = f"{IMAGES}/{self._stem(sample.name)}{_ending(column)}"
                 files[row[column]] = cv2.imencode(".png", image)[1].tobytes()
@@ -184,14 +184,14 @@ class RecordingWriter:
         self._rows, self.begun = rows, True
 
     def _stem(self, name: str) -> str:
-        """A file's name for a pose, whatever the pose is called; only a name of our own has a dot in it."""
+        """A file name for a pose, whatever its name; only names given here have a dot."""
         plain = name.replace("_", "").replace("-", "")
         number = next((i for i, waypoint in enumerate(self.waypoints) if waypoint.name == name), 0)
         return name if plain.isascii() and plain.isalnum() else f"visit.{number:04d}"
 
     def _columns(self) -> list[str]:
         switched = [UNLIT] if self.waypoints and self._cell.laser_output is not None else []
-        quantities = ("q",) if self.waypoints else ("q", "qd")  # where somebody else moves the arm, it moves on
+        quantities = ("q",) if self.waypoints else ("q", "qd")  # an arm that is moved by others does not stop
         joints = [f"{what}_{joint}" for what in quantities for joint in self._robot.joints]
         return ["pose", "time_s", *joints, LIT, *switched, *(f"image_{k}" for k in range(2, self.shots + 1))]
 
@@ -203,7 +203,7 @@ class RecordingWriter:
         return {**({urdf: drawn.read_bytes()} if drawn.is_file() else {}), DATASET: text.encode()}
 
     def _take_up(self, table: CsvTable) -> None:
-        """Take the rows whose images are whole, of columns as they would be now; the others' poses are visited again.
+        """Take the rows with complete images, if the columns are the current ones; other poses are visited again.
 
         Raises:
             DataError: It has other columns, or a time or a reading is no number; with row and column.
@@ -230,7 +230,7 @@ def _ending(column: str) -> str:
 
 
 def _check_same_cell(file: Path, cell: Cell) -> None:
-    """See that a recording's dataset.toml is its cell's, but for the noise of readings that was put there.
+    """Check that a recording's dataset.toml is its cell's, except for the noise of readings that was added.
 
     Raises:
         DataError: It is not.
@@ -261,7 +261,7 @@ def _another_plan(folder: Path, what: str) -> PlanError:
 
 
 def _is_whole(image: Path) -> bool:
-    """Whether a PNG file is there from its first byte to its last."""
+    """Whether a PNG file is complete."""
     try:
         data = read_bytes(image, IMAGE_BYTES)
     except DataError:
@@ -277,7 +277,7 @@ def _another_cell(folder: Path, what: str) -> DataError:
 
 
 def quantization_rad(step: Array, robot: Robot) -> float:
-    """Standard deviation of a reading cut off at steps, (j,) [rad or m], RMS over the joints that turn [rad]."""
+    """Standard deviation of readings rounded to steps, (j,) [rad or m], RMS over the revolute joints [rad]."""
     turning = step[~robot.prismatic]
     return float(np.sqrt(np.mean(turning**2) / 12.0)) if turning.size else 0.0
 
@@ -286,13 +286,13 @@ def with_noise(text: str, noise_rad: float) -> str | None:
     """dataset.toml with a standard deviation of readings [rad], unless it states one or there is none.
 
     Returns:
-        None: Its [noise] is no section with a line of its own.
+        None: Its [noise] has no header line.
     """
-    said = tomllib.loads(text)
-    if noise_rad == 0 or KEY in said.get(SECTION, {}):
+    stated = tomllib.loads(text)
+    if noise_rad == 0 or KEY in stated.get(SECTION, {}):
         return text
     line = f"{KEY} = {noise_rad:.2g}   # the steps of the arm's readings over the root of 12"
-    if SECTION not in said:
+    if SECTION not in stated:
         return f"{text.rstrip()}\n\n[{SECTION}]\n{line}\n"
     new = HEADER.sub(rf"\g<0>\n{line}", text, count=1)
     return new if KEY in tomllib.loads(new)[SECTION] else None

@@ -1,4 +1,4 @@
-"""A recording in place of an arm: it jumps to where the recorded arm stood."""
+"""A recording in place of an arm: it jumps to the recorded poses."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ from robolaser.data.loading import load
 
 @final
 class ReplayArm(Arm):
-    """Stands at the recorded pose nearest to where it is sent."""
+    """Goes to the recorded pose nearest to its goal."""
 
     outputs: ClassVar[int | None] = None
     synchronous_read: ClassVar[bool] = True
@@ -37,14 +37,14 @@ class ReplayArm(Arm):
         return cls(cell.folder / cell.arm.port, cell.robot.joints)
 
     def read(self) -> Array:
-        """Where it is now, (j,)."""
+        """Return the joint angles, (j,)."""
         return self._at
 
     def poll_faults(self) -> None:
         """It has no faults."""
 
     def start_move(self, q: Array, seconds: float) -> None:
-        """Set out to angles, (j,)."""
+        """Jump to the recorded pose nearest to angles, (j,)."""
         self._at = self._recorded[np.abs(self._recorded - q).max(axis=1).argmin()]
 
     def stop(self) -> None:

@@ -23,18 +23,18 @@ class Waypoint:
     """One pose."""
 
     name: str  # unique
-    q: Array  # joint values to go to, (j,) [rad or m]
-    approach: tuple[Array, ...] = ()  # where to go before, one after the other, (j,) each; none: from wherever it is
+    q: Array  # joint values, (j,) [rad or m]
+    approach: tuple[Array, ...] = ()  # configurations before it in order, (j,) each; none: from anywhere
 
     @property
     def approach_names(self) -> tuple[str, ...]:
-        """What poses.csv calls the places through which it is approached."""
+        """Names of its approach in poses.csv."""
         several = len(self.approach) > 1
         return tuple(f"{self.name}_from{i if several else ''}" for i in range(1, len(self.approach) + 1))
 
     @property
     def places(self) -> tuple[tuple[str, Array], ...]:
-        """Names and joint values of all places in the order in which the arm comes to them, the pose last."""
+        """Names and joint values of all configurations in order, the pose last."""
         return (*zip(self.approach_names, self.approach, strict=True), (self.name, self.q))
 
 
@@ -52,8 +52,8 @@ def pose_names(letter: str, count: int) -> list[str]:
 def from_table(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
     """Poses of a CSV file with a column q_<joint> for each joint, and names where there is a column `pose`.
 
-    Where there is a column `kind`, rows of kind "approach" are places through which the arm goes to the pose below.
-    Without it, rows whose column `image` is empty are places that an arm only went through: they are left out.
+    Where there is a column `kind`, rows of kind "approach" are configurations on the way to the pose below.
+    Without it, rows whose column `image` is empty are configurations without a pose: they are left out.
 
     Raises:
         DataError: It has none, a value is in degrees or millimetres, or the file cannot be read; with row and column.
@@ -61,7 +61,7 @@ def from_table(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
     columns = [f"q_{joint}" for joint in robot.joints]
     table = read_table(path, columns)
     q = table.numbers(columns)
-    outside_limits(table, q, robot)  # a plan that is a little beyond is refused with all places where it is
+    outside_limits(table, q, robot)  # a plan slightly beyond is refused with all its violations
     waypoints = _grouped(table, q) if "pose" in table else numbered(q)
     images = () if "kind" in table or "image" not in table else table.cells("image")
     if any(images):
@@ -75,11 +75,11 @@ def from_diagnosis(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
     """The next poses that a diagnosis recommends.
 
     Raises:
-        DataError: It is no JSON, asks for none, or for those of another robot.
+        DataError: It is no JSON, or recommends none, or those of another robot.
     """
-    said = read_json(path)
+    diagnosis = read_json(path)
     try:
-        wanted = said["next_poses"]
+        wanted = diagnosis["next_poses"]
         q = [[float(pose[joint]) for joint in robot.joints] for pose in wanted]
     except KeyError as error:
         raise _no_poses(path, f"it lacks {error}") from None
@@ -100,7 +100,7 @@ def both_ways(waypoints: Sequence[Waypoint], run_up: float) -> tuple[Waypoint, .
 
 
 def way(waypoints: Sequence[Waypoint]) -> tuple[tuple[str, ...], Array]:
-    """All places in the order in which the arm comes to them: their names, and joint values (m, j)."""
+    """All configurations in order: their names, and joint values (m, j)."""
     places = [place for waypoint in waypoints for place in waypoint.places]
     return tuple(name for name, _ in places), np.array([q for _, q in places])
 

@@ -1,4 +1,4 @@
-"""Arms on a serial line: what goes out, what comes in, and how long silence may last; bytes are Latin-1's letters."""
+"""Arms on a serial line: transmission, reception and timeouts of text in Latin-1."""
 
 import re
 from typing import Any, ClassVar, Self, final
@@ -13,19 +13,19 @@ from robolaser.data.cell_config import ArmLine, Cell
 from robolaser.errors import ArmError
 from robolaser.robot.kinematics import Robot
 
-SCHEMES = ("socket", "rfc2217", "loop")  # of URLs that may be opened; what loop:// hears is what it sent
+SCHEMES = ("socket", "rfc2217", "loop")  # allowed URLs; loop:// receives what it sends
 LETTERS = "latin-1"
-TICK_S = 0.02  # longest that one look for bytes takes
-WRITE_S = 1.0  # longest that a device may hold back what is sent to it
-MOST = 16_384  # characters that may come without an answer among them; the longest answer has some hundred
-LONGEST_S = 6.0  # how long a device may send without an answer; the longest takes a quarter of a second at 9600 baud
+TICK_S = 0.02  # longest duration of one poll for bytes
+WRITE_S = 1.0  # timeout of sending
+MOST = 16_384  # characters without a valid answer; the longest answer has some hundred
+LONGEST_S = 6.0  # of sending without a valid answer; the longest takes a quarter of a second at 9600 baud
 
 
 @final
 class SerialLine:
     """Text from and to a device, over what pyserial opens.
 
-    Raises (every method): LineLost where the port is gone, ArmError where the device talks without end.
+    Raises (every method): LineLost where the port is gone, ArmError where the device sends without end.
     """
 
     def __init__(self, wire: Any, port: str, clock: Clock) -> None:
@@ -70,7 +70,7 @@ class SerialLine:
             raise line_lost(self.port, _reason(error)) from None
 
     def discard(self) -> str:
-        """Discard all that has come until now, and return it."""
+        """Discard all text received so far, and return it."""
         dropped, self._heard = self._heard, ""
         while new := self._look(wait=0):
             dropped += new
@@ -79,10 +79,10 @@ class SerialLine:
         return dropped
 
     def until(self, pattern: "re.Pattern[str]", quiet_s: float) -> tuple[str, "re.Match[str] | None"]:
-        """Listen until the text matches, or nothing has come for a while, or only other things for long.
+        """Receive until the text matches, the line is silent for a while, or other text comes for too long.
 
         Returns:
-            What came up to the end of the match, and the match; all that came and None, where nothing matched.
+            The text up to the end of the match, and the match; all text and None, where nothing matched.
         """
         began = last = self.clock.now()
         while True:
@@ -92,7 +92,7 @@ class SerialLine:
                 return text, found
             if len(self._heard) > MOST:
                 raise self._flooded(len(self._heard))
-            looked = self.clock.now()  # of a program that was held up: what came meanwhile is heard first
+            looked = self.clock.now()  # after a delay of this program, received text is read first
             new = self._look(wait=1)
             self._heard += new
             if new:
@@ -138,9 +138,9 @@ def _cannot_open(port: str, reason: str) -> ArmError:
 
 
 class LineArm(Arm):
-    """angle = reference_rad + direction (what the controller counts, as an angle)."""
+    """angle = reference_rad + direction (the controller's counts as an angle)."""
 
-    most: ClassVar[int]  # how many joints can share the line
+    most: ClassVar[int]  # joints that can share the line
 
     def __init__(self, line: SerialLine, arm: ArmLine, robot: Robot) -> None:
         self._line, self._joints = line, robot.joints
@@ -152,7 +152,7 @@ class LineArm(Arm):
 
     @classmethod
     def open(cls, cell: Cell, clock: Clock) -> Self:
-        """Open the port and begin its protocol; where that fails, the port is closed again.
+        """Open the port and start its protocol; after a failure the port is closed.
 
         Raises:
             ArmError: It cannot be opened, or does not lead to this robot's controller.
@@ -175,7 +175,7 @@ class BusArm(LineArm):
 
     outputs: ClassVar[int | None] = 0
     absolute_encoders: ClassVar[bool] = True
-    counted_rad: ClassVar[float]  # what one count of a servo, from its middle, is [rad]
+    counted_rad: ClassVar[float]  # angle of one count of a servo [rad]
 
     def __init__(self, line: SerialLine, arm: ArmLine, robot: Robot) -> None:
         super().__init__(line, arm, robot)

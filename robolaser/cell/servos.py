@@ -1,8 +1,8 @@
 """Arms of bus servos that share a line: Dynamixel's X series, and Feetech's STS series.
 
 A register is an address and a number of bytes; addresses and lengths are written in `wide` bytes, the lowest first.
-`torque`: whether the motor holds; `goal`: where it goes; `motion`: the goal and how to get there, in one piece;
-`present`: where it is; `status`: bits of `trouble`; `drive_mode`: how motions are stated, if there are several ways.
+`torque`: whether the motor holds; `goal`: its goal; `motion`: the goal and its profile, in one piece; `present`: its
+position; `status`: bits of `trouble`; `drive_mode`: the profile's units, if there is a choice.
 
 Dynamixel: ROBOTIS e-Manual, DYNAMIXEL Protocol 2.0 and X series. Feetech: SMS and STS protocol manual, STS3215; a
 descendant of Dynamixel's first protocol.
@@ -27,7 +27,7 @@ EVERYBODY = 0xFE
 CRC_POLYNOMIAL = 0x8005
 RAMP = 0.25  # share of a motion's time in which it gains speed
 STEEPEST = 254  # acceleration of Feetech's servos at most [100 steps/s2]
-BRAKING = 100, STEEPEST  # speed [steps/s] and acceleration [100 steps/s2] of Feetech's servos that are told to stop
+BRAKING = 100, STEEPEST  # speed [steps/s] and acceleration [100 steps/s2] with which Feetech's servos stop
 WRONG_VOLTAGE, TOO_HOT, OVERLOADED = "wrong voltage", "too hot", "overloaded"
 NO_READING = "no reading of its encoder"
 
@@ -52,7 +52,7 @@ class Dynamixel:
         return packet + crc16(packet).to_bytes(2, "little")
 
     def answer(self, servo: int, length: int) -> bytes:
-        """A pattern of the packet in which a servo answers: instruction 55 hex, an error, the data."""
+        """A pattern of a servo's answer: instruction 55 hex, an error, the data."""
         head = b"\xff\xff\xfd\0" + bytes([servo]) + (length + 4).to_bytes(2, "little") + b"\x55"
         return re.escape(head) + b"[\0-\xff](?P<data>[\0-\xff]{%d})[\0-\xff]{2}" % length
 
@@ -61,16 +61,16 @@ class Dynamixel:
         return crc16(packet[:-2]) == int.from_bytes(packet[-2:], "little")
 
     def motion_data(self, way: int, goal: int, seconds: float) -> bytes:
-        """Times of ramp and motion [ms], and the goal [steps]; in 0 s: stop."""
+        """Times of ramp and motion [ms], and the goal [steps]; 0 s: stop."""
         times = round(1000 * RAMP * seconds), round(1000 * seconds), goal
         return b"".join(number.to_bytes(4, "little", signed=True) for number in times)
 
     def setpoint(self, goal: int) -> bytes:
-        """To go to a goal without a ramp: times of 0."""
+        """Motion to a goal without a ramp: times of 0."""
         return self.motion_data(0, goal, 0.0)
 
     def positions(self, raw: Ints, length: int) -> Ints:
-        """Positions from what registers of so many bytes hold, (j,) [steps]: two's complement."""
+        """Positions from registers of so many bytes, (j,) [steps]: two's complement."""
         return np.where(raw < 1 << 8 * length - 1, raw, raw - (1 << 8 * length))
 
 
@@ -90,7 +90,7 @@ class Feetech:
         return b"\xff\xff" + body + bytes([~sum(body) & 0xFF])
 
     def answer(self, servo: int, length: int) -> bytes:
-        """A pattern of the packet in which a servo answers: an error, the data."""
+        """A pattern of a servo's answer: an error, the data."""
         head = b"\xff\xff" + bytes([servo, length + 2])
         return re.escape(head) + b"[\0-\xff](?P<data>[\0-\xff]{%d})[\0-\xff]" % length
 
@@ -107,11 +107,11 @@ class Feetech:
         return bytes([ramp]) + _signed(goal) + b"\0\0" + speed.to_bytes(2, "little")
 
     def setpoint(self, goal: int) -> bytes:
-        """To go to a goal without a ramp: the highest acceleration; a speed of 0 is no limit."""
+        """Motion to a goal without a ramp: the highest acceleration; a speed of 0 is no limit."""
         return bytes([STEEPEST]) + _signed(goal) + b"\0\0\0\0"
 
     def positions(self, raw: Ints, length: int) -> Ints:
-        """Positions from what registers of so many bytes hold, (j,) [steps]: the highest bit is the sign."""
+        """Positions from registers of so many bytes, (j,) [steps]: the highest bit is the sign."""
         highest = 1 << 8 * length - 1
         return np.where(raw < highest, raw, highest - raw)
 
@@ -137,14 +137,14 @@ SERVOS: Mapping[str, Dynamixel | Feetech] = {"dynamixel": Dynamixel(), "feetech"
 MIDDLE = 2048
 QUIET_S = 0.25
 TRIES = 4
-SAGGED = 20  # steps by which the goal of a motor that does not hold yet may be off: some let it follow where they are
-TIMED = 4  # bit of Dynamixel's drive mode: profiles are stated as times
+SAGGED = 20  # steps by which the goal of a motor without torque may be off: in some it follows the position
+TIMED = 4  # bit of Dynamixel's drive mode: profiles in times
 ADVICE = "Free the arm, let it cool down, check its supply, and switch its power off and on."
 
 
 @final
 class ServoArm(BusArm):
-    """Servos with absolute encoders; their torque stays off until the first motion, so that they may be led by hand.
+    """Servos with absolute encoders; their torque is off until the first motion, so that they can be moved by hand.
 
     angle = reference_rad + direction (position - 2048) 2 pi / 4096.
     """
@@ -162,14 +162,14 @@ class ServoArm(BusArm):
         self.read()
 
     def read(self) -> Array:
-        """Where it is now, (j,)."""
+        """Read the joint angles, (j,)."""
         return self._angles(self._positions(self._protocol.present) - MIDDLE)
 
     def poll_faults(self) -> None:
-        """Whether a joint is in trouble."""
+        """Raise the fault that a joint reports."""
         for joint, bits in zip(self._joints, self._numbers(self._protocol.status), strict=True):
             if bits:
-                what = ", ".join(said for bit, said in self._protocol.trouble.items() if bits & bit) or f"error {bits}"
+                what = ", ".join(text for bit, text in self._protocol.trouble.items() if bits & bit) or f"error {bits}"
                 raise alarm(self._line.port, joint, what, ADVICE)
 
     def start_move(self, q: Array, seconds: float) -> None:
@@ -177,21 +177,21 @@ class ServoArm(BusArm):
         goal = MIDDLE + self._counts(q)
         start = self._positions(self._protocol.present)
         if not all(self._numbers(self._protocol.torque)):
-            # a motor that begins to hold goes to the goal that it has
+            # with torque on, a motor moves to its stored goal
             self._send_checked(start, start, seconds, slack=SAGGED)
             self._write(self._protocol.torque, [b"\1"] * len(self._ids))
         self._send_checked(start, goal, seconds)
 
     def follow(self, q: Array) -> None:
-        """Let all servos go to angles, (j,), as fast as their loops can; the next call makes up for what is lost."""
+        """Send all servos to angles, (j,), as fast as their loops can; the next call replaces a lost packet."""
         goal = (MIDDLE + self._counts(q)).tolist()
         self._write(self._protocol.motion, [self._protocol.setpoint(each) for each in goal])
 
     def stop(self) -> None:
-        """Stop where it is: these servos know no other command than to go where they are.
+        """Stop by a motion to the current position: these servos have no other stop command.
 
         Raises:
-            AnswerUnclear: They do not say that they heard it.
+            AnswerUnclear: They do not confirm it.
         """
         if not any(self._numbers(self._protocol.torque)):
             return
@@ -204,7 +204,7 @@ class ServoArm(BusArm):
         raise unclear(self._line.port, f"stop at {at.tolist()}", str(heard.tolist()), TRIES)
 
     def _state_times(self, drive_mode: Register) -> None:
-        """Let Dynamixels take times for their motions, which they keep when switched off."""
+        """Set Dynamixels to profiles in times, a setting that they keep when switched off."""
         modes = self._numbers(drive_mode)
         if all(mode & TIMED for mode in modes):
             return
@@ -217,7 +217,7 @@ class ServoArm(BusArm):
         self._write(drive_mode, [bytes([mode | TIMED]) for mode in modes])
 
     def _send_checked(self, start: Ints, goal: Ints, seconds: float, *, slack: int = 0) -> None:
-        """Send all servos on, as `_send_on`, until each says that it has its goal: they confirm nothing by themselves.
+        """Send all servos on, as `_send_on`, until each reads back its goal: they confirm nothing by themselves.
 
         Raises:
             ArmError: One does not.
@@ -233,7 +233,7 @@ class ServoArm(BusArm):
         raise unclear(self._line.port, f"goal {goal.tolist()}", str(heard.tolist()), TRIES)
 
     def _send_on(self, start: Ints, goal: Ints, seconds: float) -> None:
-        """Send all servos from where they are to where they are to be, (j,) each, with the same ramps; in 0 s: stop."""
+        """Move all servos from start to goal, (j,) each, with the same ramps; 0 s: stop."""
         ways = zip(np.abs(goal - start).tolist(), goal.tolist(), strict=True)
         self._write(
             self._protocol.motion, [self._protocol.motion_data(way, position, seconds) for way, position in ways]
@@ -244,7 +244,7 @@ class ServoArm(BusArm):
         return self._protocol.positions(np.array(self._numbers(register), dtype=np.int64), register[1])
 
     def _numbers(self, register: Register) -> list[int]:
-        """What all servos have in a register, without its sign."""
+        """The register's value in all servos, without its sign."""
         address, length = register
         parameters = b"".join(number.to_bytes(self._protocol.wide, "little") for number in register) + bytes(self._ids)
         heard = ""

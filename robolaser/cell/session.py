@@ -1,4 +1,4 @@
-"""The recorders: one moves the arm to each pose and stops it when anything is wrong, one watches what others move."""
+"""The recorders: one moves the arm to each pose and stops it at any fault, one records an arm moved by others."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -20,8 +20,8 @@ from robolaser.data.cell_config import Cell
 from robolaser.data.image_list import UNLIT
 from robolaser.errors import Interrupted, PlanError, RobolaserError, unwritable
 
-LIGHT_GREY = 40  # a visible laser brightens some pixel at least by this; noise alone by a dozen
-SAGGED = np.deg2rad(1.0)  # how far an arm gives way while its motors are off [rad or m]
+LIGHT_GREY = 40  # least brightening of some pixel by a visible laser; noise causes a dozen
+SAGGED = np.deg2rad(1.0)  # largest sag of an arm while its motors are off [rad or m]
 
 
 @final
@@ -52,20 +52,20 @@ class Session:
         self._streamer = None if hz is None else SetpointStreamer(arm, robot, speed, clock, hz)
         self._began = clock.now() - writer.time_s
         self._at: Array | None = None
-        self._sure = arm.absolute_encoders or not cell.arm.home  # whether what is read means the arm's angles
+        self._sure = arm.absolute_encoders or not cell.arm.home  # whether readings are valid angles
         self._under_way = False
 
     def run(self, recorded: Callable[[Waypoint], None], begins: Callable[[str], None] = lambda what: None) -> None:
         """Visit all poses that remain.
 
         Args:
-            recorded: Is called with each pose once it is on the disk.
-            begins: Is called with what is done next: homing, or the name of a pose.
+            recorded: Called with each pose once it is on the disk.
+            begins: Called with the next action: homing, or the name of a pose.
 
         Raises:
-            Interrupted: Something was wrong, or Ctrl-C was pressed. The arm was stopped; what is on the disk
-                is a whole recording of the poses up to there.
-            PlanError: Nothing was moved: the plan is not safe, or it is not known where the arm stands.
+            Interrupted: A fault, or Ctrl-C. The arm was stopped; the disk has a complete recording of the poses up to
+                there.
+            PlanError: Nothing was moved: the plan is not safe, or the arm's position is not known.
         """
         try:
             self._run(recorded, begins)
@@ -98,16 +98,16 @@ class Session:
         self._light(on=False)
 
     def _light(self, *, on: bool) -> None:
-        """Switch the laser, where the controller can."""
+        """Switch the laser, if the controller can."""
         if self._cell.laser_output is not None:
             self._arm.switch(self._cell.laser_output, on=on)
 
     def _check_unmoved(self, at: Array) -> None:
         left = self._writer.last_position
         if left is not None and (np.abs(at - left) > SAGGED).any():
-            joint, stands, stood = at_worst(self._robot, np.abs(at - left), at, left)
+            joint, now, before = at_worst(self._robot, np.abs(at - left), at, left)
             raise PlanError(
-                f"{joint} is at {stands}, but was at {stood} when this recording was"
+                f"{joint} is at {now}, but was at {before} when this recording was"
                 " interrupted. If the controller was switched off in between, its counts now mean other angles: home"
                 " the arm (home = true in cell.toml, [arm]). If it was not, and you see the arm at"
                 f" {configuration_text(self._robot, at)}, continue with --confirm-position."
@@ -150,15 +150,15 @@ class Session:
             raise not_settled(f"During the shots at {waypoint.name}", *worst)
 
     def _stopped(self, cause: BaseException) -> str:
-        """Stop the arm, then the laser, and say where the arm is."""
+        """Stop the arm, then the laser, and describe where the arm is."""
         last = "" if self._at is None else f" It last rested at {configuration_text(self._robot, self._at)}."
-        stands: Array | None = None
+        rest: Array | None = None
         try:
             restarted = isinstance(cause, ArmRestarted)
             halted = self._mover.halt(restarted=restarted)
             if self._sure and not restarted:
-                stands = self._at = halted
-                outcome = f"The arm was stopped. It is at {configuration_text(self._robot, stands)}."
+                rest = self._at = halted
+                outcome = f"The arm was stopped. It is at {configuration_text(self._robot, rest)}."
             else:
                 outcome = f"The arm was stopped. It was not homed since it came on, so its position is not known.{last}"
         except (RobolaserError, KeyboardInterrupt) as error:
@@ -169,9 +169,9 @@ class Session:
             )
         with suppress(RobolaserError, KeyboardInterrupt):
             self._light(on=False)
-        if stands is not None and self._under_way:
-            with suppress(RobolaserError, OSError, KeyboardInterrupt):  # where to go on from; the cause is said anyway
-                self._writer.add([Sample(self._writer.unused("stopped"), self._now(), stands)])
+        if rest is not None and self._under_way:
+            with suppress(RobolaserError, OSError, KeyboardInterrupt):  # where to resume; the cause is raised anyway
+                self._writer.add([Sample(self._writer.unused("stopped"), self._now(), rest)])
         return outcome
 
     def _why(self, error: BaseException, standing: str) -> BaseException:
@@ -193,7 +193,7 @@ class Session:
         return self._clock.now() - self._began
 
 
-AT_A_TIME_S = 2.0  # how much may be lost when the computer dies; to write interrupts the recording for a moment
+AT_A_TIME_S = 2.0  # that a crash may lose; each write interrupts the recording briefly
 
 
 def watch(
@@ -208,21 +208,21 @@ def watch(
 ) -> None:
     """Take images one after the other, and read the joints before and after each. Nothing is moved.
 
-    An image's time is when it came. The angles then, and their velocities, are on the line between both readings. How
-    long before it came an image was exposed, nobody knows: the effect `latency` finds it.
+    An image's time is that of its arrival. The angles then, and their velocities, are interpolated between both
+    readings. The unknown delay from exposure to arrival is found by the effect `latency`.
 
     Args:
-        arm: What is moved by others.
-        camera: One that runs by itself.
-        writer: Of a recording that has no plan.
+        arm: Moved by others.
+        camera: A live camera.
+        writer: Of a recording without a plan.
         clock: Of the time stamps.
-        count: How many images.
-        laser_output: The controller's output that is on meanwhile; None: none is.
-        recorded: Is called with the name of each sample once it is on the disk.
-        settle_s: How long the laser takes to light up in the images [s].
+        count: Number of images.
+        laser_output: The controller's output that is on meanwhile; None: none.
+        recorded: Called with the name of each sample once it is on the disk.
+        settle_s: Delay until the laser shows in the images [s].
 
     Raises:
-        RobolaserError: Of arm, camera or disk; what was recorded up to then is whole.
+        RobolaserError: Of arm, camera or disk; the recording up to then is complete.
     """
     began = clock.now()
     waiting: list[Sample] = []
@@ -251,7 +251,7 @@ def watch(
 
 
 def _reading(arm: Arm, clock: Clock) -> tuple[float, Array]:
-    """Joint angles, (j,), and the middle of the time that it took to read them [s]."""
+    """Joint angles, (j,), and the middle of the time of reading [s]."""
     asked_s = clock.now()
     q = arm.read()
     return (asked_s + clock.now()) / 2, np.asarray(q)

@@ -16,7 +16,7 @@ from robolaser.plugins import extra
 
 STEP = 1e-5  # readings of a joint at rest differ by less [rad]
 RAMP = 0.25  # share of a motion's time in which it gains speed
-SLOWEST, GENTLEST = 0.001, 0.05  # least speed and acceleration that are asked for [rad/s, rad/s2]
+SLOWEST, GENTLEST = 0.001, 0.05  # least commanded speed and acceleration [rad/s, rad/s2]
 BRAKING = 2.0  # when it is stopped [rad/s2]
 STALE_S = 1.0  # a controller sends 125 or 500 readings a second
 POLL_S = 0.005
@@ -68,7 +68,7 @@ class UrArm(Arm):
         return cls(cell.arm.port, cell.robot.joints, clock)
 
     def read(self) -> Array:
-        """Where it is now, (j,)."""
+        """Read the joint angles, (j,)."""
         began = self._clock.now()
         while True:
             with self._on_line():
@@ -83,7 +83,7 @@ class UrArm(Arm):
             self._clock.wait(POLL_S)
 
     def poll_faults(self) -> None:
-        """Whether it was stopped, and by which joint."""
+        """Raise a protective or emergency stop, with its joint."""
         with self._on_line():
             stopped = self._receive.isProtectiveStopped() or self._receive.isEmergencyStopped()
             modes = self._receive.getJointMode() if stopped else ()
@@ -102,7 +102,7 @@ class UrArm(Arm):
             )
 
     def stop(self) -> None:
-        """Stop where it is; a connection that was lost is made anew, which ends the program that moves it."""
+        """Stop at the current position; a lost connection is renewed, which ends the program that moves it."""
         with self._on_line():
             for end in (self._receive, self._control):
                 if not end.isConnected() and not end.reconnect():
@@ -113,7 +113,7 @@ class UrArm(Arm):
         """Nothing: its encoders are absolute."""
 
     def switch(self, output: int, *, on: bool) -> None:
-        """Switch an output, over a new connection where the old one is lost: digital output 0 is the first."""
+        """Switch an output, over a new connection if the old one is lost: digital output 0 is the first."""
         with self._on_line():
             if not self._io.setStandardDigitalOut(output - 1, on):
                 self._io.reconnect()
@@ -124,7 +124,7 @@ class UrArm(Arm):
         self._ends.close()
 
     def _heard(self, done: object, command: str) -> None:
-        """Take note of what the package returns: False where the controller did not take a command.
+        """Check the package's return value: False where the controller did not take a command.
 
         Raises:
             ArmError: It did not.
@@ -134,7 +134,7 @@ class UrArm(Arm):
 
     @contextmanager
     def _on_line(self) -> Iterator[None]:
-        """Raise what the package raises when its connection is gone as an error of the arm."""
+        """Raise the package's connection errors as errors of the arm."""
         try:
             yield
         except RuntimeError as error:
@@ -142,6 +142,6 @@ class UrArm(Arm):
 
 
 def _end(what: Callable[[], Any]) -> None:
-    """Call what ends something; what is no longer connected needs no end."""
+    """Call a function that disconnects; errors of a lost connection are ignored."""
     with suppress(RuntimeError):
         what()

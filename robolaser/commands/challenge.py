@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from robolaser.robot.kinematics import Robot
 
 NEW, SCORE = "challenge new", "challenge score"
-USUAL_ARM = "scorbot_er7"  # the one that needs no further package
+USUAL_ARM = "scorbot_er7"  # needs no further package
 
 challenge = App(
     "challenge",
@@ -82,8 +82,8 @@ def new(
     truth = truth or trial.truth_beside(folder)
     if truth.resolve().is_relative_to(folder.resolve()):
         raise UsageError(f"--truth {truth} is in {folder} and would be given away with it. Keep it elsewhere.")
-    with results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim, terminal.progress() as tell:
-        names = trial.new(folder, truth, sources, plan, claim=claim, tell=tell)
+    with results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim, terminal.progress() as report:
+        names = trial.new(folder, truth, sources, plan, claim=claim, report=report)
 
     def print_names() -> None:
         say(f"{len(names)} blind data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
@@ -129,8 +129,8 @@ def score(
         diagnoses = trial.diagnosis_files(folder, truths, file.parent)
         claim(f"{name}/{trial.DIAGNOSIS}" for name, path in diagnoses.items() if not path.exists())
         executor = stack.enter_context(Processes(jobs))
-        tell = stack.enter_context(terminal.progress())
-        trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, tell=tell)
+        report = stack.enter_context(terminal.progress())
+        trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, report=report)
         scored = trial.score(truths, diagnoses)
         text = json_text(scored)
         write_results(file.parent, {file.name: text})
@@ -138,7 +138,7 @@ def score(
 
 
 def _range(option: str, text: str | None, usual: tuple[int, int]) -> tuple[int, int]:
-    """The least and the most of a number, as typed."""
+    """The typed range of a number."""
     if text is None:
         return usual
     match = re.fullmatch(r"(\d+)(?:-(\d+))?", text.strip(), re.ASCII)

@@ -1,4 +1,4 @@
-"""robolaser check: what a data set allows, before anyone waits."""
+"""robolaser check: what can be estimated from a data set, without a fit."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -7,7 +7,7 @@ from textwrap import fill
 from robolaser.commands.terminal import Terminal, say
 
 WIDTH = 110
-Checked = tuple[Mapping[str, object], Sequence[str], Sequence[str]]  # JSON, warnings, lines for people
+Checked = tuple[Mapping[str, object], Sequence[str], Sequence[str]]  # JSON, warnings, lines of text
 
 
 def check(dataset: Path, /, *, terminal: Terminal = Terminal()) -> None:
@@ -71,7 +71,7 @@ def _of_poses(folder: Path) -> Checked:
 
 
 def _effects(tested: int, listed: Mapping[str, Sequence[str]], untested: Mapping[str, str]) -> list[str]:
-    """What can be tested where, and what cannot, each reason once."""
+    """Testable effects with their locations, and the others by reason."""
     reasons: dict[str, list[str]] = {}
     for name, reason in untested.items():
         reasons.setdefault(reason, []).append(name)

@@ -34,7 +34,7 @@ def compare(
     terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
-    """Run algorithms side by side and say which is better, by how much, and how certain that is.
+    """Run algorithms side by side and report which is better, by how much, and with which certainty.
 
     For example:
 
@@ -77,7 +77,7 @@ def compare(
     with ended_as_by_hand(), ExitStack() as shown:
 
         def write(result: "BenchmarkResult", folder: Path) -> None:
-            shown.close()  # the progress, before the result is printed
+            shown.close()  # ends the progress bar before the result is printed
             _write(result, folder, terminal, iohprofiler=iohprofiler, latex=latex, typed=typed)
 
         if merge:

@@ -77,11 +77,11 @@ def export(
         for effect, where in written.contains:
             say(f"contains {effect} at {where}")
         for effect, where in written.lacks:
-            say(f"lacks {effect} at {where}: such a file has no place for it")
+            say(f"lacks {effect} at {where}: this format cannot describe it")
         for joint, error in (compared or {}).items():
             before, after = (degrees(error[name] or 0.0) for name in ("before_rad", "after_rad"))
-            promised = error["promised_rad"]
-            promise = "" if promised is None else f"; the diagnosis promises {degrees(promised):.3g}°"
+            predicted = error["promised_rad"]
+            promise = "" if predicted is None else f"; the diagnosis predicts {degrees(predicted):.3g}°"
             say(f"replayed, {joint} is {after:.3g}° from its readings, {before:.3g}° before{promise}")
         say(f"Wrote {output}")
 
@@ -89,20 +89,20 @@ def export(
 
 
 def _promised(contents: Mapping[str, Any]) -> dict[str, float]:
-    """Errors of joints on unseen motions, as a diagnosis of a moving arm states them [rad]."""
+    """Errors of joints on unseen motions, stated by a diagnosis of a moving arm [rad]."""
     rows = (one["joints"] for one in contents.get("rows", ()) if one.get("kind") == "tracking")
     return {joint: error["after"] for joints in rows for joint, error in joints.items()}
 
 
 def _replayed(
-    before: Path, after: Path, log: "MotionLog", promised: Mapping[str, float]
+    before: Path, after: Path, log: "MotionLog", predicted: Mapping[str, float]
 ) -> dict[str, dict[str, float | None]]:
-    """Errors of each joint that was read by the user's own file, by the copy, and as promised [rad]."""
+    """Errors of each measured joint by the user's file, by the copy, and as predicted [rad]."""
     from robolaser.motion.replay import replay
 
     was, now = replay(before, log), replay(after, log)
     return {
-        joint: {"before_rad": was[joint], "after_rad": now[joint], "promised_rad": promised.get(joint)}
+        joint: {"before_rad": was[joint], "after_rad": now[joint], "promised_rad": predicted.get(joint)}
         for joint in was
         if isfinite(was[joint])
     }

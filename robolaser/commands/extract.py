@@ -65,21 +65,21 @@ def extract(
         }
         if to_scan:
             staged = folder / f"{STAGED}{STRIPES}"
-            result, said = _stripes(dataset, staged, terminal)
+            result, summary = _stripes(dataset, staged, terminal)
             files[STRIPES] = staged
         else:
-            dataset, result, said = _points(dataset, terminal)
+            dataset, result, summary = _points(dataset, terminal)
         if output is not None:
             files |= texts_of(dataset)
         elif not to_scan:
             files |= point_texts(dataset)
         write_results(folder, files)
         wrote = f"Wrote {folder / main}{' and corners.csv' if both else ''}"
-        terminal.show(result | {"file": str(folder / main)}, lambda: say(f"{said}. {wrote}"))
+        terminal.show(result | {"file": str(folder / main)}, lambda: say(f"{summary}. {wrote}"))
 
 
 def _points(recording: "Dataset", terminal: Terminal) -> tuple["Dataset", dict[str, Any], str]:
-    """The data set with the points that its images show, and the result as JSON and in words."""
+    """The data set with the points of its images, and the result as JSON and in words."""
     from robolaser.vision.extract import Extraction
     from robolaser.vision.recordings import points_of_images
 

@@ -1,4 +1,4 @@
-"""robolaser import: from files that people have to a data set."""
+"""robolaser import: from files of other programs to a data set."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -39,7 +39,7 @@ class RobotOptions:
     xacro: Annotated[tuple[str, ...], Parameter(name="--xacro-arg", metavar="NAME=VALUE")] = ()
 
     def find(self, units: tuple[str, ...]) -> "Robot | None":
-        """The arm; its file has lengths and angles in these units, if it leaves them open."""
+        """The arm; lengths and angles of its file have these units, unless it states others."""
         from robolaser.data.importers.robots import DescriptionOptions, find_robot
 
         if self.robot is not None:
@@ -80,7 +80,7 @@ class TableOptions:
     ordered: bool = False
 
 
-# what was read: names of the files that are to be written, what writes them into a folder, JSON, and a sentence
+# names of the files to be written, the function that writes them into a folder, JSON, and a sentence
 Read = tuple[Sequence[str], Callable[[Path], None], dict[str, object], str]
 
 
@@ -137,8 +137,8 @@ def import_files(
         refuse("These are logs of a moving arm", idle)
         files, write, result, sentence = _motion(sources, options, terminal)
     else:
-        asked = {"extract": extract, "dry_run": dry_run}
-        files, write, result, sentence = _measured(sources, kind, options, terminal, **asked)
+        flags = {"extract": extract, "dry_run": dry_run}
+        files, write, result, sentence = _measured(sources, kind, options, terminal, **flags)
     if not dry_run:
         inputs = [*sources, *(file for file in [Path(robot.robot or "")] if file.is_file())]
         with results_in(output, command="import", files=files, inputs=inputs, force=force):
@@ -148,7 +148,7 @@ def import_files(
 
 
 def _options(robot: RobotOptions, tables: TableOptions) -> "ImportOptions":
-    """The arm, and how the other files are read; a file of the arm has units of its own, or those of all but time."""
+    """Import options; the arm's file has its own units, or the common ones except that of time."""
     from robolaser.data.importers import ImportOptions
     from robolaser.geometry.units import FACTORS, TIME
 
@@ -168,7 +168,7 @@ def _measured(
     extract: bool,
     dry_run: bool,
 ) -> Read:
-    """Points that a sensor measured, or images of them."""
+    """Import points of a sensor, or images of them."""
     from robolaser.data.importers import importer_for
     from robolaser.data.writing import files_of
     from robolaser.diagnosis.gross_mistakes import gross_mistakes
@@ -203,7 +203,7 @@ def _measured(
 
 
 def _motion(sources: Sequence[Path], options: "ImportOptions", terminal: Terminal) -> Read:
-    """Logs of a moving arm, as one."""
+    """Import logs of a moving arm as one."""
     from robolaser.data.result_folder import write_results
     from robolaser.motion.importing import import_motion
     from robolaser.motion.reading import MOTION_FOLDER, motion_texts
@@ -218,7 +218,7 @@ def _motion(sources: Sequence[Path], options: "ImportOptions", terminal: Termina
 
 
 def _with_points(imported: "Imported", terminal: Terminal) -> "Imported":
-    """The same with the points that its images show; nothing is written where they show none."""
+    """The same with the points of its images; nothing is written where they show none."""
     from tempfile import TemporaryDirectory
 
     from robolaser.data.loading import load
@@ -236,7 +236,7 @@ def _with_points(imported: "Imported", terminal: Terminal) -> "Imported":
 
 
 def _units(texts: Sequence[str]) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
-    """Units of all files, and those of single files by name, of what was typed as `[FILE:]UNIT,...`."""
+    """Units of all files, and those of single files by name, typed as `[FILE:]UNIT,...`."""
     of_all: list[str] = []
     of_file: dict[str, tuple[str, ...]] = {}
     for text in texts:
@@ -250,7 +250,7 @@ def _units(texts: Sequence[str]) -> tuple[tuple[str, ...], dict[str, tuple[str, 
 
 
 def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
-    """What was typed as NAME=VALUE, by name."""
+    """Values typed as NAME=VALUE, by name."""
     found: dict[str, str] = {}
     for text in texts:
         name, sign, value = text.partition("=")

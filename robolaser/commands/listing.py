@@ -1,4 +1,4 @@
-"""robolaser list: the members of a family, those that installed packages announce included."""
+"""robolaser list: the members of a family, with those of installed packages."""
 
 from collections.abc import Iterable
 from typing import Literal
@@ -68,7 +68,7 @@ def _importers() -> Iterable[tuple[str, ...]]:
         yield name, importer.title, ", ".join(importer.further)
 
 
-FAMILIES = {  # the columns of each, and what gives its rows
+FAMILIES = {  # the columns of each, and the function that yields its rows
     "robots": (("robot", "joints", "flange", "title"), _robots),
     "effects": (("effect", "title", "parameters"), _effects),
     "algorithms": (("algorithm", "commands", "title"), _algorithms),

@@ -1,4 +1,4 @@
-"""robolaser plan: what poses could tell, before anything is measured in them."""
+"""robolaser plan: effects that poses or motions could show, before any measurement."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -75,7 +75,7 @@ def plan(
 
 
 def _warn_of_collisions(dataset: "Dataset", terminal: Terminal) -> None:
-    """Say at which poses the arm would hit itself."""
+    """Warn of poses at which the arm would collide with itself."""
     from robolaser.cell.plan_validation import collision_model, collisions
     from robolaser.data.cell_config import Limits
 
@@ -88,7 +88,7 @@ def _warn_of_collisions(dataset: "Dataset", terminal: Terminal) -> None:
 
 
 def _of_table(file: Path, robot: str, flange: str | None, sensor: str) -> "Dataset":
-    """The poses of a poses.csv that stands by itself."""
+    """The poses of a separate poses.csv."""
     import numpy as np
 
     from robolaser.data.data_tables import read_poses

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from robolaser.cell.route import Waypoint
     from robolaser.data.cell_config import Cell
 
-RUN_UP_DEG = 3.0  # more than any gearbox's lost motion
+RUN_UP_DEG = 3.0  # more than the lost motion of any gearbox
 WHERE = Group("Poses, from exactly one of", sort_key=-3, validator=mutually_exclusive)
 GOING = Group("Whether the arm moves", sort_key=-1, validator=mutually_exclusive)
 THERE = Group("Result", sort_key=1, validator=mutually_exclusive)
@@ -59,14 +59,14 @@ class RouteOptions:
 
     @property
     def files(self) -> list[Path]:
-        """What it reads."""
+        """Its input files."""
         return [file for file in (self.poses, self.next_poses) if file is not None]
 
     def check(self, *, resume: bool) -> None:
-        """See that the poses are stated, and that no option is without effect.
+        """Check that poses are stated and that every option has an effect.
 
         Raises:
-            UsageError: Otherwise.
+            UsageError: They are not, or one has none.
         """
         is_named = self.plan is not None or bool(self.files)
         if not is_named and not resume and self.watch is None:
@@ -170,13 +170,13 @@ def record(
 
 
 def _refuse_idle(option: str, given: bool, other: str, there: bool) -> None:  # noqa: FBT001 - a table, read in rows
-    """Refuse an option that has no effect without another."""
+    """Refuse an option that has no effect without another one."""
     if given and not there:
         raise UsageError(f"{option} has no effect without {other}: add that, or leave {option} out.")
 
 
 def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
-    """The cell with another port or camera; paths typed are from here, not from the cell's folder."""
+    """The cell with another port or camera; typed paths are relative to the working directory, not to the cell."""
     if port is not None:
         port = str(Path(port).absolute()) if cell.arm.kind == "replay" else port
         cell = replace(cell, arm=replace(cell.arm, port=port))
@@ -188,7 +188,7 @@ def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
 
 
 def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Terminal) -> None:
-    """Each place, the time to it and the height of the arm's lowest part there."""
+    """Print each configuration, the time to it and the height of the arm's lowest part there."""
     from robolaser.cell.clock import seconds_for
     from robolaser.cell.failures import joint_text
     from robolaser.cell.plan_validation import RouteCheck, lowest
@@ -221,7 +221,7 @@ def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Termina
 
 @contextmanager
 def _opened(cell: "Cell", terminal: Terminal) -> "Iterator[tuple[Arm, Camera, Clock, Progress]]":
-    """The cell's arm and camera, a clock and the progress that is shown; who ends the program closes them, too."""
+    """The cell's arm and camera, a clock and the progress bar, which are also closed when the program is ended."""
     from robolaser.cell.arm import arm_class
     from robolaser.cell.camera import open_camera
     from robolaser.cell.clock import Clock
@@ -229,7 +229,7 @@ def _opened(cell: "Cell", terminal: Terminal) -> "Iterator[tuple[Arm, Camera, Cl
     clock = Clock()
     with (
         ended_as_by_hand(),
-        terminal.progress() as progress,  # which counts from here: to open a line takes its time too
+        terminal.progress() as progress,  # which counts from here: opening a line takes time, too
         closing(open_camera(cell, clock, terminal.warn)) as camera,
         closing(arm_class(cell).open(cell, clock)) as arm,
     ):
@@ -250,16 +250,16 @@ def _record(
             at_end.callback(running.stop)
         with _opened(cell, terminal) as (arm, camera, clock, progress):
 
-            def tell(what: str) -> None:
+            def report(what: str) -> None:
                 progress(what, writer.done / planned)
 
             def recorded(waypoint: "Waypoint") -> None:
-                tell(waypoint.name)
+                report(waypoint.name)
                 if running is not None:
                     running.pose_recorded()
 
             session = Session(cell, arm, camera, writer, clock, terminal.warn, position_confirmed=position_confirmed)
-            session.run(recorded, tell)
+            session.run(recorded, report)
         if running is not None:
             running.finish()
     terminal.show(
@@ -283,13 +283,13 @@ def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", termi
         _opened(cell, terminal) as (arm, camera, clock, progress),
     ):
 
-        def tell(name: str) -> None:
+        def report(name: str) -> None:
             names.append(name)
             progress(name, len(names) / count)
 
         writer.state_quantization_noise(arm.step, terminal.warn)
         with suppress(KeyboardInterrupt):
-            watch(arm, camera, writer, clock, count, cell.laser_output, tell, cell.camera.settle_s)
+            watch(arm, camera, writer, clock, count, cell.laser_output, report, cell.camera.settle_s)
     terminal.show(
         {"recording": str(writer.folder), "poses": len(names), "planned": count},
         lambda: say(f"Wrote {len(names)} images of {count} to {writer.folder}"),

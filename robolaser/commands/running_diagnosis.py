@@ -1,4 +1,4 @@
-"""The diagnosis of a recording while it is made: of all its poses so far, in a process beside the arm's."""
+"""The diagnosis of a running recording: of all poses so far, in a separate process."""
 
 import signal
 from collections import defaultdict
@@ -18,11 +18,11 @@ from robolaser.errors import RobolaserError
 
 @final
 class RunningDiagnosis:
-    """Asks again after each pose, as soon as the last answer has come; no pose waits for it.
+    """Starts a diagnosis after each pose, once the last one has ended; no pose waits for it.
 
     Args:
         folder: Of the recording.
-        show: Is called with each answer, once.
+        show: Called with each result, once.
     """
 
     def __init__(self, folder: Path, show: Callable[[str], None]) -> None:
@@ -34,25 +34,25 @@ class RunningDiagnosis:
         self.latest = ""
 
     def pose_recorded(self) -> None:
-        """Show what has come, and ask of the poses that are on the disk now."""
+        """Show a new result, and start the diagnosis of the poses that are on the disk now."""
         self._is_current = self._asked is None or self._asked.done()
         if self._is_current:
             self._take()
             self._ask()
 
     def finish(self) -> None:
-        """Show the answer of all poses."""
+        """Show the result of all poses."""
         self._take()
         if not self._is_current:
             self._ask()
             self._take()
 
     def stop(self) -> None:
-        """Ask no more."""
+        """Start no more diagnoses."""
         self._engine.shutdown(wait=False, cancel_futures=True)
 
     def _ask(self) -> None:
-        with suppress(BrokenProcessPool):  # the recording goes on without it; the last answer said why
+        with suppress(BrokenProcessPool):  # the recording continues without it; the last result has the reason
             self._asked = self._engine.submit(answer, self._folder)
 
     def _take(self) -> None:
@@ -60,7 +60,7 @@ class RunningDiagnosis:
             return
         try:
             text = self._asked.result()
-        except Exception as error:  # whatever ends a diagnosis, the arm goes on
+        except Exception as error:  # no error of a diagnosis stops the arm
             text = f"no diagnosis: {type(error).__name__}: {error}"
         if text != self.latest:
             self._show(text)
@@ -68,13 +68,13 @@ class RunningDiagnosis:
 
 
 _SHOWN: defaultdict[Path, dict[object, Any]] = defaultdict(dict)
-_FOUND: dict[Path, Any] = {}  # what a process knows of a recording: what its images showed, and the last diagnosis
+_FOUND: dict[Path, Any] = {}  # by recording: the last diagnosis in this process
 
 
 def answer(folder: Path) -> str:
-    """Who leads, how sure, and which pose would decide, of a recording so far; or why nothing can be said yet.
+    """Leading effects of a recording so far, with probabilities and the next pose; or why there is no diagnosis yet.
 
-    A process that is asked of one recording again and again looks at each image once.
+    Repeated calls for one recording in one process read each image once.
     """
     from robolaser.api import diagnose
     from robolaser.data.loading import load
@@ -93,7 +93,7 @@ def answer(folder: Path) -> str:
 
 
 def in_a_line(found: Mapping[str, Any]) -> str:
-    """A diagnosis, as `diagnosis.json` has it, in a line."""
+    """A diagnosis, with the keys of `diagnosis.json`, in a line."""
     gap, poses = found["gap_mm"], found["poses"]["used"]
     leaders = ", ".join(f"{one['effect']} at {one['where']} {one['probability']:.0%}" for one in found["effects"][:2])
     parts = [

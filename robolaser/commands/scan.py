@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 ENDINGS = (".ply", ".pcd", ".las", ".e57")
 SIDE = re.compile(r"([^:]*):([^:]*)")
-LEAST_STEP_M = 1e-3  # a few times the distance at which points still count as on a plane
+LEAST_STEP_M = 1e-3  # a few times the tolerance of points on a plane
 
 
 def _cloud_file(_: Any, path: Path) -> None:
@@ -30,10 +30,10 @@ def _cloud_file(_: Any, path: Path) -> None:
 
 
 def region_of(text: str) -> "Array":
-    """Least and largest x, y and z of `X0:X1,Y0:Y1,Z0:Z1`, (3, 2) [m]; what is left empty is open.
+    """Least and largest x, y and z of `X0:X1,Y0:Y1,Z0:Z1`, (3, 2) [m]; empty ones are open.
 
     Raises:
-        UsageError: It is none.
+        UsageError: It is no region.
     """
     import numpy as np
 
@@ -66,7 +66,7 @@ class PointOptions:
     colour: bool = False
 
     def of(self, cloud: "Cloud", sample: "Subsample", progress: "Progress") -> "Iterable[Vertices]":
-        """The points of a cloud that are kept, with what is added to them; some are remembered in a sample."""
+        """The selected points of a cloud, with added columns; a sample keeps some of them."""
         import numpy as np
 
         from robolaser.scan.cloud_files import one_per_voxel, with_colours, with_normals, within
@@ -155,7 +155,7 @@ def scan(
 
 
 def _prepared(calibration: Path, folders: "Sequence[Path]", terminal: Terminal, *, nominal: bool) -> "Scan":
-    """The scan of all recordings as one, with warnings of what is odd about them."""
+    """The scan of all recordings as one, with their warnings."""
     from robolaser.data.loading import load
     from robolaser.scan import merged, prepare, read_calibration
 

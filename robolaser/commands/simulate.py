@@ -1,4 +1,4 @@
-"""robolaser simulate: a data set as the real cell would give it."""
+"""robolaser simulate: a data set of a simulated cell."""
 
 from pathlib import Path
 from typing import Annotated, Literal

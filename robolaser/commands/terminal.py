@@ -1,4 +1,4 @@
-"""What all commands share: types of what can be typed, what is shown, and how a program is ended from outside."""
+"""Shared parts of all commands: types of options, output, and termination from outside."""
 
 import json
 import math
@@ -16,7 +16,7 @@ from cyclopts.validators import Number
 from robolaser.errors import UsageError
 from robolaser.report.printable import printable
 
-RESULT = Group("Result", sort_key=1)  # the options that say where a result goes
+RESULT = Group("Result", sort_key=1)  # the options on where a result is written
 Count = Annotated[int, Parameter(metavar="N", validator=Number(gte=1))]
 Seed = Annotated[int, Parameter(metavar="N", validator=Number(gte=0))]
 Port = Annotated[int, Parameter(metavar="N", validator=Number(gte=1, lte=65535))]
@@ -30,11 +30,11 @@ def _positive(_: object, value: float | None) -> None:
 PositiveOption = Annotated[float, Parameter(validator=_positive)]
 Deviation = Annotated[PositiveOption, Parameter(metavar="STD")]
 ResultFlag = Annotated[bool, Parameter(group=RESULT)]
-Typed = Annotated[str, Parameter(parse=False)]  # the command line, which a page repeats: passed in, not an option
+Typed = Annotated[str, Parameter(parse=False)]  # the command line, for the page: passed in, not an option
 
 
 def say(text: str) -> None:
-    """Print text on standard output; control characters in it are written out."""
+    """Print text on standard output, with escaped control characters."""
     print(printable(text), flush=True)
 
 
@@ -49,7 +49,7 @@ def aligned(rows: Sequence[Sequence[str]], side: Callable[[str, int], str] = str
 @Parameter(name="*", group=Group("Terminal", sort_key=2))
 @dataclass(frozen=True)
 class Terminal:
-    """What a command shows.
+    """The output of a command.
 
     Attributes:
         json: Print nothing but the result, as JSON, on standard output.
@@ -60,16 +60,16 @@ class Terminal:
     quiet: bool = False
 
     def print(self, text: str) -> None:
-        """Print a part of what people read."""
+        """Print a part of the text."""
         if not (self.json or self.quiet):
             say(text)
 
     def show(self, result: Mapping[str, object] | str, summary: Callable[[], None]) -> None:
-        """Print the result once: as JSON, or as what people read.
+        """Print the result once: as JSON or as text.
 
         Args:
-            result: What is written as JSON, or the text of it.
-            summary: Prints it for people.
+            result: For JSON, or its JSON text.
+            summary: Prints it as text.
         """
         if self.json:
             say(result.rstrip() if isinstance(result, str) else json.dumps(result, indent=1))
@@ -77,24 +77,24 @@ class Terminal:
             summary()
 
     def warn(self, *messages: str) -> None:
-        """Say on standard error what is odd, but no error."""
+        """Print warnings on standard error."""
         for message in messages:
             print(f"warning: {printable(message)}", file=sys.stderr)
 
     @contextmanager
     def progress(self) -> Iterator[Callable[[str, float], None]]:
-        """Show how far a long command is, on a terminal and only there.
+        """Show the progress of a long command, on a terminal only.
 
         Yields:
-            A function of what is being done and of the share, 0 to 1, that is done.
+            A function of the current step and of its finished share, 0 to 1.
         """
         if self.quiet:
             yield lambda what, share: None
             return
         from robolaser.report.progress_bar import progress_bar
 
-        with progress_bar() as tell:
-            yield tell
+        with progress_bar() as report:
+            yield report
 
 
 @final
@@ -119,26 +119,26 @@ class NoiseOptions:
 
     @property
     def typed(self) -> dict[str, float]:
-        """Those that were typed."""
+        """The typed options."""
         return {name: value for name, value in vars(self).items() if value is not None}
 
 
 def refuse(why: str, options: Mapping[str, object]) -> None:
-    """Refuse those of some options that were typed, as they mean nothing here.
+    """Refuse typed options that have no meaning here.
 
     Args:
         why: The beginning of the sentence.
         options: By name, each with whether it was typed.
 
     Raises:
-        UsageError: One was.
+        UsageError: One was typed.
     """
     if idle := [option for option, given in options.items() if given]:
         raise UsageError(f"{why}: leave out {', '.join(idle)}.")
 
 
 def shown_default(value: object) -> str | None:
-    """What the help says of a default: nothing of an option that is off or empty."""
+    """The default in the help: none for an option that is off or empty."""
     if value is None or value is False or value == ():
         return None
     return f"{value:g}" if isinstance(value, float) else f"{value}"
@@ -146,7 +146,7 @@ def shown_default(value: object) -> str | None:
 
 @contextmanager
 def ended_as_by_hand() -> Iterator[None]:
-    """Whoever ends the program (a closed terminal, a batch system) ends it as Ctrl-C does: in good order."""
+    """End the program on any termination signal (a closed terminal, a batch system) as on Ctrl-C."""
 
     def stop(number: int, frame: FrameType | None) -> Never:
         raise KeyboardInterrupt

@@ -75,7 +75,7 @@ def view(
 
 
 def _fitted(data: "Dataset", calibration: Path) -> tuple["CellPoses", Sequence[str]]:
-    """The cell by the numbers and effects of a saved calibration, and what is not known of the effects."""
+    """The cell by the numbers and effects of a saved calibration, and warnings on the effects."""
     from robolaser.data.toml_schema import typed
     from robolaser.model.effects import found_effect
     from robolaser.report.viewer.cells import fitted_cell
@@ -113,7 +113,7 @@ def _planned(cell: "Cell", poses: Path) -> "Dataset":
 
 
 def _collisions(cell: "Cell", data: "Dataset") -> "Callable[[Array], tuple[str, tuple[SceneNode, ...]]]":
-    """What an arm like that of a data set hits in a cell, by its joint values."""
+    """Collisions of a data set's arm in a cell, by its joint values."""
     from robolaser.cell.plan_validation import RouteCheck
     from robolaser.report.viewer.scene import collision_shapes
 

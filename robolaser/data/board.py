@@ -32,10 +32,10 @@ class Board:
         return self.square_m * np.pad(lattice(self.columns, self.rows), ((0, 0), (0, 0), (0, 1)))
 
     def check(self) -> None:
-        """See that it can be printed.
+        """Check that it can be printed.
 
         Raises:
-            DataError: What a ChArUco board needs is missing, wrong, or stated of another board.
+            DataError: A key of a ChArUco board is missing, wrong, or stated for another board.
         """
         for key, value in {"marker_m": self.marker_m, "dictionary": self.dictionary}.items():
             if self.kind == "charuco" and value is None:
@@ -75,8 +75,8 @@ def board_print(board: Board) -> BoardPrint:
     """The print of a checkerboard or a ChArUco board (of OpenCV 4.6 or newer).
 
     Raises:
-        DataError: It has circles, OpenCV has no such dictionary or too few markers in it, or its markers' bits are no
-            whole part of its squares.
+        DataError: It has circles, OpenCV has no such dictionary or too few markers in it, or its squares are no
+            multiple of its markers' bits.
     """
     if board.kind == "checkerboard":
         dark = np.indices((board.rows + 1, board.columns + 1)).sum(axis=0) % 2 == 0

@@ -1,4 +1,4 @@
-"""A cell: what moves the sensor, what sees, what lights, and what it must never do."""
+"""The configuration of a cell: its arm, camera, laser and limits."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,10 +15,10 @@ from robolaser.robot.urdf.checking import unknown_frame
 
 FILE = "cell.toml"
 FORMAT = "robolaser-cell/1"
-Address = Annotated[int, Meta(ge=0, le=253)]  # of a servo; 254 is everybody's
+Address = Annotated[int, Meta(ge=0, le=253)]  # of a servo; 254 is the broadcast address
 Axes = Literal["er7", "er5plus"]
 UNATTENDED_S, MOST_UNATTENDED_S = 0.9, 1.0
-MOST_SETPOINT_HZ = 200.0  # as a line carries
+MOST_SETPOINT_HZ = 200.0  # capacity of a line
 
 
 @final
@@ -26,20 +26,20 @@ MOST_SETPOINT_HZ = 200.0  # as a line carries
 class ArmLine:
     """The arm's controller and the line to it."""
 
-    kind: NonEmpty  # name of its language, see `robolaser.cell.arm.ARMS`
+    kind: NonEmpty  # name of its protocol, see `robolaser.cell.arm.ARMS`
     port: NonEmpty  # a device or any URL that pyserial opens
     baud: Annotated[int, Meta(ge=1)] = 9600  # bits a second
     flow: Literal["none", "xonxoff"] = "none"  # "none" or "xonxoff"
-    # addresses of the servos, base first, where the language has addresses; empty: 1, 2, ...
+    # addresses of the servos, base first, where the protocol has addresses; empty: 1, 2, ...
     ids: tuple[Address, ...] = ()
     reference_rad: tuple[float, ...] = ()  # joint angles at the controller's reference posture; empty: all zero
     direction: tuple[float, ...] = ()  # +1 or -1 for each joint: which way it counts; empty: all +1
-    home: bool = False  # whether it searches its home before it measures
-    # longest motion that the controller is given at a time: how long the arm may move on when this computer dies [s]
+    home: bool = False  # whether it searches its home before a recording
+    # longest motion per command: the arm may move on for so long after a crash of this computer [s]
     unattended_s: Positive = UNATTENDED_S
     # setpoints a second that the arm follows, and that are logged; None: its controller plans each motion
     setpoint_hz: Annotated[float, Meta(gt=0, le=MOST_SETPOINT_HZ)] | None = None
-    axes: Axes | None = None  # what a SCORBOT's encoders count, see `robolaser.cell.acl`; stated for each of them
+    axes: Axes | None = None  # a SCORBOT's type, see `robolaser.cell.acl`
 
 
 @final
@@ -49,7 +49,7 @@ class CameraLine:
 
     # a number, a device, a stream's URL, or a folder of images
     source: NonEmpty | Annotated[int, Meta(ge=0)]
-    exposure: float | None = None  # in the driver's own unit; None: as it is
+    exposure: float | None = None  # in the driver's unit; None: unchanged
     gain: float | None = None  # likewise
     settle_s: Positive = 0.3  # wait between the arm's rest, or the laser's switching, and the shot [s]
 
@@ -57,34 +57,34 @@ class CameraLine:
 @final
 @dataclass(frozen=True)
 class Limits:
-    """What no pose may break.
+    """Limits of all poses.
 
-    Links are straight lines between their joints here, as thick as nothing, so the ends of each say how low it reaches:
-    state a floor higher than the real one by half of what the thickest link measures. Only the flange's reach counts.
+    For the floor, links are straight lines between their joints, without thickness: state a floor higher than the real
+    one by half the diameter of the thickest link. Only the flange's reach counts.
     """
 
     # height in the base frame that no joint, flange, camera or light projector goes below [m]; None: no floor
     floor_m: float | None = None
-    # farthest that the flange may be from the foot of the first joint [m]; None: as far as the arm goes
+    # largest distance of the flange from the foot of the first joint [m]; None: the arm's reach
     reach_m: float | None = None
-    speed_rad_s: Positive = 0.3  # fastest that any joint turns [rad/s or m/s]: slow enough to reach the button
-    # least distance between links, scanner and boxes that could hit each other [m]; by default more than the arm moves
-    # between two postures that are checked, and than a ruler errs
+    speed_rad_s: Positive = 0.3  # highest joint speed [rad/s or m/s]: slow enough for an emergency stop
+    # least distance between links, scanner and boxes that could collide [m]; by default more than the motion between
+    # two checked postures, and than the error of a ruler
     margin_m: NotNegative = 0.01
-    # of links that the URDF draws no boxes, spheres or cylinders of [m]; None: by the arm's length
+    # of links without boxes, spheres or cylinders in the URDF [m]; None: by the arm's length
     link_radius_m: Positive | None = None
 
 
 @final
 @dataclass(frozen=True)
 class Box:
-    """Something in the cell, or on a link of the arm, that nothing may hit."""
+    """An obstacle in the cell, or a body on a link of the arm."""
 
-    name: NonEmpty  # for people
+    name: NonEmpty  # for messages
     centre_m: tuple[float, float, float]  # in the frame of its link, (3,) [m]
     size_m: tuple[Positive, Positive, Positive]  # edges along its own x, y and z, (3,) [m]
     quat: Quaternion = (0.0, 0.0, 0.0, 1.0)  # its rotation there, (x, y, z, w)
-    link: NonEmpty | None = None  # the link that carries it; None: it stands in the base frame
+    link: NonEmpty | None = None  # the link that carries it; None: it is fixed in the base frame
 
 
 @final
@@ -111,15 +111,15 @@ class CellFile:
 @final
 @dataclass(frozen=True)
 class Cell:
-    """A folder with dataset.toml, as its recordings will have it, and cell.toml."""
+    """A folder with cell.toml and the dataset.toml of its recordings."""
 
     description: Dataset  # robot, sensor and target, without a pose
     arm: ArmLine  # the arm's controller
     camera: CameraLine  # the camera
     laser_output: int | None  # the controller's output that switches the laser; None: it is always on
-    limits: Limits  # what no pose may break
-    boxes: tuple[Box, ...] = ()  # what stands in the cell, or is carried, and must not be hit
-    warnings: tuple[str, ...] = ()  # what is odd, but no error
+    limits: Limits  # of all poses
+    boxes: tuple[Box, ...] = ()  # obstacles in the cell, and bodies on links
+    warnings: tuple[str, ...] = ()  # doubtful settings that are no errors
 
     @property
     def robot(self) -> Robot:
@@ -129,13 +129,13 @@ class Cell:
 
     @property
     def folder(self) -> Path:
-        """Where it lies."""
+        """Its folder."""
         assert self.description.folder is not None  # it was read from there
         return self.description.folder
 
     @property
     def pictures(self) -> Path | None:
-        """The folder of images in place of its camera; None: it is a live one."""
+        """The folder of images in place of its camera; None for a live camera."""
         source = self.camera.source
         if isinstance(source, int) or "://" in source or source.startswith("/dev/"):
             return None
@@ -152,7 +152,7 @@ def load_cell(folder: str | Path) -> Cell:
     """Read and check a cell.
 
     Raises:
-        DataError: With file and key of what is wrong; there is no arm in it.
+        DataError: With file and key of the error; or there is no arm.
         RobotError: The URDF, its flange or its joints are not usable.
     """
     folder = Path(folder)

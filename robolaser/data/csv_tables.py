@@ -17,7 +17,7 @@ from robolaser.errors import DataError, near, unreadable
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-BLOCK_ROWS = 2_000  # taken apart at a time: memory holds the columns of a table, and never all of its cells
+BLOCK_ROWS = 2_000  # parsed at a time: memory holds the columns of a table, never all of its cells
 
 RowTable = TypeVar("RowTable", bound="DataclassInstance")
 Cells = tuple[str, ...] | Array  # of a column: texts, or numbers, (rows,)
@@ -39,9 +39,9 @@ class CsvTable:
         return column in self.columns
 
     def cells(self, column: str) -> tuple[str, ...]:
-        """The cells of a column of texts that must be there."""
+        """The cells of a required column of texts."""
         cells = self._there(column)
-        assert isinstance(cells, tuple)  # whoever reads a column as numbers asks for numbers
+        assert isinstance(cells, tuple)  # columns of numbers are read by `numbers`
         return cells
 
     def texts(self, column: str) -> tuple[str, ...]:
@@ -52,7 +52,7 @@ class CsvTable:
         return cells
 
     def numbers(self, columns: Sequence[str]) -> Array:
-        """Columns that must be there, as finite numbers, (rows, columns)."""
+        """Required columns as finite numbers, (rows, columns)."""
         out = np.empty((len(self), len(columns)))
         for j, column in enumerate(columns):
             cells = self._there(column)
@@ -68,18 +68,18 @@ class CsvTable:
         return replace(self, columns={**self.columns, **columns})
 
     def check_all_differ(self, keys: Sequence[object], what: Callable[[int], str]) -> None:
-        """See that no row has the key of one before it.
+        """Check that no row has the key of an earlier one.
 
         Raises:
-            DataError: One has; with both rows, and `what` a row is.
+            DataError: One has; with both rows, and `what` describes a row.
         """
         if len(set(keys)) == len(keys):
             return
         first: dict[object, int] = {}
         for row, key in enumerate(keys):
             if (before := first.setdefault(key, row)) < row:
-                said = f"{what(row)} was already in row {self.lines[before]}. Delete one of the two."
-                raise bad_row(self.file, self.lines[row], said)
+                message = f"{what(row)} was already in row {self.lines[before]}. Delete one of the two."
+                raise bad_row(self.file, self.lines[row], message)
 
     def _there(self, column: str) -> Cells:
         if column not in self.columns:
@@ -104,7 +104,7 @@ def rows_of(table: RowTable, rows: Ints) -> RowTable:
 
 
 def finite(cell: str) -> float:
-    """A cell as a number; NaN where it is none. Underscores and other scripts' digits are not taken for numbers."""
+    """A cell as a number; NaN where it is none. Underscores and digits of other scripts are not accepted."""
     try:
         return float(cell) if "_" not in cell and cell.isascii() else np.nan
     except ValueError:
@@ -118,7 +118,7 @@ def bad_row(file: str, line: int, what: str, column: str | None = None) -> DataE
 
 
 def bad_cell(file: str, line: int, column: str, cell: str, expected: str) -> DataError:
-    """The error of a cell that holds something else than it should."""
+    """The error of a cell with a wrong value."""
     return bad_row(file, line, f"{repr(cell) if cell else 'empty'}, expected {expected}.", column)
 
 
@@ -127,10 +127,10 @@ def read_table(path: Path, numbers: Sequence[str] = ()) -> CsvTable:
 
     Args:
         path: The file.
-        numbers: Columns that hold finite numbers, where they are there at all.
+        numbers: Columns of finite numbers, where they exist.
 
     Raises:
-        DataError: The file is not there or not text, it has no header, two columns share a name, a row has more or
+        DataError: The file is missing or not text, it has no header, two columns share a name, a row has more or
             fewer cells than the header, or a cell is no number.
     """
     with opened(path, TABLE_BYTES, text=True, newline="") as file:
@@ -150,13 +150,13 @@ def table_of(
     """Lines as a table.
 
     Args:
-        path: The file that they are of.
+        path: Their file.
         text: Each with its end.
-        numbers: Columns that hold finite numbers, where they are there at all.
+        numbers: Columns of finite numbers, where they exist.
         separator: Of cells.
-        first: The line of the file at which the text begins.
+        first: The text's first line in the file.
         named: Whether the first row names the columns; else they are called 1, 2, 3 …
-        how: How cells are separated, for messages, where another way may be meant.
+        how: How cells are separated, for messages, where this is ambiguous.
 
     Raises:
         DataError: As `read_table`.
@@ -171,8 +171,8 @@ def table_of(
         raise bad_row(path.name, line, f"the columns are separated by {min(other)!r}, {expected}")
     for name in header:
         if header.count(name) > 1:
-            said = f"{path.name} has two columns '{name}'; rename or delete one."
-            raise DataError(said, file=path.name, row=line, column=name)
+            message = f"{path.name} has two columns '{name}'; rename or delete one."
+            raise DataError(message, file=path.name, row=line, column=name)
     rows = rows if named else chain([(line, names)], rows)
     texts: dict[str, list[str]] = {name: [] for name in header if name not in numbers}
     known = {name: [np.empty(0)] for name in header if name in numbers}

@@ -1,4 +1,4 @@
-"""poses.csv and points.csv: where the arm stood and what was seen, checked cell by cell."""
+"""poses.csv and points.csv: the arm's poses and the measured points, checked cell by cell."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,9 +19,9 @@ from robolaser.robot.kinematics import Robot
 
 FILE = "poses.csv"
 FLANGE_COLUMNS = (*XYZ, *QUATERNION)
-OUT_OF_RANGE_RAD = 1.0  # real arms stand a little outside their URDF's limits; nobody by a radian
-FARTHEST_M = 200.0  # a laser tracker's range; larger numbers are millimetres
-IMAGES = "image"  # columns whose names begin so hold paths of images
+OUT_OF_RANGE_RAD = 1.0  # real arms exceed their URDF's limits a little, but not by a radian
+FARTHEST_M = 200.0  # range of a laser tracker; larger numbers are millimetres
+IMAGES = "image"  # prefix of columns with paths of images
 MOST_NAMED = 5
 
 
@@ -33,10 +33,10 @@ def read_poses(path: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
         robot: Whose joint angles it holds; None: it holds measured flange poses.
 
     Returns:
-        The poses, and what is odd, but no error.
+        The poses, and warnings.
 
     Raises:
-        DataError: With row and column of what is wrong.
+        DataError: With row and column of the error.
     """
     return poses_of(read_table(path, ["time_s", *_readings(robot)]), path.parent, robot)
 
@@ -70,23 +70,23 @@ def poses_of(table: CsvTable, folder: Path, robot: Robot | None) -> tuple[Poses,
         q = table.numbers(q_columns)
         qd = table.numbers(qd_columns) if any(column in table for column in qd_columns) else None
         warnings += [*outside_limits(table, q, robot), *_unlisted(table, q_columns)]
-        told = [joint for joint in joints if f"{COMMAND}{joint}" in table]
-        commands = table.numbers([f"{COMMAND}{joint}" for joint in told])
-        following = {joint: commands[:, i] - q[:, joints.index(joint)] for i, joint in enumerate(told)}
+        commanded = [joint for joint in joints if f"{COMMAND}{joint}" in table]
+        commands = table.numbers([f"{COMMAND}{joint}" for joint in commanded])
+        following = {joint: commands[:, i] - q[:, joints.index(joint)] for i, joint in enumerate(commanded)}
         poses = replace(poses, q=q, qd=qd, following=following)
     return poses, [*warnings, *_no_coordinates(table, poses)]
 
 
 def _not_too_far(table: CsvTable, xyz: Array) -> None:
-    """See that places are in metres: none is farther off than any arm or tracker reaches."""
+    """Check that positions are in metres: none is beyond the reach of arms and trackers."""
     if max(xyz.max(initial=0.0), -xyz.min(initial=0.0)) > FARTHEST_M:
         i, j = np.argwhere(np.abs(xyz) > FARTHEST_M)[0]
-        said = f"{xyz[i, j]:.6g} m is farther than any arm reaches. Are these millimetres? Lengths are metres."
-        raise bad_row(table.file, table.lines[i], said, XYZ[j])
+        message = f"{xyz[i, j]:.6g} m is farther than any arm reaches. Are these millimetres? Lengths are metres."
+        raise bad_row(table.file, table.lines[i], message, XYZ[j])
 
 
 def _check_quaternions(table: CsvTable, quaternions: Array) -> None:
-    """See that quaternions (rows, 4) are rotations."""
+    """Check that quaternions (rows, 4) are rotations."""
     lengths = np.linalg.norm(quaternions, axis=1)
     for i in np.flatnonzero(np.abs(lengths - 1) > QUATERNION_SLACK)[:1]:
         row, columns = table.lines[i], " ".join(QUATERNION)
@@ -121,10 +121,10 @@ def _flange(table: CsvTable) -> Array:
 
 
 def outside_limits(table: CsvTable, q: Array, robot: Robot) -> list[str]:
-    """What is odd about joint values, (n, j), as sentences.
+    """Warnings of unlikely joint values, (n, j).
 
     Raises:
-        DataError: They are farther beyond the URDF's limits than any arm goes: in another unit, or in other columns.
+        DataError: They are too far beyond the URDF's limits: in another unit, or in other columns.
     """
     beyond = np.maximum(q - robot.upper, robot.lower - q)
     units = ["m" if prismatic else "rad" for prismatic in robot.prismatic]
@@ -148,7 +148,7 @@ def outside_limits(table: CsvTable, q: Array, robot: Robot) -> list[str]:
 
 
 def _exchanged(q: Array, robot: Robot) -> str:
-    """A question, if all readings lie within their limits once two columns are exchanged, and by no other exchange."""
+    """A question, if all readings are within their limits after exchanging two columns, and by no other exchange."""
     pairs = []
     for a, b in combinations(range(len(robot.joints)), 2):
         other = q.copy()
@@ -159,8 +159,8 @@ def _exchanged(q: Array, robot: Robot) -> str:
 
 
 def _unlisted(table: CsvTable, q_columns: list[str]) -> list[str]:
-    told = [f"{COMMAND}{column.removeprefix('q_')}" for column in q_columns]
-    unread = [column for column in table.columns if column.startswith("q_") and column not in (*q_columns, *told)]
+    commands = [f"{COMMAND}{column.removeprefix('q_')}" for column in q_columns]
+    unread = [column for column in table.columns if column.startswith("q_") and column not in (*q_columns, *commands)]
     if not unread:
         return []
     which = "that joint" if len(unread) == 1 else "those joints"
@@ -171,7 +171,7 @@ def _unlisted(table: CsvTable, q_columns: list[str]) -> list[str]:
 
 
 def _no_coordinates(table: CsvTable, poses: Poses) -> list[str]:
-    """Warnings of further columns that no gap can be sought along: neither numbers nor empty throughout."""
+    """Warnings of further columns that cannot be coordinates of a gap: neither numbers nor empty throughout."""
     warnings = []
     for name, cells in poses.extra.items():
         if name not in poses.coordinates and any(cells) and not name.startswith((IMAGES, COMMAND)):
@@ -189,10 +189,10 @@ def points_of(table: CsvTable, described: Dataset) -> Points:
 
     Args:
         table: Its numbers may be texts.
-        described: What dataset.toml says, with the poses.
+        described: The data set of dataset.toml and the poses.
 
     Raises:
-        DataError: With row and column of what is wrong.
+        DataError: With row and column of the error.
     """
     declared = described.format
     in_pose = table.texts("pose")
@@ -256,7 +256,7 @@ def _in_the_image(table: CsvTable, pixel: Array, image_px: tuple[int, int]) -> N
 
 
 def _not_at_one_pixel(table: CsvTable, points: Points, pixel: Array) -> None:
-    """See that no pose has different points that are all at one pixel."""
+    """Check that no pose has several points that are all at one pixel."""
     _, first, pose = np.unique(points.pose, return_index=True, return_inverse=True)
     apart = np.bincount(pose, (pixel != pixel[first][pose]).any(axis=1))
     places = np.bincount(pose[np.unique(points.place, return_index=True)[1]])

@@ -1,4 +1,4 @@
-"""What was measured in a cell: poses, points and what is known of robot, sensor and target beforehand."""
+"""A data set: measured poses and points, and prior knowledge of robot, sensor and target."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -20,24 +20,24 @@ from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
 
-COMMAND = "q_command_"  # begins the name of a column with the commanded value of a joint
+COMMAND = "q_command_"  # prefix of a column with the commanded values of a joint
 
 
 @final
 @dataclass(frozen=True)
 class Poses:
-    """Where the arm stood, one entry a pose (n).
+    """Poses of the arm (n).
 
     Attributes:
         names: Unique texts.
         time_s: (n,) [s], or only an order; None: unknown.
-        q: Joint angles as read, (n, j) [rad or m]; None where flange poses were measured.
+        q: Joint readings, (n, j) [rad or m]; None where flange poses were measured.
         qd: Velocities at the exposure: of the joints, (n, j) [rad/s or m/s], or where flange poses were measured, of
-            the flange in its own frame, (n, 6) [m/s, rad/s]; NaN where the path does not tell.
-        qd_from_path: Whether nobody recorded them: they are differences along the path.
+            the flange in its own frame, (n, 6) [m/s, rad/s]; NaN where the path does not show them.
+        qd_from_path: Whether they are finite differences along the path, not recorded ones.
         T_base_flange: Measured flange poses, (n, 4, 4); None where joint angles were read.
         image: Path of each pose's image in the data set's folder.
-        payload_kg: Mass that the flange carries at each pose, (n,) [kg]; None: not stated.
+        payload_kg: Payload at each pose, (n,) [kg]; None: not stated.
         temperature_c: Temperature at each pose, (n,) [°C]; None: not measured.
         session: The campaign that each pose belongs to; None: all to one.
         following: Command less reading of each joint that states commands, (n,) [rad or m].
@@ -62,7 +62,7 @@ class Poses:
 
     @cached_property
     def coordinates(self) -> Mapping[str, Array]:
-        """Columns in which a gap may lie, (n,) each: payload, temperature, `following`, numbers of `extra`."""
+        """Possible coordinates of a gap, (n,) each: payload, temperature, `following`, numbers of `extra`."""
         further = {name: numbers(cells) for name, cells in self.extra.items() if not name.startswith(COMMAND)}
         further |= {f"{COMMAND}{joint} less q_{joint}": values for joint, values in self.following.items()}
         known = {"payload_kg": self.payload_kg, "temperature_c": self.temperature_c, **further}
@@ -76,19 +76,19 @@ class Poses:
 @final
 @dataclass(frozen=True)
 class Points:
-    """What was seen, one entry a row of points.csv (m).
+    """Measured points, the rows of points.csv (m).
 
     Attributes:
-        pose: Number of the pose each row was taken in, (m,).
+        pose: Number of each row's pose, (m,).
         names: A stripe's point is unique within its pose only; a tracker's names the reflector, a socket's the socket.
         repeat: Number of the shot at an unmoved pose, (m,), or None.
         pixel: u and v, (m, 2) [px], where the sensor has pixels.
         xyz: Target point (stripe) or measured point (tracker), (m, 3) [m]; None for sockets.
-        columns: Further arrays that the sensor's format names, (m, k) each.
-        sensor: Number of the sensor that saw each row, (m,), where there are several; arrays that it does not have are
-            zero there, and names begin with the sensor's.
+        columns: Further arrays of the sensor's format, (m, k) each.
+        sensor: Number of the sensor that saw each row, (m,), where there are several; its missing arrays are zero
+            there, and names start with the sensor's.
 
-    An array that must be there is `points["pixel"]`, `points["xyz"]` or `points[name]`.
+    A required array is `points["pixel"]`, `points["xyz"]` or `points[name]`.
     """
 
     pose: Ints = field(default_factory=lambda: np.empty(0, np.int64))
@@ -117,7 +117,7 @@ class Points:
 
     @cached_property
     def arrays(self) -> Mapping[str, Array]:
-        """The arrays of the sensor's format that are there, by name, (m, k) each."""
+        """The existing arrays of the sensor's format, by name, (m, k) each."""
         known = {"pixel": self.pixel, "xyz": self.xyz, **self.columns}
         return {name: values for name, values in known.items() if values is not None}
 
@@ -128,15 +128,15 @@ class Points:
 
     @cached_property
     def number(self) -> Ints:
-        """Number of each row's name among the different ones, in the order in which they first come, (m,)."""
+        """Number of each row's name among the different ones, in order of first occurrence, (m,)."""
         number = {name: i for i, name in enumerate(dict.fromkeys(self.names))}
         return np.fromiter(map(number.__getitem__, self.names), np.int64, len(self))
 
     @cached_property
     def place(self) -> Ints:
         """Number of each row's point, (m,): the same for its repeats, another for a point of that name elsewhere."""
-        _, place = np.unique(self.pose * (self.number.max(initial=0) + 1) + self.number, return_inverse=True)
-        return place
+        _, number = np.unique(self.pose * (self.number.max(initial=0) + 1) + self.number, return_inverse=True)
+        return number
 
     def take(self, rows: Ints | Bools | slice) -> "Points":
         """Only the rows with these numbers."""
@@ -148,22 +148,21 @@ class Points:
 class SensorData:
     """A sensor of a data set."""
 
-    name: str  # what results call it; "" where it is the only one
-    # a data set of its own: what dataset.toml says of it; among `sensors` also all poses, and what it saw
+    name: str  # its name in results; "" where it is the only one
+    # its data set: its part of dataset.toml; among `sensors` also all poses, and its points
     data: "Dataset"
     file: str = "points.csv"  # its points, as `points.csv`
-    # name of its camera: sensors that look through one camera have one name here; "" where it is the only sensor
+    # name of its camera, which several sensors may share; "" where it is the only sensor
     camera: str = ""
     target: str = ""  # name of its target; likewise
-    # what a unit of its residuals counts for beside those of the others [m]: typically what a pixel shows on the
-    # target
+    # size of a unit of its residuals relative to other sensors [m]: typically the size of a pixel on the target
     metres_per_unit: float = 1.0
     # among `sensors`, its rows among those of all, (m,)
     rows: Ints = field(default_factory=lambda: np.empty(0, np.int64))
 
     @property
     def prefix(self) -> str:
-        """What the names of its sources of noise begin with."""
+        """Prefix of the names of its sources of noise."""
         return f"{self.name}." if self.name else ""
 
 
@@ -174,7 +173,7 @@ class Dataset:
 
     Attributes:
         kind: Of the sensor: "stripe", "camera", "point", "pose", "socket", "profile", or a further one that is
-            registered; of several sensors the first one's, and so all that is said of a sensor here.
+            registered; of several sensors the first one's, as all attributes of a sensor here.
         options: The sensor's own keys of `[sensor]`, an instance of its format's `options`; None where it has none.
         parameters: Nominal values and bounds as given, by name.
         bracket_quat: Nominal orientation of the camera on the flange, (x, y, z, w).
@@ -186,9 +185,9 @@ class Dataset:
         time_is_order: Whether `time_s` only orders the poses.
         path_known: Whether the arm moved straight from each pose to the next.
         sessions: The campaigns, where poses.csv has a column `session`; None: there is one.
-        members: What dataset.toml says of each of several sensors; `sensors` are all, also where there is one.
+        members: Each of several sensors, by dataset.toml; `sensors` are all, also where there is one.
         warnings: Warnings of the data set.
-        whole: All that was measured, where this is some of it or its means: what is relative to a run is to that one.
+        whole: The complete data set, where this is a part of it or its means; quantities of a run refer to it.
 
     Examples:
         >>> dataset
@@ -256,7 +255,7 @@ class Dataset:
             >>> robolaser.Dataset.from_frames(poses, points, robot="ur5", noise={"point_m": 3e-5})
             <Dataset measured: laser tracker, robot ur5, 3 points in 3 poses>
         """
-        frames = import_module("robolaser.data.frames")  # it reads, and stands above this file
+        frames = import_module("robolaser.data.frames")  # it imports this file
         described = {"": {"format": "robolaser-dataset/1", "name": name}, "sensor": {"kind": sensor}, **tables}
         made: Dataset = frames.dataset_of_frames(poses, points, robot, flange, described)
         return made
@@ -275,7 +274,7 @@ class Dataset:
 
     @property
     def format(self) -> SensorFormat:
-        """What its kind of sensor needs in a data set; of several sensors, what all of them do together."""
+        """The format of its kind of sensor; of several sensors, that of all of them together."""
         if not self.members:
             return sensor_format(self.kind)
         return format_of_several([member.data.format for member in self.members])
@@ -324,9 +323,9 @@ class Dataset:
 
     @property
     def paths(self) -> tuple[Ints, ...]:
-        """Numbers of the poses as they followed one another, of each session by itself, (k,) each.
+        """Numbers of the poses in order of time, by session, (k,) each.
 
-        As they are listed where nobody knows when they were.
+        In the order of the list where times are unknown.
         """
         session, time_s = self.session_of_pose, self.poses.time_s
         order = np.arange(len(session)) if time_s is None else np.argsort(time_s, kind="stable").astype(np.int64)
@@ -334,7 +333,7 @@ class Dataset:
 
     @property
     def arm(self) -> tuple[Robot, Array]:
-        """The arm and its joint angles as read, (n, j) [rad or m].
+        """The arm and its joint readings, (n, j) [rad or m].
 
         Raises:
             RobotError: Flange poses were measured instead.

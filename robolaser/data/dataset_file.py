@@ -1,4 +1,4 @@
-"""dataset.toml: what its keys mean, and what it says of robot, sensor, target and parameters."""
+"""dataset.toml: its keys, and the robot, sensor, target and parameters that it describes."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -48,7 +48,7 @@ class RobotTable:
 @final
 @dataclass(frozen=True)
 class SensorTable:
-    """`[sensor]`, of a kind that declares no options of its own."""
+    """`[sensor]`, of a kind without options."""
 
     stripe_axis: Literal["u", "v"] = "u"
 
@@ -113,7 +113,7 @@ def describe(folder: str | Path) -> Dataset:
     """Read and check dataset.toml alone: robot, sensor and target, without a pose or a point.
 
     Raises:
-        DataError: With the key of what is wrong.
+        DataError: With the key of the error.
         RobotError: The URDF, its flange or its joints are not usable.
     """
     folder = Path(folder)
@@ -177,7 +177,7 @@ def _unused(contents: Mapping[str, Any], declared: SensorFormat) -> tuple[str, .
 
 
 def inside(folder: Path, path: str, where: str) -> Path:
-    """A path of the data set, which must stay within its folder.
+    """A path in the data set, checked to be inside its folder.
 
     Raises:
         DataError: It points elsewhere.
@@ -194,7 +194,7 @@ def inside(folder: Path, path: str, where: str) -> Path:
 def check_rotation(
     quaternion: ArrayLike, where: str, file: str, row: int | None = None, column: str | None = None
 ) -> None:
-    """See that a quaternion is a rotation.
+    """Check that a quaternion is a rotation.
 
     Raises:
         DataError: Its length is not one.
@@ -271,7 +271,7 @@ def parameters_of(table: Mapping[str, Any], declared: SensorFormat) -> dict[str,
 
 
 def _fault(name: str, entry: ParameterEntry, declared: SensorFormat) -> str:
-    """What is wrong with a parameter's numbers; "" where nothing is."""
+    """The error of a parameter's numbers; "" where there is none."""
     nominal, lower, upper = entry.nominal, entry.lower, entry.upper
     if entry.fixed:
         if (lower, upper) != (None, None):
@@ -292,7 +292,7 @@ def _fault(name: str, entry: ParameterEntry, declared: SensorFormat) -> str:
 
 
 def _entries(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Names and what they stand for; TOML reads a name with dots as tables within tables."""
+    """Names and values; TOML reads a name with dots as nested tables."""
     known = set(ParameterEntry.__annotations__)
     for name, values in table.items():
         tables = isinstance(values, dict) and values and all(isinstance(value, dict) for value in values.values())

@@ -1,4 +1,4 @@
-"""A data set of tables in memory: what the files of a folder would hold."""
+"""A data set from tables in memory, with the contents of its files."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -24,7 +24,7 @@ def dataset_of_frames(
     flange: str | None,
     tables: Mapping[str, Mapping[str, Any]],
 ) -> Dataset:
-    """See `Dataset.from_frames`; `tables` are all of dataset.toml but that of the robot."""
+    """See `Dataset.from_frames`; `tables` are those of dataset.toml except the robot's."""
     arm = robot if isinstance(robot, Robot) or robot is None else find_robot(robot, flange=flange)
     described = {f"[{table}]" if table else "": values for table, values in tables.items()}
     if arm is not None:
@@ -51,6 +51,6 @@ def _csv(frame: FrameColumns, name: str) -> str:
     columns = {column: _column(values) for column, values in frame.items()}
     lengths = {column: len(cells) for column, cells in columns.items()}
     if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{column} {length}" for column, length in lengths.items())
-        raise DataError(f"The columns of {name} have different lengths: {told}.")
+        counts = ", ".join(f"{column} {length}" for column, length in lengths.items())
+        raise DataError(f"The columns of {name} have different lengths: {counts}.")
     return csv_text(columns.items())

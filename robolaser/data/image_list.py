@@ -26,7 +26,7 @@ class PoseImages:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """All of them."""
+        """All files."""
         return self.lit if self.unlit is None else (*self.lit, self.unlit)
 
 
@@ -39,7 +39,7 @@ def images_of_poses(recording: Dataset) -> list[PoseImages]:
     """The images of a recording on disk, of each pose that has any.
 
     Raises:
-        DataError: A pose has other images, but not the first, or that of another pose; or a path points out of the
+        DataError: A pose has other images, but not the first, or that of another pose; or a path leaves the
             recording's folder.
     """
     folder, poses = recording.folder, recording.poses
@@ -58,12 +58,12 @@ def images_of_poses(recording: Dataset) -> list[PoseImages]:
         if LIT in lit:
             files = tuple(file(column, path) for column, path in lit.items())
             if shown.setdefault(files[0], pose) != pose:
-                said = (
+                message = (
                     f"pose {pose}: {files[0].name} is the image of pose {shown[files[0]]} already. Name the image that"
                 )
-                raise bad_row("poses.csv", row + 2, f"{said} was taken at this pose, or delete one of the two.", LIT)
+                raise bad_row("poses.csv", row + 2, f"{message} was taken at this pose, or delete one of the two.", LIT)
             shots.append(PoseImages(row, pose, files, file(UNLIT, unlit[row]) if unlit[row] else None))
         elif lit or unlit[row]:
-            said = f"pose {pose}: column {next(iter(lit), UNLIT)} names an image, but this one is empty."
-            raise bad_row("poses.csv", row + 2, f"{said} Name the image with the laser on, or leave all empty.", LIT)
+            message = f"pose {pose}: column {next(iter(lit), UNLIT)} names an image, but this one is empty."
+            raise bad_row("poses.csv", row + 2, f"{message} Name the image with the laser on, or leave all empty.", LIT)
     return shots

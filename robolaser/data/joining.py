@@ -1,4 +1,4 @@
-"""Data sets of one arm joined into one, with a session each, or as poses that followed others; and which are alike."""
+"""Data sets of one arm joined into one, with a session each, or as further poses; and their comparison."""
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,8 +21,8 @@ SAME = 1e-6  # [m, and of rotation matrices] URDFs that round their digits diffe
 def join_sessions(datasets: Mapping[str, Dataset], *, name: str, own: tuple[str, ...] = OWN) -> Dataset:
     """Join campaigns of one arm and sensor into one data set.
 
-    What all share is taken from the first; of stated noise, the largest. Columns that one of them lacks are dropped.
-    Where pose names come twice, the session's name is put before them.
+    Shared properties are those of the first; stated noise is the largest. Columns that one of them lacks are dropped.
+    Repeated pose names get the session's name as a prefix.
 
     Args:
         datasets: By the name of their session.
@@ -65,11 +65,11 @@ def with_poses_of(dataset: Dataset, further: Dataset) -> Dataset:
     check_same_arm(dataset, further, f"appended to {dataset.name}")
     sessions = [one.poses.session for one in (dataset, further)]
     if None in sessions and any(sessions):
-        raise DataError(f"Only one of {dataset.name} and {further.name} says which session each pose is of.")
+        raise DataError(f"Only one of {dataset.name} and {further.name} states the session of each pose.")
     names = (*dataset.poses.names, *further.poses.names)
     if len(set(names)) < len(names):
         twice = sorted(set(dataset.poses.names) & set(further.poses.names))
-        raise DataError(f"Pose {twice[0]} is in both data sets: give the further poses names of their own.")
+        raise DataError(f"Pose {twice[0]} is in both data sets: rename the further ones.")
     session = tuple(chain.from_iterable(one or () for one in sessions)) or None
     poses = replace(_poses({"": dataset, "further": further}), names=names, session=session)
     known = dataset.sessions
@@ -79,7 +79,7 @@ def with_poses_of(dataset: Dataset, further: Dataset) -> Dataset:
 
 
 def poses_beyond(dataset: Dataset, longer: Dataset) -> Dataset | None:
-    """The poses of a longer data set that are not in one with which it begins; None where it does not begin so."""
+    """The poses of a longer data set after those of the shorter one; None where it does not begin with these."""
     old = np.arange(len(longer.poses)) < len(dataset.poses)
     if len(longer.poses) < len(dataset.poses) or _measured(longer.of_poses(old)) != _measured(dataset):
         return None
@@ -87,21 +87,21 @@ def poses_beyond(dataset: Dataset, longer: Dataset) -> Dataset | None:
 
 
 def _measured(dataset: Dataset) -> str:
-    """A digest of what was read and seen; velocities by differences are none of it: that at the end changes."""
+    """A digest of readings and points, without velocities by differences, of which the last changes."""
     poses = replace(dataset.poses, qd=None) if dataset.poses.qd_from_path else dataset.poses
     return fingerprint(replace(poses, qd_from_path=False), dataset.points)
 
 
 def check_same_arm(one: Dataset, other: Dataset, purpose: str) -> None:
-    """See that two data sets are of one arm, seen by one kind of sensor.
+    """Check that two data sets are of one arm and one kind of sensor.
 
     Args:
         one: The first.
         other: The second, which is at fault where they differ.
-        purpose: What the second cannot be, such as "predicted with what is found on cell".
+        purpose: For the message: the second cannot be "predicted with what is found on cell".
 
     Raises:
-        DataError: They are not; it says what differs.
+        DataError: They are not; with the difference.
     """
     differs = next(_differences(one, other), None)
     if differs:
@@ -121,7 +121,7 @@ def _poses(datasets: Mapping[str, Dataset]) -> Poses:
 
 
 def _points(datasets: Sequence[Dataset]) -> Points:
-    """Of all of them, with the numbers that their poses have together."""
+    """Points of all data sets, with pose numbers of the joined one."""
     before = np.cumsum([0, *(len(one.poses) for one in datasets)])[:-1]
     return stacked_points(
         [replace(one.points, pose=one.points.pose + n) for one, n in zip(datasets, before, strict=True)]
@@ -129,14 +129,14 @@ def _points(datasets: Sequence[Dataset]) -> Points:
 
 
 def stacked_points(parts: Sequence[Points]) -> Points:
-    """The rows of all of them; shots of those that do not number them are the first."""
+    """The rows of all parts; shots without a number are the first."""
     if any(one.repeat is not None for one in parts):
         parts = [one if one.repeat is not None else replace(one, repeat=np.zeros(len(one), np.int64)) for one in parts]
     return stacked(parts)
 
 
 def stacked(parts: Sequence[RowTable]) -> RowTable:
-    """The rows of all of them: of the columns that all of them have."""
+    """The rows of all parts, with their common columns."""
 
     def joined(columns: Sequence[Any]) -> Any:
         first = columns[0]
@@ -163,7 +163,7 @@ def _parameters(datasets: Mapping[str, Dataset], sessions: Sessions) -> Mapping[
 
 
 def _known(datasets: Sequence[Dataset]) -> dict[str, Any]:
-    """What is known of noise and target in all of them together; of two radii, the first."""
+    """Stated noise and target of all data sets together; of two radii, the first."""
     return {
         "distances_m": tuple(dict.fromkeys(chain.from_iterable(one.distances_m for one in datasets))),
         "radius_m": {name: radius for one in reversed(datasets) for name, radius in one.radius_m.items()},
@@ -212,14 +212,14 @@ def _listed(sensors: list[tuple[str, str]]) -> str:
 
 
 WORDS = frozenset({"name", "source", "licence", "folder", "warnings"})
-"""Descriptions of a data set and its folder, which its residuals do not depend on."""
+"""Fields that describe a data set and its folder, without influence on residuals."""
 
 
 def fingerprint(*values: Any) -> str:
     """A digest of values of any kind, 64 hexadecimal digits.
 
-    All fields of a data set count except `WORDS` and those that follow from others (`compare=False`), so new fields are
-    included without a change here.
+    All fields of a data set count except `WORDS` and derived ones (`compare=False`), so new fields are included
+    without a change here.
 
     Args:
         values: Data sets, further dataclasses, mappings, sequences, arrays, texts and numbers, one within another.
@@ -232,7 +232,7 @@ def _digest(data: bytes) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Lists, dictionaries and texts that say the same."""
+    """Equivalent lists, dictionaries and texts."""
     if isinstance(value, np.ndarray):
         return [value.dtype.str, value.shape, _digest(value.tobytes())]
     if is_dataclass(value) and not isinstance(value, type):

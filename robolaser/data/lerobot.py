@@ -1,4 +1,4 @@
-"""LeRobot's calibration file of an arm: which count of each servo is the zero of its joint."""
+"""LeRobot's calibration file of an arm: the zero of each joint as a count of its servo."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,8 +33,8 @@ def read_servos(text: str, joints: Sequence[str], source: str) -> dict[str, Moto
 
     Args:
         text: Of the file.
-        joints: Those that are needed.
-        source: What error messages call the file.
+        joints: Required ones.
+        source: The file's name in messages.
 
     Raises:
         DataError: It is not such a file, or lacks a joint.

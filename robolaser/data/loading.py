@@ -1,4 +1,4 @@
-"""A data set read from its folder; everything is checked on the way in."""
+"""A data set read from its folder, and checked."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -51,7 +51,7 @@ def _points(folder: Path, dataset: Dataset, file: str) -> Points:
 
 
 def _check_distances(sensors: Sequence[SensorData], seen: Sequence[Points]) -> None:
-    """Known distances are between two points of one of the sensors for which they are stated."""
+    """Check that known distances are between two points of one of the sensors for which they are stated."""
     named: dict[tuple[int, tuple[str, str, float]], list[set[str]]] = {}
     for sensor, points in zip(sensors, seen, strict=True):
         for entry in enumerate(sensor.data.distances_m):
@@ -59,8 +59,8 @@ def _check_distances(sensors: Sequence[SensorData], seen: Sequence[Points]) -> N
     for (number, (one, other, distance)), names in named.items():
         if not names:
             why = (
-                f"the points of a {sensors[0].data.format.title} have no names of their own, so that no distance"
-                " between two of them can be known. Delete it."
+                f"the points of a {sensors[0].data.format.title} have no names, so that no distance between"
+                " two of them can be known. Delete it."
             )
             raise refused(FILE, "[target] distances_m", why)
         if one == other or not any({one, other} <= own for own in names):
@@ -100,7 +100,7 @@ def _check_sessions(dataset: Dataset) -> None:
 
 
 def _silent(dataset: Dataset) -> list[str]:
-    """Poses without points, but for those that an arm only passed: in a recording these have no image."""
+    """A warning of poses without points, except those without an image in a recording, which an arm only passed."""
     rows = np.bincount(dataset.points.pose, minlength=len(dataset.poses))
     images = dataset.poses.image
     silent = [dataset.poses.names[i] for i in np.flatnonzero(rows == 0) if images is None or images[i]]
@@ -108,7 +108,7 @@ def _silent(dataset: Dataset) -> list[str]:
 
 
 def _copies(dataset: Dataset) -> list[str]:
-    """A warning of poses that repeat another, readings and points alike, under names of their own."""
+    """A warning of poses that repeat the readings and points of another under a new name."""
     poses, points = dataset.poses, dataset.points
     readings = dataset.flange() if poses.q is None else poses.q
     _, number, counts = np.unique(readings.reshape(len(poses), -1), axis=0, return_inverse=True, return_counts=True)

@@ -1,4 +1,4 @@
-"""Velocities of joints, or of a flange: as recorded, or from the path of an arm that is measured while it moves."""
+"""Velocities of joints, or of a flange: recorded, or from the path of an arm measured in motion."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -10,12 +10,12 @@ from robolaser.data.dataset import Dataset, Poses
 from robolaser.geometry.rigid_motion import inverse, log_so3
 
 LONGEST_STEP_S = 1.0
-"""Between poses of an arm in motion: recordings in motion are read several times a second, and where an arm stops to be
-measured, poses are seconds apart."""
+"""Largest time between poses of an arm in motion: such recordings have several poses a second; where an arm stops to
+be measured, poses are seconds apart."""
 ROUGHEST = 0.3
-"""Distance of poses from the line between their neighbours, over half the way between these, root mean squares: of
-places visited in any order it is above 1, of a sine read six times a period 0.5, ten times a period 0.3."""
-LEAST_SHARE = 0.9  # of the poses, that must have neighbours so near
+"""Distance of poses from the line between their neighbours, over half the way between these, RMS: for poses in any
+order it is above 1, of a sine read six times a period 0.5, ten times a period 0.3."""
+LEAST_SHARE = 0.9  # of poses with such neighbours
 WARNING = (
     "poses.csv has no velocities: they are taken from the path by finite differences, since its poses follow one"
     ' another in motion. Where the arm did stop at each pose, set path = "unknown" in [robot].'
@@ -23,11 +23,11 @@ WARNING = (
 
 
 def with_path_velocities(dataset: Dataset) -> Dataset:
-    """The data set with velocities by finite differences along its path, and a warning that says so.
+    """The data set with velocities by finite differences along its path, and a warning.
 
-    They are NaN at poses that no two others are close to in time: how fast the arm moved there nobody knows.
-    Unchanged where velocities were recorded, where times or path are not known, or where poses are too far apart in
-    time or way: then the arm may have stopped at each.
+    They are NaN at poses without two others close in time: the velocity there is unknown. Unchanged where velocities
+    were recorded, where times or path are not known, or where poses are too far apart in time or way: then the arm may
+    have stopped at each.
     """
     poses = dataset.poses
     if poses.qd is not None or poses.time_s is None or dataset.time_is_order or not dataset.path_known:
@@ -35,7 +35,7 @@ def with_path_velocities(dataset: Dataset) -> Dataset:
     if poses.q is None and poses.T_base_flange is None:
         return dataset
     numbers = 6 if poses.q is None else poses.q.shape[1]
-    qd, told, rough, way = np.full((len(poses), numbers), np.nan), 0, 0.0, 0.0
+    qd, count, rough, way = np.full((len(poses), numbers), np.nan), 0, 0.0, 0.0
     for run in _runs(dataset, poses.time_s):
         ahead, back = _ways(poses, run)
         step = np.diff(poses.time_s[run])[:, None]
@@ -44,16 +44,16 @@ def with_path_velocities(dataset: Dataset) -> Dataset:
         first = leaving[:1] - share[:1] * (leaving[1:2] - leaving[:1])
         last = arriving[-1:] + (1.0 - share[-1:]) * (arriving[-1:] - arriving[-2:-1])
         qd[run] = np.concatenate([first, share * leaving[1:] + (1.0 - share) * arriving[:-1], last])
-        told += len(run)
+        count += len(run)
         rough += float(np.square((1.0 - share) * back[:-1] - share * ahead[1:]).sum())
         way += float(np.square(0.5 * (ahead[1:] + back[:-1])).sum())
-    if told < LEAST_SHARE * len(poses) or not way > 0.0 or rough > ROUGHEST**2 * way:
+    if count < LEAST_SHARE * len(poses) or not way > 0.0 or rough > ROUGHEST**2 * way:
         return dataset
     return replace(dataset, poses=replace(poses, qd=qd, qd_from_path=True), warnings=(*dataset.warnings, WARNING))
 
 
 def _ways(poses: Poses, run: Ints) -> tuple[Array, Array]:
-    """From each pose of a run to the next, as seen from the first and from the second of the two, (k - 1, j) each."""
+    """Motions from each pose of a run to the next, in the frames of the first and of the second, (k - 1, j) each."""
     if poses.q is not None:
         return (along := np.diff(poses.q[run], axis=0)), along
     assert poses.T_base_flange is not None  # one of the two is there
@@ -75,7 +75,7 @@ def without_velocity(dataset: Dataset) -> Ints:
 def known_velocities(dataset: Dataset) -> Array | None:
     """Velocities at the exposures, (n, j), see `Poses.qd`; None where a pose with points lacks its own.
 
-    They are 0 where nothing was seen and nobody knows.
+    They are 0 where they are unknown and there are no points.
     """
     qd = dataset.poses.qd
     return None if qd is None or len(without_velocity(dataset)) else np.nan_to_num(qd)

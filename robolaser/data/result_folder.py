@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and folders of results: locked meanwhile, with only its own replaced."""
+"""Files written completely or not at all, and result folders: locked while a command replaces its own files."""
 
 import fcntl
 import json
@@ -15,20 +15,20 @@ from numpy.typing import NDArray
 from robolaser.bounded_reading import read_json
 from robolaser.errors import DataError, OutputError, output_exists, unwritable
 
-STAGED = ".robolaser~"  # how names of files begin that are still being written: those of a killed process stay
+STAGED = ".robolaser~"  # prefix of files that are being written: those of a killed process remain
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file whole or not at all: a full disk or a power cut leaves what was there before.
+    """Write a file completely or not at all: a full disk or a power cut leaves the previous one.
 
     Raises:
-        OutputError: The disk or the rights say no.
+        OutputError: Writing fails.
     """
     write_together(path.parent, {path.name: text.encode()})
 
 
 Contents = bytes | Callable[[BinaryIO], object] | Path
-"""Of a file: its bytes, what writes them, or a whole file below the same folder that becomes it."""
+"""Contents of a file: bytes, a function that writes them, or a complete file below the same folder to be renamed."""
 
 
 def written_later(read: Callable[[], bytes]) -> Contents:
@@ -39,20 +39,20 @@ def written_later(read: Callable[[], bytes]) -> Contents:
 def write_together(
     folder: Path, files: Mapping[str, Contents], delete: Sequence[str] = (), *, mode: int = 0o644
 ) -> None:
-    """Write files that belong together: on a full disk none of them, and each of them whole.
+    """Write files that belong together: on a full disk none of them, and each of them completely.
 
-    All are staged; then what is to be deleted goes, and the files take their names, in their order: the last should be
-    the one that names the others. Whoever is killed in between leaves files that are whole.
+    All are staged; then files are deleted, and the new ones get their names, in order: the last should be the one that
+    names the others. A process that is killed in between leaves complete files.
 
     Args:
         folder: Their folder.
-        files: What they hold, by name; those in folders below as images/p001.png.
-        delete: Names of files that go first: where files of an earlier result are among them, old and new ones are
-            never there together.
-        mode: Who may read them: everybody, mostly.
+        files: Their contents, by name; in folders below as images/p001.png.
+        delete: Names of files that are deleted first: with an earlier result's files among them, old and new ones
+            never exist together.
+        mode: Their permissions.
 
     Raises:
-        OutputError: The disk or the rights say no.
+        OutputError: Writing fails.
     """
     staged = {name: data for name, data in files.items() if isinstance(data, Path)}
     try:
@@ -74,7 +74,7 @@ def write_together(
 
 @contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Turn what the disk or the rights refuse into an `OutputError` that names the file or folder, as it is to be."""
+    """Raise errors of disk and permissions as an `OutputError` with the final name of the file or folder."""
     try:
         yield
     except OSError as error:
@@ -83,7 +83,7 @@ def naming(path: Path) -> Iterator[None]:
 
 
 def _stage(path: Path, data: bytes | Callable[[BinaryIO], object], mode: int) -> Path:
-    """Write a file under a name of its own beside the one that it is to become."""
+    """Write a file under a temporary name in the folder of the final one."""
     with naming(path):
         descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=STAGED, suffix=f".{path.name}")
         try:
@@ -102,18 +102,18 @@ def _stage(path: Path, data: bytes | Callable[[BinaryIO], object], mode: int) ->
 
 
 def write_streamed(path: Path, head: Callable[[int], bytes], pieces: Iterable[NDArray[Any]]) -> int:
-    """Write records, whole or not at all.
+    """Write records, completely or not at all.
 
     Args:
-        path: The file; what was there stays until all is written.
-        head: Gives what stands before so many records; as long for one number as for any other.
+        path: The file; a previous one stays until all is written.
+        head: The header of so many records; its length does not depend on their number.
         pieces: Records in order, each (n,).
 
     Returns:
-        How many records were written.
+        The number of records.
 
     Raises:
-        OutputError: The disk or its rights refuse.
+        OutputError: Writing fails.
     """
     count = 0
 
@@ -130,7 +130,7 @@ def write_streamed(path: Path, head: Callable[[int], bytes], pieces: Iterable[ND
     return count
 
 
-MANIFEST = ".robolaser.json"  # what commands wrote into a folder: {"format": …, "files": {name: command}}
+MANIFEST = ".robolaser.json"  # files of commands in a folder: {"format": …, "files": {name: command}}
 
 FORMAT = "robolaser-results/1"
 
@@ -151,15 +151,15 @@ def results_in(
     over: Sequence[str] = (),
     force: bool = False,
 ) -> Iterator[Callable[[Iterable[str]], None]]:
-    """Keep a folder for one command while it runs, and note what it leaves there as its own.
+    """Lock a folder for one command while it runs, and note the files that it writes as its own.
 
-    It gives a function that claims further files, whose names the command comes to know later.
+    Yields a function that claims further files, whose names the command learns later.
 
     Args:
         folder: Created if it does not exist.
         command: The command's name.
-        files: Names of all that it may write, those in folders below as images/p001.png.
-        state: Names of what it leaves when it is stopped, to be gone on with; the command looks after those itself.
+        files: Names of all files that it may write, in folders below as images/p001.png.
+        state: Names of files of an interrupted run, from which it resumes; the command manages these itself.
         inputs: Data sets, other folders and files that it reads.
         over: Commands whose results it may replace as if they were its own.
         force: Replace earlier results.
@@ -178,7 +178,7 @@ def results_in(
             new = dict.fromkeys(names, command)
             homes = {folder, *((folder / name).parent for name in new)} - cleared
             for left in (left for home in homes for left in home.glob(f"{STAGED}*")):
-                with suppress(OSError):  # what killed processes had begun to write
+                with suppress(OSError):  # staged files of killed processes
                     left.unlink()
             cleared.update(homes)
             for name in new:
@@ -194,18 +194,18 @@ def results_in(
             yield claim
         finally:
             left = {name: owner for name, owner in (known | own).items() if (folder / name).exists()}
-            with suppress(OutputError):  # on a full disk the manifest goes on to name what was to be written
+            with suppress(OutputError):  # on a full disk the manifest still names the planned files
                 _note(folder, left)
 
 
 def write_results(folder: Path, contents: Mapping[str, str | Contents | None]) -> None:
-    """Write files by their names in the place of an earlier result; what is None this time goes, if that left it.
+    """Write files by their names over an earlier result; those that are None are deleted if they belong to it.
 
     A full disk leaves the earlier result; a kill never leaves files of both. The last file, which may name the others,
-    is the first to go and the last to come.
+    is deleted first and written last.
 
     Raises:
-        OutputError: The disk or the rights say no.
+        OutputError: Writing fails.
     """
     there = {name: file for name, file in contents.items() if file is not None}
     files = {name: file.encode() if isinstance(file, str) else file for name, file in there.items()}
@@ -215,7 +215,7 @@ def write_results(folder: Path, contents: Mapping[str, str | Contents | None]) -
 
 
 def _refuse_input(folder: Path, files: Sequence[str], inputs: Sequence[Path]) -> None:
-    """Refuse to write results into or over what is read."""
+    """Refuse to write results into or over inputs."""
     for written in (folder, *(folder / name for name in files)):
         if any(written.resolve().is_relative_to(source.resolve()) for source in inputs):
             raise OutputError(
@@ -225,9 +225,9 @@ def _refuse_input(folder: Path, files: Sequence[str], inputs: Sequence[Path]) ->
 
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
-    """Create a folder and lock it; in the end it holds something, or is gone again if it was not there before.
+    """Create a folder and lock it; a new folder that is empty in the end is removed.
 
-    The system lets go of the lock when this process ends, however.
+    The system releases the lock when this process ends, however.
     """
     is_new = not os.path.lexists(folder)
     make_folder(folder)
@@ -247,7 +247,7 @@ def _locked(folder: Path) -> Iterator[None]:
 
 
 def make_folder(folder: Path) -> None:
-    """Create a folder and those above it, and see that files can be written to it before any work is done.
+    """Create a folder and its parents, and check that it is writable before any work is done.
 
     Raises:
         OutputError: It cannot be created or written to.

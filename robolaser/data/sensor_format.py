@@ -1,4 +1,4 @@
-"""What a kind of sensor needs in a data set: its columns of points.csv, its keys of dataset.toml, its units."""
+"""The data format of a kind of sensor: its columns of points.csv, its keys of dataset.toml, its units."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -13,8 +13,8 @@ POSE_UNITS = {"x": "m", "y": "m", "z": "m", "w": "rad", "phi": "rad", "psi": "ra
 PIXEL = ("u_px", "v_px")
 XYZ = ("x_m", "y_m", "z_m")
 QUATERNION = ("qx", "qy", "qz", "qw")
-Mount = Literal["flange", "base"]  # what carries the sensor
-SENSORS = "robolaser.model.sensors"  # knows the sensors of robolaser and installed packages; it stands above this file
+Mount = Literal["flange", "base"]  # the sensor's mount
+SENSORS = "robolaser.model.sensors"  # imports this file, and all sensors of robolaser and installed packages
 
 
 @final
@@ -26,31 +26,29 @@ class SensorFormat:
         kind: Its name in `[sensor] kind`.
         title: Its name in messages and reports, without an article: "laser stripe scanner".
         task: A clause for reports: "the model predicts measurements" 0.1 mm off.
-        columns: The arrays of `Points` that every row has, by name, and the columns of points.csv they are read from.
-            `pixel` and `xyz` are arrays that all sensors share; others are in `Points.columns`. What is called
-            `quaternion` holds rotations.
-        absent: Columns of points.csv that must not be there, and why not.
+        columns: The arrays of `Points` that every row has, by name, and their columns of points.csv. `pixel` and `xyz`
+            are arrays that all sensors share; others are in `Points.columns`. `quaternion` holds rotations.
+        absent: Forbidden columns of points.csv, each with a reason.
         numbers: How many numbers the residual of a row has.
         unit: Their unit.
         angles: How many of them, the last ones, are angles instead [rad].
         tables: Tables of dataset.toml that it reads, beyond those that every data set may have: some of "scanner",
             "image", "board". Others are reported as unused.
-        required: Those of them that must be there.
+        required: Those of them that are mandatory.
         options: Frozen dataclass of its keys in `[sensor]` besides `kind`, annotated as msgspec reads them; its
             instance is `Dataset.options`.
         units: Units of its parameters, by name or by the last part of a dotted name; the six of a rigid motion are
             known.
         positive: Parameters whose lower bound must be above zero.
-        many_rows: Whether a point has many rows in a pose, which are places along it: those of a profile on a ball.
+        many_rows: Whether a point has many rows in a pose, which are positions along it: those of a profile on a ball.
         balls: Whether names are those of balls, whose radii `[target] radius_m` must state.
         named_points: Where a point's name means the same point at every pose, the first part of the parameters that
             hold its place: "socket" where these are `socket.NAME.x`, `.y` and `.z`. `[target] distances_m` may then be
             stated.
-        tracker: Whether it stands in the cell and measures in a frame of its own, which `base.*` places: what is known
-            of points is in that frame, and a measurement may err by a small motion of the whole pose, beyond what
-            errors of the joint readings explain.
-        lens: Parameters of the lens that it fits where the data set does not fix them, of `k2`, `k3`, `p1` and `p2`: no
-            effect of the lens need say them.
+        tracker: Whether it is fixed in the cell and measures in its own frame, which `base.*` places: known points
+            are in that frame, and a pose may have a small rigid error, beyond that of the joint readings.
+        lens: Parameters of the lens that it fits where the data set does not fix them, of `k2`, `k3`, `p1` and `p2`:
+            they are no effects.
         needs_robot: Whether it needs joint angles.
     """
 
@@ -83,7 +81,7 @@ class SensorFormat:
 
 
 def format_of_several(formats: Sequence[SensorFormat]) -> SensorFormat:
-    """What several sensors of one data set need together; rows have as many numbers as the largest one's, in metres."""
+    """The format of several sensors of one data set; rows have as many numbers as the largest one's, in metres."""
     first, counts = formats[0], Counter(one.title for one in formats)
     *others, last = (title if count == 1 else f"{count} × {title}" for title, count in counts.items())
     return SensorFormat(

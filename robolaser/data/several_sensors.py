@@ -1,4 +1,4 @@
-"""Several sensors in one data set: what `[[sensors]]` says of each, and the rows of all of them in one table."""
+"""Several sensors in one data set: their `[[sensors]]`, and the rows of all of them in one table."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,9 +14,9 @@ from robolaser.errors import DataError
 
 FILE = "dataset.toml"
 TABLES = ("scanner", "image", "board", "target", "noise")
-"""Tables of dataset.toml that a sensor may have for itself, as `[sensors.noise]`; else it has those of all."""
-CORNERS = "corners.csv"  # where `extract` writes the corners that a stripe scanner's images show
-USUAL_M_PER_PX = 1e-4  # what a pixel shows where the points of no pose tell
+"""Tables of dataset.toml that a sensor may have itself, as `[sensors.noise]`; else those of all apply."""
+CORNERS = "corners.csv"  # file of `extract` with the corners in a stripe scanner's images
+USUAL_M_PER_PX = 1e-4  # size of a pixel where no pose has points that show it
 
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]+$")]
 
@@ -24,7 +24,7 @@ Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]+$")]
 @final
 @dataclass(frozen=True)
 class SensorEntry:
-    """Keys of one of `[[sensors]]` besides those of its kind."""
+    """Keys of one of `[[sensors]]` other than those of its kind."""
 
     name: Name
     points: Annotated[str, Meta(min_length=1)]
@@ -43,7 +43,7 @@ def described_members(
         described: Reads the contents of a data set of one sensor.
 
     Raises:
-        DataError: With the key of what is wrong.
+        DataError: With the key of the error.
     """
     entries = contents["sensors"]
     if "sensor" in contents:
@@ -95,7 +95,7 @@ def with_points_of(dataset: Dataset, points: Sequence[Points]) -> Dataset:
 
 
 def scanner_with_corners(scanner: Dataset, corners: Points) -> Dataset:
-    """A stripe scanner's data set with what its images show beside the stripe: two sensors, `stripe` and `camera`."""
+    """A stripe scanner's data set with the board's corners in its images: two sensors, `stripe` and `camera`."""
     poses, points = scanner.poses.take(np.arange(0)), scanner.points.take(slice(0, 0))
     alone = replace(scanner, poses=poses, points=points, robot=None, sessions=None, parameters={}, warnings=())
     camera = replace(alone, kind="camera", options=None, noise=replace(alone.noise, pixel_px=None))
@@ -117,7 +117,7 @@ def _joined(names: Sequence[str], points: Sequence[Points]) -> Points:
 
 
 def _metres_per_unit(described: Dataset, points: Points) -> float:
-    """What a pixel typically shows on the target: spreads of its points in metres and in pixels, pose by pose."""
+    """Typical size of a pixel on the target: spreads of its points in metres and in pixels, pose by pose."""
     if described.format.unit != "px":
         return 1.0
     ratios = []

@@ -17,8 +17,8 @@ class Noise:
         pixel_px: Of a pixel.
         target_m: Of a target point; its repeats share one error.
         joint_rad: Of a joint reading.
-        joint_step_rad: What a joint reading is rounded to: an even error of known size, beside that of `joint_rad`.
-        repeatability_m: How well the arm comes back to a place of its flange, as its data sheet says (ISO 9283); no
+        joint_step_rad: Resolution of a joint reading: a uniform error in addition to that of `joint_rad`.
+        repeatability_m: Repeatability of the arm's flange by its data sheet (ISO 9283); no
             standard deviation, but a limit: scatter of whole poses beyond it is a gap.
         point_m: Of a tracker's point, of a 6-D pose's place, of a profile's point.
         angle_rad: Of a 6-D pose's rotation, about each axis.
@@ -36,10 +36,10 @@ class Noise:
 
     @property
     def rounding_rad(self) -> float:
-        """Standard deviation of a joint reading by its steps alone [rad]: that of an even error."""
+        """Standard deviation of a joint reading by its steps alone [rad]: that of a uniform error."""
         return float(self.joint_step_rad or 0.0) / float(np.sqrt(12.0))
 
     @property
     def reading_rad(self) -> float | None:
-        """Of a joint reading by all that is stated [rad]; None where only its steps are."""
+        """Stated standard deviation of a joint reading [rad]; None where only its steps are stated."""
         return None if self.joint_rad is None else float(np.hypot(self.joint_rad, self.rounding_rad))

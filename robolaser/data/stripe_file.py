@@ -1,6 +1,6 @@
-"""Stripes on disk: every middle that a recording's images show, in one array that is never in memory as a whole.
+"""Stripes on disk: all line centres in a recording's images, in one array that is never in memory as a whole.
 
-`stripes.npy` is an array in NumPy's format, little-endian, one entry a middle, in the order of the poses and then
+`stripes.npy` is an array in NumPy's format, little-endian, one entry a line centre, in the order of the poses and then
 along the stripe.
 """
 
@@ -19,8 +19,8 @@ from robolaser.errors import DataError, unreadable
 
 FILE = "stripes.npy"  # its name in the recording's folder
 STRIPE = np.dtype([("pose", "<u4"), ("u", "<f4"), ("v", "<f4"), ("std", "<f4"), ("intensity", "<f4")])
-"""Row of poses.csv, the first is 0; the middle, lens distortion included [px]; standard deviation of the middle across
-the stripe [px]; and its grey above the background at the peak, 0 to 255. Twenty bytes."""
+"""Row of poses.csv, the first is 0; the distorted line centre [px]; its standard deviation across the stripe [px]; and
+its grey above the background at the peak, 0 to 255. Twenty bytes."""
 
 Stripes = NDArray[np.void]
 
@@ -36,7 +36,7 @@ def open_stripes(path: Path) -> Stripes:
             found = np.load(path, mmap_mode="r", allow_pickle=False)
     except DataError:
         raise
-    except Exception as error:  # whatever a damaged header makes NumPy do
+    except Exception as error:  # of any type for a damaged header
         raise unreadable(path, f"it is no whole file of NumPy's ({error})") from None
     if not isinstance(found, np.ndarray) or found.dtype != STRIPE or found.ndim != 1:
         raise DataError(
@@ -46,17 +46,17 @@ def open_stripes(path: Path) -> Stripes:
 
 
 def write_stripes(path: Path, blocks: Iterable[Stripes]) -> int:
-    """Write line centres as they come, whole or not at all.
+    """Write line centres piece by piece, completely or not at all.
 
     Args:
-        path: The file; what was there stays until all is written.
+        path: The file; a previous one stays until all is written.
         blocks: Pieces, each (n,) of STRIPE, in order.
 
     Returns:
-        How many line centres were written.
+        The number of line centres.
 
     Raises:
-        OutputError: The disk or its rights refuse.
+        OutputError: Writing fails.
     """
     same = (np.asarray(block, STRIPE) for block in blocks)
     return write_streamed(path, _announced, same)

@@ -1,4 +1,4 @@
-"""Some of many rows: evenly taken, or of poses that are spread over time and configurations."""
+"""Subsampling of rows: evenly, or by poses spread over time and configurations."""
 
 from dataclasses import replace
 
@@ -7,13 +7,13 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 
-MAX_POSES = 300  # poses with rows in which effects are sought: one that needs more to be seen is far below what matters
+MAX_POSES = 300  # poses with rows for the search of effects: one that needs more is far too small to matter
 MAX_ROWS = 4000  # rows that are kept, as long as each pose has a few: rows of a pose share most of their errors
-MIN_ROWS = 3  # of each pose, where it has as many: enough to tell a stripe's shift from its tilt
+MIN_ROWS = 3  # of each pose, where it has as many: enough to distinguish a stripe's shift from its tilt
 
 
 def evenly(count: int, most: int) -> Ints:
-    """Places of at most so many out of `count` things, the first and the last among them, (k,)."""
+    """Indices of at most so many out of `count` items, with the first and the last, (k,)."""
     return np.asarray(np.linspace(0, max(count - 1, 0), min(count, most)).round().astype(np.int64))
 
 
@@ -30,11 +30,11 @@ def some_of_each(group: Ints, most: int) -> Ints:
     starts = (np.cumsum(counts) - counts)[counts > 0, None]
     counts = counts[counts > 0, None]
     most = min(most, int(counts.max(initial=0)))
-    taken, place = np.minimum(most, counts), np.arange(most)
-    last = (place > 0) & (place == taken - 1)
-    along = np.where(last, counts - 1, place * ((counts - 1) / np.maximum(taken - 1, 1)))
+    taken, index = np.minimum(most, counts), np.arange(most)
+    last = (index > 0) & (index == taken - 1)
+    along = np.where(last, counts - 1, index * ((counts - 1) / np.maximum(taken - 1, 1)))
     rows = order[np.minimum(starts + along.round().astype(np.int64), len(order) - 1)]
-    return np.where(place < taken, rows, -1)
+    return np.where(index < taken, rows, -1)
 
 
 def subsampled(dataset: Dataset, most: int) -> Dataset:
@@ -60,8 +60,8 @@ def chosen_rows(dataset: Dataset, seed: int, most: int = MAX_POSES) -> Bools:
 
     Args:
         dataset: Of which.
-        seed: Chooses among poses that are near each other; the same one makes the same choice.
-        most: About how many poses with rows are kept.
+        seed: Of the choice among poses that are near each other.
+        most: Approximate number of poses with rows.
     """
     points = dataset.points
     chosen = _some(dataset, seed, most)
@@ -76,7 +76,7 @@ def chosen_rows(dataset: Dataset, seed: int, most: int = MAX_POSES) -> Bools:
 
 
 def _some(dataset: Dataset, seed: int, most: int) -> Ints:
-    """At most about so many of the poses with rows, as many of each name that stands alone in its poses."""
+    """At most about so many of the poses with rows, as many of each name that is the only one in its poses."""
     poses, first = np.unique(dataset.points.pose, return_index=True)
     if len(poses) <= most:
         return poses
@@ -97,7 +97,7 @@ def _one_name_a_pose(dataset: Dataset) -> bool:
 
 
 def _shares(counts: Ints, most: int) -> Ints:
-    """How many of each group (g,) are kept: the same of each, and all of groups that have no more."""
+    """Numbers kept of each group (g,): equal ones, or all of a smaller group."""
     shares, left = np.zeros_like(counts), most
     for number, i in enumerate(np.argsort(counts, kind="stable")):
         shares[i] = min(counts[i], left // (len(counts) - number))
@@ -106,7 +106,7 @@ def _shares(counts: Ints, most: int) -> Ints:
 
 
 def _coordinates(dataset: Dataset) -> Array:
-    """When and in which configuration each pose was, and what else was measured, each from 0 to 1, (n, d)."""
+    """Time, configuration and further coordinates of each pose, each from 0 to 1, (n, d)."""
     poses, n = dataset.poses, len(dataset.poses)
     configuration = poses.q if poses.q is not None else dataset.flange()[:, :3].reshape(n, -1)
     when = np.arange(float(n)) if poses.time_s is None else poses.time_s
@@ -116,7 +116,7 @@ def _coordinates(dataset: Dataset) -> Array:
 
 
 def _spread(places: Array, among: Ints, most: int, rng: np.random.Generator) -> Ints:
-    """So many of some places (n, d), one of each cell: cells are halved across their longest side."""
+    """So many of some positions (n, d), one of each cell: cells are halved across their longest side."""
     if most >= len(among):
         return among
     if most == 1:
@@ -129,7 +129,7 @@ def _spread(places: Array, among: Ints, most: int, rng: np.random.Generator) -> 
 
 
 def kept_poses(dataset: Dataset) -> Bools:
-    """Mark poses with rows, and those at the ends of time and of what else was measured, (n,)."""
+    """Mark poses with rows, and those at the ends of time and of further coordinates, (n,)."""
     poses = dataset.poses
     kept = np.bincount(dataset.points.pose, minlength=len(poses)) > 0
     measured = list(poses.coordinates.values())

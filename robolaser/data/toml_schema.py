@@ -1,4 +1,4 @@
-"""TOML and JSON read against dataclasses: a value of every declared type, or a sentence on the first that is wrong."""
+"""TOML and JSON read into dataclasses: values of declared types, or a message on the first wrong one."""
 
 import math
 import operator
@@ -31,10 +31,10 @@ def read_toml(path: Path, expected: str = "", folder: str = "") -> dict[str, Any
     Args:
         path: The file.
         expected: The format that it must state; "": any.
-        folder: What a folder with such a file is, for who names another one.
+        folder: Description of a folder with such a file, for messages.
 
     Raises:
-        DataError: It is not there, not text or not TOML, is nested more deeply than any such file, or is of another
+        DataError: It is missing, not text or not TOML, is nested more deeply than any such file, or is of another
             format, or of a later version.
     """
     if folder and not path.is_file():
@@ -70,7 +70,7 @@ def typed(values: object, type_: type[T], *, file: str, at: Key = (), others: bo
 
 
 def _check(value: object, schema: inspect.Type, file: str, key: Key, *, others: bool) -> None:
-    """See that a value, and all within it, are what a schema declares."""
+    """Check that a value, with all nested ones, matches a schema."""
     inner: Iterable[tuple[str | int, object, inspect.Type]] | None = None
     for part in schema.types if isinstance(schema, inspect.UnionType) else (schema,):
         match part, value:
@@ -100,7 +100,7 @@ def _check(value: object, schema: inspect.Type, file: str, key: Key, *, others: 
 
 
 def _fits(value: Any, part: inspect.Type) -> bool:
-    """Whether a value that has no others within it is what a schema declares."""
+    """Whether a value without nested ones matches a schema."""
     if isinstance(part, inspect.AnyType | inspect.LiteralType):
         return isinstance(part, inspect.AnyType) or value in part.values
     if isinstance(value, bool):
@@ -117,14 +117,14 @@ def _fits(value: Any, part: inspect.Type) -> bool:
 
 
 def wrong(file: str, key: Key, value: object, expected: str, choices: Sequence[str] = ()) -> DataError:
-    """The error of a value that is not what is expected.
+    """The error of an unexpected value.
 
     Args:
         file: Of the value.
         key: Its tables and its name.
-        value: What stands there.
-        expected: What should.
-        choices: The texts that could have been meant.
+        value: The actual one.
+        expected: Description of a correct one.
+        choices: Texts that may have been meant.
     """
     shown = repr(value) if len(repr(value)) <= MOST_SHOWN else f"{repr(value)[:MOST_SHOWN]}..."
     guess = meant(value, choices) if isinstance(value, str) else ""
@@ -132,17 +132,17 @@ def wrong(file: str, key: Key, value: object, expected: str, choices: Sequence[s
 
 
 def refused(file: str, name: str, why: str) -> DataError:
-    """The error of a key, as messages name it."""
+    """The error of a key, with its name for messages."""
     return DataError(f"{file}, {name}: {why}", file=file, column=name)
 
 
 def lacking(file: str, name: str, why: str) -> DataError:
-    """The error of a key or a table that is not there."""
+    """The error of a missing key or table."""
     return DataError(f"{file} lacks {name}{why}.", file=file, column=name)
 
 
 def _name(key: Key) -> str:
-    """How messages name a key: "[target] distances_m, entry 2"; "[[sphere]] radius_m, entry 1"."""
+    """A key's name in messages: "[target] distances_m, entry 2"; "[[sphere]] radius_m, entry 1"."""
     words = [part for part in key if isinstance(part, str)]
     entries = "".join(f", entry {part + 1}" for part in key if isinstance(part, int))
     table = "" if len(words) == 1 else f"[[{words[0]}]] " if isinstance(key[1], int) else f"[{words[0]}] "
@@ -150,7 +150,7 @@ def _name(key: Key) -> str:
 
 
 def _expected(schema: inspect.Type, name: str | int) -> str:
-    """What a schema asks for under a name, in words."""
+    """The values that a schema requires under a name, in words."""
     parts = schema.types if isinstance(schema, inspect.UnionType) else (schema,)
     return " or ".join(filter(None, (_in_words(part, name) for part in parts))) or "another value"
 

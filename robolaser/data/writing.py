@@ -1,4 +1,4 @@
-"""A data set as a folder on disk: what `load` reads, written so that it reads the same again."""
+"""A data set as a folder on disk, which `load` reads back unchanged."""
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -17,7 +17,7 @@ from robolaser.geometry.rigid_motion import to_quaternion
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import DOWN, Robot
 
-FOLDER = ("dataset.toml", "poses.csv", "points.csv", "robot.urdf")  # all that a data set is written as
+FOLDER = ("dataset.toml", "poses.csv", "points.csv", "robot.urdf")  # the files of a data set
 
 
 def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> None:
@@ -47,12 +47,12 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
 
 
 def files_of(dataset: Dataset) -> list[str]:
-    """Names of all files that a data set is written as."""
+    """Names of all files of a data set."""
     return [*dict.fromkeys((*FOLDER, *(sensor.file for sensor in dataset.sensors)))]
 
 
 def texts_of(dataset: Dataset) -> dict[str, str | None]:
-    """What its files hold, by name; None where it has none of that name. dataset.toml comes last."""
+    """Contents of its files, by name; None where a file does not exist. dataset.toml comes last."""
     has_points = len(dataset.points) > 0
     return {
         **({} if dataset.robot is None else {"robot.urdf": dataset.robot.urdf}),
@@ -63,7 +63,7 @@ def texts_of(dataset: Dataset) -> dict[str, str | None]:
 
 
 def point_texts(dataset: Dataset) -> dict[str, str | None]:
-    """What points.csv holds, or that of each of several sensors, by name."""
+    """Contents of points.csv, or that of each of several sensors, by name."""
     return {sensor.file: csv_text(point_columns(sensor.data)) for sensor in dataset.sensors}
 
 
@@ -74,7 +74,7 @@ def csv_text(columns: Iterable[tuple[str, Sequence[str]]]) -> str:
 
 
 def _digits(values: Array) -> list[str]:
-    """Every bit of each number: the shortest text that reads back the same."""
+    """The shortest texts that read back as the same numbers."""
     return [repr(float(value)) for value in values]
 
 
@@ -137,11 +137,11 @@ def _settings(dataset: Dataset) -> Iterator[tuple[str, Mapping[str, object]]]:
 
 
 def toml_text(tables: Iterable[tuple[str, Mapping[str, object]]]) -> str:
-    """A TOML file of tables by their headers, the first perhaps ""; without those, and keys, that say nothing."""
+    """A TOML file of tables by their headers, the first may be ""; without empty tables and keys."""
     written = []
     for header, values in tables:
-        told = {key: value for key, value in values.items() if value is not None and value not in ("", (), {})}
-        lines = [f"{_key(key)} = {_value(value)}" for key, value in told.items()]
+        stated = {key: value for key, value in values.items() if value is not None and value not in ("", (), {})}
+        lines = [f"{_key(key)} = {_value(value)}" for key, value in stated.items()]
         if lines:
             written.append("\n".join([header, *lines] if header else lines))
     return "\n\n".join(written) + "\n"
@@ -159,7 +159,7 @@ def _sensor(dataset: Dataset) -> Mapping[str, object]:
 
 
 def _tables(dataset: Dataset) -> dict[str, Mapping[str, object]]:
-    """What is said of a sensor beside its kind."""
+    """Keys of a sensor other than its kind."""
     scanner: dict[str, object] = {"bracket_quat": dataset.bracket_quat, "angles": dataset.angles}
     return {
         "scanner": scanner if _has_scanner(dataset) else {},
@@ -175,7 +175,7 @@ def _has_scanner(dataset: Dataset) -> bool:
 
 
 def robot_table(robot: Robot) -> dict[str, object]:
-    """What dataset.toml says of an arm whose URDF is beside it."""
+    """The table `[robot]` of an arm whose URDF is in the same folder."""
     gravity = None if robot.gravity == DOWN else robot.gravity
     return {"urdf": "robot.urdf", "flange": robot.flange, "joints": robot.joints, "gravity": gravity}
 
@@ -185,7 +185,7 @@ def _key(name: str) -> str:
 
 
 def _text(text: str) -> str:
-    """A TOML string: JSON's escapes are TOML's, save that TOML wants DEL escaped too."""
+    """A TOML string: JSON's escapes are valid in TOML, which also requires an escaped DEL."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 

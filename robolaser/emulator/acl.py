@@ -14,12 +14,12 @@ from robolaser.data.cell_config import Cell
 from robolaser.emulator.acl_encoders import AclEncoders
 from robolaser.emulator.controller import FASTEST_RAD_S, ArmFault, Axis, Controller, least_seconds
 
-SEARCH_S, SEARCH_RAD_S = 20.0, 0.3  # what homing takes at least of one axis, and how fast it turns at most
+SEARCH_S, SEARCH_RAD_S = 20.0, 0.3  # least duration and highest speed of homing an axis
 OUTPUTS = range(1, 17)
 LONGEST_LINE = 128
 ABORT, ENTER, NEWLINE = 0x01, 0x0D, 0x0A
 PROMPT = b">"
-BOOT = (  # what a controller prints that lost what its battery kept
+BOOT = (  # printed after a restart with lost memory
     "----RAM TEST COMPLETE.",
     "",
     "----ROM TEST COMPLETE.",
@@ -32,7 +32,7 @@ OK = ("O.K.",)
 
 
 class Refusal(Exception):
-    """A command that cannot be carried out, by the controller's own words."""
+    """A command that cannot be executed, in the controller's words."""
 
 
 UNRECOGNIZED = "UNRECOGNIZED REQUEST"
@@ -54,7 +54,7 @@ class AclController(Controller):
         self._homeless: set[int] = set()
         self._line = bytearray()
         self._echo = True
-        self._unsaid = b""
+        self._unsent = b""
         self._words: dict[str, Callable[[list[str], float], tuple[str, ...]]] = {
             "LISTPV": self._listpv,
             "SHOW": self._show,
@@ -62,7 +62,7 @@ class AclController(Controller):
             "HERE": self._here,
             "SETPV": self._setpv,
             "MOVE": self._move,
-            "SPEED": lambda rest, now_s: OK,  # which only counts where a movement states no time
+            "SPEED": lambda rest, now_s: OK,  # only for movements without a time
             "HOME": self._home,
             "SET": self._set,
             "CON": self._con,
@@ -70,26 +70,26 @@ class AclController(Controller):
         }
 
     def receive(self, data: bytes, now_s: float) -> bytes:
-        """Take keys, echo them, and answer each line."""
+        """Receive characters, echo them, and answer each line."""
         return b"".join(self._take(byte, now_s) for byte in data)
 
     def poll(self, now_s: float) -> bytes:
-        """Homing that is over, and the *** lines."""
+        """Return the end of homing, and the *** lines."""
         if self._homing is not None and now_s >= self._homing[0]:
             missed = self._homing[1]
-            self._unsaid += _lines(f"*** HOME FAILURE AXIS {missed}" if missed else "HOMING COMPLETE (ROBOT)")
+            self._unsent += _lines(f"*** HOME FAILURE AXIS {missed}" if missed else "HOMING COMPLETE (ROBOT)")
             if not missed:
                 self._encoders.find_home()
             self._homing = None
-        said, self._unsaid = self._unsaid, b""
-        return said
+        reports, self._unsent = self._unsent, b""
+        return reports
 
     def outputs(self, now_s: float) -> frozenset[int]:
         """The digital outputs that are on."""
         return frozenset(self._outputs)
 
     def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
-        """Let a fault happen."""
+        """Cause a fault."""
         if fault is ArmFault.STALL:
             self._axes[axis - 1].jam(now_s)
         elif fault is ArmFault.HOMELESS:
@@ -184,13 +184,13 @@ class AclController(Controller):
         return ("WAIT!! HOMING...",)
 
     def _set(self, rest: list[str], now_s: float) -> tuple[str, ...]:
-        said = re.fullmatch(r"OUT\[(\d{1,9})\]=([01])", "".join(rest))
-        if said is None:
+        match = re.fullmatch(r"OUT\[(\d{1,9})\]=([01])", "".join(rest))
+        if match is None:
             raise Refusal(UNRECOGNIZED)
-        output = int(said[1])
+        output = int(match[1])
         if output not in OUTPUTS:
             raise Refusal(f"BAD OUTPUT {output}")
-        (self._outputs.add if said[2] == "1" else self._outputs.discard)(output)
+        (self._outputs.add if match[2] == "1" else self._outputs.discard)(output)
         return OK
 
     def _con(self, rest: list[str], now_s: float) -> tuple[str, ...]:
@@ -208,7 +208,7 @@ class AclController(Controller):
         return rest[0]
 
     def _stored(self, rest: list[str]) -> Ints:
-        """The counts of the position that is named first, (j,)."""
+        """The counts of the first position in a command, (j,)."""
         counts = self._positions[self._defined(rest)]
         if counts is None:
             raise Refusal("ERROR 303: NO POSITION ASSIGNED")
@@ -221,10 +221,10 @@ class AclController(Controller):
             raise Refusal("HOMING IN PROGRESS")
 
     def _go(self, goal: Array, seconds: float, now_s: float) -> None:
-        """Queue a movement, in the time asked for, but never faster than the axes can."""
+        """Queue a movement, in the requested time but within the axes' speed."""
         way = float(np.abs(goal - [axis.goal for axis in self._axes]).max())
         seconds = max(seconds, least_seconds(way, FASTEST_RAD_S))
-        begins_s = max(now_s, self._axes[0].free_s)  # all go through their queues together, and after homing
+        begins_s = max(now_s, self._axes[0].free_s)  # all axes process their queues together, after homing
         for axis, angle in zip(self._axes, goal, strict=True):
             axis.queue(float(angle), begins_s, seconds)
 
@@ -236,14 +236,14 @@ class AclController(Controller):
     def _give_up(self, reason: str, axis: int, now_s: float) -> None:
         self._stop(now_s)
         self._disabled.add(axis)
-        self._unsaid += _lines(f"*** {reason} axis {axis}")
+        self._unsent += _lines(f"*** {reason} axis {axis}")
 
     def _reboot(self, now_s: float) -> None:
         self._stop(now_s)
         self._encoders.lose(self.motor(now_s))
         self._positions.clear()
         self._outputs.clear()
-        self._unsaid = _lines(*BOOT) + PROMPT
+        self._unsent = _lines(*BOOT) + PROMPT
         self._line.clear()
         self._echo = True
         self._disabled = set()

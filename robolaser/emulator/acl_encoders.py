@@ -1,4 +1,4 @@
-"""What the encoders of a SCORBOT count, and what its controller says of them."""
+"""Encoder counts of a SCORBOT, and its controller's listings of them."""
 
 from typing import final
 
@@ -10,17 +10,17 @@ from robolaser.data.cell_config import Cell
 QUARTER = 33  # PAR 33, 34, ...: counts of axis 1, 2, ... for 90 degrees (or a metre's quarter turn: a rail's pi/2 m)
 REFERENCE = 52  # PAR 52, 53, ...: counts of axis 1, 2, ... at the reference posture
 COUNTS = (23040, -23040, 23040, -19200, 23040)
-"""For 90 degrees, and over again for more axes: 256 a degree, some encoders mounted the other way round."""
-HOME = (0.5, 0.35, 0.65, 0.5, 0.5)  # where between its limits each axis has its home switch
+"""Counts for 90 degrees, repeated for more axes: 256 per degree, some encoders reversed."""
+HOME = (0.5, 0.35, 0.65, 0.5, 0.5)  # position of each axis's home switch between its limits
 UNLIMITED = np.pi  # range of an axis without limits to either side of zero [rad]
 TENTHS = {"X": 1e4, "Y": 1e4, "Z": 1e4, "P": 1800 / np.pi, "R": 1800 / np.pi}
-"""Units of the flange's place and of its pitch and roll in a metre or a radian."""
+"""Units of the flange's position, and of its pitch and roll, per metre or radian."""
 WIDTH = 9  # of a number in a listing, with its sign, or a blank for plus
 
 
 @final
 class AclEncoders:
-    """Counts of all axes. They are zero at home; before homing, zero is where the power came on."""
+    """Counts of all axes: zero at home; before homing, zero where the power came on."""
 
     def __init__(self, cell: Cell) -> None:
         self._robot = robot = cell.robot
@@ -43,16 +43,16 @@ class AclEncoders:
         }
 
     def counts(self, q: Array) -> Ints:
-        """What the counters show at joint angles, (j,) -> (j,)."""
+        """Counts at joint angles, (j,) -> (j,)."""
         return np.asarray(np.rint(self._true(q) - self._shift).astype(np.int64))
 
     def angles(self, counts: Ints) -> Array:
-        """Joint angles at which the counters show this, (j,) -> (j,) [rad]."""
+        """Joint angles of counts, (j,) -> (j,) [rad]."""
         turned = np.linalg.solve(self._per_radian, counts + self._shift - self._at_reference)
         return np.asarray(self._reference + self._direction * turned)
 
     def lose(self, q: Array) -> None:
-        """Come on anew: count from zero here."""
+        """Restart: count from zero here."""
         self._shift = np.rint(self._true(q))
 
     def find_home(self) -> None:
@@ -65,7 +65,7 @@ class AclEncoders:
         return [int(i) + 1 for i in np.flatnonzero(beyond)]
 
     def listed(self, counts: Ints) -> tuple[str, ...]:
-        """What a controller prints of counts, (j,), and of the flange's pose there."""
+        """A controller's listing of counts, (j,), and of the flange's pose there."""
         T = self._robot.forward(self.angles(counts)[None, None])[0, 0]
         (x, y, z), ahead, thumb = T[:3, 3], T[:3, 2], T[:3, 0]
         side = np.array([-y, x, 0.0]) / max(np.hypot(x, y), 1e-9)

@@ -1,4 +1,4 @@
-"""Servos on one line that keep what they know in numbered registers: Dynamixel's X series, and Feetech's STS series."""
+"""Servos on one line with numbered registers: Dynamixel's X series, and Feetech's STS series."""
 
 from typing import ClassVar, final
 
@@ -19,7 +19,7 @@ ALL = 0xFE
 
 @final
 class BusServos(ServoChain):
-    """A chain of servos that each hear all; a position of 2048 is the middle."""
+    """A chain of servos that all receive every packet; a position of 2048 is the middle."""
 
     command_mark: ClassVar[bytes] = b"\xff\xff"
 
@@ -35,9 +35,9 @@ class BusServos(ServoChain):
         self._heard = b""
 
     def receive(self, data: bytes, now_s: float) -> bytes:
-        """Take packets, and answer those that ask."""
+        """Receive packets, and answer requests."""
         self._heard += data
-        self.motor(now_s)  # up to now the joints followed what they were told before
+        self.motor(now_s)  # the joints followed earlier commands until now
         answers = b""
         while (packet := self._next_packet()) is not None:
             answers += self._obey(*packet, now_s)
@@ -49,7 +49,7 @@ class BusServos(ServoChain):
         return wanted(now_s) if self._loop is None else self._loop.follow(wanted, now_s)
 
     def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
-        """Let a fault happen; servos have no home to miss."""
+        """Cause a fault; servos have no homing."""
         if fault is ArmFault.STALL:
             self._axes[axis - 1].jam(now_s)
             return
@@ -60,7 +60,7 @@ class BusServos(ServoChain):
             self._memory[self._ids[axis - 1]][self._status] = OVERLOADED if fault is ArmFault.IMPACT else HOT
 
     def _next_packet(self) -> tuple[int, int, bytes] | None:
-        """Address, instruction and parameters of the next packet that is whole."""
+        """Address, instruction and parameters of the next complete packet."""
         header = b"\xff\xff\xfd\x00" if self._dynamixel else b"\xff\xff"
         while (start := self._heard.find(header)) >= 0:
             body = self._heard[start + len(header) :]
@@ -106,7 +106,7 @@ class BusServos(ServoChain):
     def _store(self, servo: int, address: int, data: bytes, now_s: float) -> None:
         memory, i = self._memory[servo], self._ids.index(servo)
         if self._dynamixel and address < 64 and memory[self._torque]:
-            return  # what is kept without power is not written while the motor holds
+            return  # EEPROM is not written while the torque is on
         memory[address : address + len(data)] = data
         if not memory[self._torque]:
             self._axes[i].halt(now_s)
@@ -122,7 +122,7 @@ class BusServos(ServoChain):
         axis = self._axes[i]
         axis.halt(now_s)
         way = abs(goal - axis.goal)
-        if way <= np.pi / TURN:  # it sees whole steps only
+        if way <= np.pi / TURN:  # its resolution is one step
             return
         if self._dynamixel:
             timed = memory[10] & 4

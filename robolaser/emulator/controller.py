@@ -1,6 +1,6 @@
-"""The far end of an arm's line: it receives bytes, answers, reports unasked, and turns motors that take their time.
+"""An arm's controller: it receives bytes, answers, reports by itself, and moves motors in time.
 
-Each axis goes through its queue of travels, ramps up and down, and can be stopped.
+Each axis processes its queue of travels, ramps up and down, and can be stopped.
 """
 
 from abc import ABC, abstractmethod
@@ -15,7 +15,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.cell_config import Cell
 
-RAMP = 0.25  # share of a travel's time in which it gains speed, and in which it loses it again
+RAMP = 0.25  # share of a travel's time for acceleration, and for deceleration
 FASTEST_RAD_S = 1.0  # of every axis, at full speed (or m/s)
 
 
@@ -31,11 +31,11 @@ class Travel:
 
     @property
     def ends_s(self) -> float:
-        """When it is there."""
+        """When it ends."""
         return self.begins_s + self.seconds
 
     def at(self, now_s: float) -> float:
-        """Where it is [rad]."""
+        """Its current angle [rad]."""
         gone = now_s - self.begins_s
         if gone >= self.seconds:
             return self.goal
@@ -43,7 +43,7 @@ class Travel:
 
 
 def way_gone(share: float) -> float:
-    """Share of the way after a share of the time, both 0 to 1: speed is a trapezium."""
+    """Share of the way by share of the time, both 0 to 1: the speed profile is a trapezium."""
     if share > 1 - RAMP:
         return 1 - way_gone(1 - share)
     if share < RAMP:
@@ -52,13 +52,13 @@ def way_gone(share: float) -> float:
 
 
 def least_seconds(way_rad: float, fastest_rad_s: float) -> float:
-    """How long a travel takes at least if its speed never exceeds the fastest."""
+    """Least duration of a travel within a speed."""
     return abs(way_rad) / (fastest_rad_s * (1 - RAMP))
 
 
 @final
 class Axis:
-    """One motor: where it was told to go, and where it is. Time never runs backwards."""
+    """One motor: its commands and its angle. Time never runs backwards."""
 
     def __init__(self, angle: float) -> None:
         self._travels = deque([Travel(angle, angle, -np.inf, 0.0)])
@@ -66,48 +66,48 @@ class Axis:
 
     @property
     def jammed(self) -> bool:
-        """Whether it sticks."""
+        """Whether it is blocked."""
         return self._jammed is not None
 
     @property
     def goal(self) -> float:
-        """Where it will be when it has gone through its queue [rad]."""
+        """Its angle at the end of its queue [rad]."""
         return self._travels[-1].goal
 
     @property
     def free_s(self) -> float:
-        """When it has gone through its queue."""
+        """When its queue ends."""
         return self._travels[-1].ends_s
 
     def at(self, now_s: float) -> float:
-        """Where it is [rad]."""
+        """Its current angle [rad]."""
         return self.travel(now_s).at(now_s) if self._jammed is None else self._jammed
 
     def travel(self, now_s: float) -> Travel:
-        """What it was last told to do, finished or not."""
+        """Its current or last travel."""
         while len(self._travels) > 1 and self._travels[1].begins_s <= now_s:
             self._travels.popleft()
         return self._travels[0]
 
     def queue(self, goal: float, begins_s: float, seconds: float) -> None:
-        """Go to an angle after all that it was told before."""
+        """Go to an angle after all queued travels."""
         self._travels.append(Travel(self.goal, goal, begins_s, seconds))
 
     def halt(self, now_s: float) -> None:
-        """Stop here and forget the queue."""
+        """Stop here and clear the queue."""
         here = self.travel(now_s).at(now_s)
         self._travels = deque([Travel(here, here, now_s, 0.0)])
 
     def jam(self, now_s: float) -> None:
-        """Stick here, whatever it is told."""
+        """Block here, whatever the commands."""
         self._jammed = self.at(now_s)
 
 
 class ArmFault(Enum):
     """Faults of an arm."""
 
-    IMPACT = "impact"  # a link hits something: the controller notices and lets go
-    STALL = "stall"  # a gear jams: the motor stops, whatever it is told
+    IMPACT = "impact"  # a link hits something: the controller detects it and switches off
+    STALL = "stall"  # a gear jams: the motor stops, whatever the commands
     THERMIC = "thermic"  # a motor is too hot: the controller switches it off
     HOMELESS = "homing"  # a home switch is broken: this axis never finds its home
     REBOOT = "reboot"  # the power was off for a moment
@@ -116,15 +116,15 @@ class ArmFault(Enum):
 class Controller(ABC):
     """An arm's controller as a state machine; time is an argument and never runs backwards [s]."""
 
-    command_mark: ClassVar[bytes] = b"\r"  # what each command has once
+    command_mark: ClassVar[bytes] = b"\r"  # occurs once in each command
     _axes: Sequence[Axis]
 
     @abstractmethod
     def receive(self, data: bytes, now_s: float) -> bytes:
-        """Take what came over the line, and give what it answers at once."""
+        """Receive bytes, and return the immediate answer."""
 
     def poll(self, now_s: float) -> bytes:
-        """What is due by now without being asked."""
+        """Return reports that are due by now without a request."""
         return b""
 
     def motor(self, now_s: float) -> Array:
@@ -137,11 +137,11 @@ class Controller(ABC):
 
     @abstractmethod
     def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
-        """Let a fault happen; axes count from 1."""
+        """Cause a fault; axes count from 1."""
 
 
 class ServoChain(Controller):
-    """Servos that share a line, each with an address and an absolute encoder; they answer only when they are asked."""
+    """Servos that share a line, each with an address and an absolute encoder; they answer requests only."""
 
     def __init__(self, cell: Cell) -> None:
         robot, arm = cell.robot, cell.arm
@@ -153,11 +153,11 @@ class ServoChain(Controller):
         self._axes = [Axis(float(q)) for q in np.clip(self._reference, robot.lower, robot.upper)]
 
     def _turned(self, i: int, angle: float) -> float:
-        """How far a servo is turned from its middle at a joint angle [rad]."""
+        """Angle of a servo from its middle, at a joint angle [rad]."""
         return float(self._direction[i] * (angle - self._reference[i]))
 
     def _within_limits(self, i: int, turned: float) -> tuple[float, float]:
-        """The joint angle nearest to where a servo is turned so far from its middle, and how far off that is [rad]."""
+        """The allowed joint angle nearest to a servo's angle from its middle, and the difference [rad]."""
         wanted = float(self._reference[i] + self._direction[i] * turned)
         angle = float(np.clip(wanted, self._lower[i], self._upper[i]))
         return angle, abs(angle - wanted)

@@ -1,6 +1,6 @@
-"""An emulated cell that runs: its clock, its arm at the end of a line, and the camera that watches the arm.
+"""A running emulated cell: its clock, its arm on a line, and its camera.
 
-The camera is a server that draws what it sees, picture after picture, for whoever connects.
+The camera is a server that renders images continuously for its clients.
 """
 
 import json
@@ -34,12 +34,12 @@ from robolaser.emulator.world.world import EmulatedWorld, load_world
 from robolaser.errors import DataError, UsageError
 
 FRAMES_A_S = 15.0
-BUFFER_BYTES = 65536  # what waits at most in the system for a slow client: a fraction of a frame
+BUFFER_BYTES = 65536  # send buffer for a slow client: a fraction of a frame
 
 
 @final
 class CameraServer:
-    """A camera in a world. A client's next frame is drawn when the last one is on its way: a slow one misses some."""
+    """A camera in a world. A client's next frame is rendered when the last one is sent: a slow one misses some."""
 
     def __init__(self, world: EmulatedWorld, rng: np.random.Generator) -> None:
         self._world, self._rng, self._lit = world, rng, False
@@ -59,10 +59,10 @@ class CameraServer:
         self._thread.start()
 
     def follow(self, path: Iterable[Array], *, lit: bool) -> None:
-        """Say where the encoders went, (j,) each [rad], and whether the laser is on at the end of it.
+        """Update the world by readings of the encoders, (j,) each [rad], and by the laser's state after them.
 
         Raises:
-            Exception: Whatever broke while it drew.
+            Exception: Any error of rendering.
         """
         if self._broken is not None:
             raise self._broken
@@ -71,7 +71,7 @@ class CameraServer:
         self._lit = lit
 
     def close(self) -> None:
-        """Stop, and let go of everyone."""
+        """Stop, and disconnect all clients."""
         self._ended = True
         self._server.shutdown()
         self._thread.join()
@@ -84,7 +84,7 @@ class CameraServer:
                 began = time.monotonic()
                 try:
                     frame = self._drawn()
-                except Exception as error:  # the one who tells of the arm must hear of it
+                except Exception as error:  # `follow` raises it
                     self._broken = error
                     return
                 client.sendall(frame)
@@ -96,21 +96,21 @@ class CameraServer:
         return cv2.imencode(".pgm", image)[1].tobytes()
 
 
-TICK_S, BUSY_TICK_S = 0.01, 0.002  # how long it listens before it sees to all else, and while it has something to say
-LOOKS_A_S, MOST_LOOKS = 50.0, 400  # at the arm, on its own clock; and at most, after a long moment
+TICK_S, BUSY_TICK_S = 0.01, 0.002  # duration of listening, and the same while data is pending
+LOOKS_A_S, MOST_LOOKS = 50.0, 400  # samples of the arm per second of its clock; most samples of a turn
 BITS_A_BYTE = 10  # start, eight, stop
 LARGEST_READ = 4096
-MOST_PENDING = 65536  # bytes kept for a client that does not read: the rest is lost, as on a line without flow control
+MOST_PENDING = 65536  # bytes kept for a client that does not read; more are lost, as without flow control
 
 
 CONTROLLERS = ("acl", "dynamixel", "feetech", "lss")  # kinds of arms that are emulated
 
 
 def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
-    """The controller that a cell's arm has, and the loop by which its servos follow; None: exactly.
+    """The controller of a cell's arm, with the servo loop of the world; without one, joints follow exactly.
 
     Raises:
-        DataError: No emulated controller speaks the arm's language, or it has no servos whose loops could be at fault.
+        DataError: No emulated controller has the arm's protocol, or it has no servo loops.
     """
     if cell.arm.kind not in CONTROLLERS:
         expected = f"one that is emulated: {', '.join(CONTROLLERS)}"
@@ -120,7 +120,7 @@ def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
     if loop is not None:
         raise DataError(
             f"The world has effects of servos ({', '.join(SERVO_FAULTS)}), but arms of kind '{cell.arm.kind}' are"
-            " emulated without. Take these [[effect]] out.",
+            " emulated without them. Take these [[effect]] out.",
             column="effect",
         )
     return LssController(cell) if cell.arm.kind == "lss" else AclController(cell)
@@ -128,21 +128,21 @@ def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
 
 @final
 class ServedLine:
-    """Bytes in, bytes out, never waiting."""
+    """Non-blocking input and output of bytes."""
 
     def __init__(self) -> None:
         near, self._far = os.openpty()
         self._near: int | None = near
         tty.setraw(self._far)
         os.set_blocking(near, False)
-        self.address = os.ttyname(self._far)  # what pyserial opens
+        self.address = os.ttyname(self._far)  # for pyserial
 
     def waits_on(self) -> list[int]:
-        """Descriptors that become readable when there is something to take."""
+        """Descriptors that become readable with new data."""
         return [] if self._near is None else [self._near]
 
     def take(self) -> bytes:
-        """What came since."""
+        """Return new data."""
         if self._near is None:
             return b""
         try:
@@ -151,7 +151,7 @@ class ServedLine:
             return b""
 
     def give(self, data: bytes) -> int:
-        """Send as much as fits now; how much that was. When the plug is pulled all of it is gone."""
+        """Send as much as fits now; return the number of bytes. After a disconnection all are lost."""
         if self._near is None:
             return len(data)
         try:
@@ -160,7 +160,7 @@ class ServedLine:
             return 0
 
     def hang_up(self) -> None:
-        """Pull the plug."""
+        """Disconnect the line."""
         if self._near is not None:
             os.close(self._near)
             os.close(self._far)
@@ -189,7 +189,7 @@ class EmulatedCell:
         self._line = ServedLine()
         self._bytes_a_s = cell.arm.baud / BITS_A_BYTE
         self._time_scale = time_scale
-        self._told_s = 0.0
+        self._sent_s = 0.0
         self._pending = b""
         self._laser = cell.laser_output
         self._watched_s = 0.0
@@ -202,7 +202,7 @@ class EmulatedCell:
         self._began = time.monotonic()
 
     def turn(self) -> None:
-        """Listen for a moment, answer, and move on."""
+        """Listen briefly, answer, and advance the clock."""
         select.select(self._line.waits_on(), [], [], BUSY_TICK_S if self._pending else TICK_S)
         now_s = (time.monotonic() - self._began) * self._time_scale
         if self._controller.cut(now_s):
@@ -211,30 +211,30 @@ class EmulatedCell:
         if self._stream is not None:
             self._watch(now_s, self._stream)
         if not self._pending:
-            self._told_s = now_s
-        said = self._controller.receive(self._line.take(), now_s) + self._controller.poll(now_s)
-        self._pending = (self._pending + said)[:MOST_PENDING]
-        self._tell(now_s)
+            self._sent_s = now_s
+        answer = self._controller.receive(self._line.take(), now_s) + self._controller.poll(now_s)
+        self._pending = (self._pending + answer)[:MOST_PENDING]
+        self._transmit(now_s)
 
     def close(self) -> None:
-        """Let go of line and camera."""
+        """Close line and camera."""
         self._line.hang_up()
         if self._stream is not None:
             self._stream.close()
 
     def _watch(self, now_s: float, camera: CameraServer) -> None:
-        """Tell how the arm went since it was last looked at, in steps so small that gears feel every turn."""
+        """Pass the arm's path since the last call to the camera, in steps that show every reversal."""
         steps = max(1, min(round((now_s - self._watched_s) * LOOKS_A_S), MOST_LOOKS))
         path = (self._controller.motor(float(t)) for t in np.linspace(self._watched_s, now_s, steps + 1)[1:])
         lit = self._laser is None or self._laser in self._controller.outputs(now_s)
         camera.follow(path, lit=lit)
         self._watched_s = now_s
 
-    def _tell(self, now_s: float) -> None:
-        """Send what the line carries in the time since it last carried something."""
-        fits = int((now_s - self._told_s) * self._bytes_a_s)
+    def _transmit(self, now_s: float) -> None:
+        """Send as many bytes as the line carries in the time since the last ones."""
+        fits = int((now_s - self._sent_s) * self._bytes_a_s)
         if self._pending and fits:
-            self._told_s = now_s
+            self._sent_s = now_s
             self._pending = self._pending[self._line.give(self._pending[:fits]) :]
 
 
@@ -247,7 +247,7 @@ def _check(faults: Sequence[Fault], kind: str, axes: int) -> None:
 
 
 def serve(cell: EmulatedCell) -> None:
-    """Say where arm and camera are, and serve until killed, or until the pipe at standard input closes."""
+    """Print the addresses of arm and camera, and serve until killed, or until the pipe at standard input closes."""
     ended: list[int] = []
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda which, frame: ended.append(which))

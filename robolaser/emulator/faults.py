@@ -12,13 +12,13 @@ from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.errors import UsageError, near
 
 LINE = {
-    "garbage": 0.05,  # chance that a byte answered is followed by a random one
-    "lost": 0.05,  # chance that a byte answered never arrives
-    "misheard": 0.05,  # chance that a byte sent to the controller never arrives
-    "late": 3.0,  # answers come so much later [s]
-    "silent": 0.0,  # it works on and answers nothing
-    "flood": 5000.0,  # it sends so much by itself and does not end [bytes/s]
-    "cut": 0.0,  # the plug is pulled
+    "garbage": 0.05,  # chance that a sent byte is followed by a random one
+    "lost": 0.05,  # chance that a sent byte never arrives
+    "misheard": 0.05,  # chance that a byte to the controller never arrives
+    "late": 3.0,  # delay of answers [s]
+    "silent": 0.0,  # it executes commands without answers
+    "flood": 5000.0,  # it sends without end [bytes/s]
+    "cut": 0.0,  # the line is disconnected
 }
 ARM = {fault.value: 1.0 for fault in ArmFault}
 KINDS = LINE | ARM  # every kind with its usual amount
@@ -26,43 +26,43 @@ _FORM = re.compile(
     r"(?P<kind>\w+)(?::(?P<amount>\d+(?:\.\d+)?))?"
     r"(?:@(?:(?P<first>\d+)(?:-(?P<last>\d+))?|>(?P<begin>\d+(?:\.\d+)?)s(?:-(?P<end>\d+(?:\.\d+)?)s)?))?"
 )
-LARGEST_FLOOD = 8192  # bytes that one look at a flood brings at most
+LARGEST_FLOOD = 8192  # bytes of a flood per call
 
 
 @final
 @dataclass(frozen=True)
 class Fault:
-    """One fault and when it is there."""
+    """One fault and when it is active."""
 
     kind: str  # one of `KINDS`
-    amount: float  # a chance, seconds, an axis from 1, ... as the kind wants
-    commands: tuple[float, float] = (0.0, np.inf)  # from and up to which command that the controller hears
+    amount: float  # a chance, seconds, an axis from 1, ... by its kind
+    commands: tuple[float, float] = (0.0, np.inf)  # from and up to which received command
     seconds: tuple[float, float] = (0.0, np.inf)  # from and up to when, on the controller's clock
 
     def is_active(self, now_s: float, heard: int) -> bool:
-        """Whether it is active now, after so many commands."""
+        """Whether it is active now, after `heard` commands."""
         return self.commands[0] <= heard <= self.commands[1] and self.seconds[0] <= now_s <= self.seconds[1]
 
 
 def read_fault(text: str) -> Fault:
-    """Read what was asked for: `lost:0.1`, `impact:3@12`, `silent@>5s`, `late:2.5@7-9`, `flood@>2s-4s`.
+    """Parse a fault: `lost:0.1`, `impact:3@12`, `silent@>5s`, `late:2.5@7-9`, `flood@>2s-4s`.
 
     Raises:
-        UsageError: There is no such kind, it is not written as a fault is, or the amount is impossible.
+        UsageError: There is no such kind, the syntax is wrong, or the amount is impossible.
     """
-    said = _FORM.fullmatch(text)
-    if said is None:
+    match = _FORM.fullmatch(text)
+    if match is None:
         raise not_a_fault(text, "expected kind[:amount][@when], when = N or N-M commands, >Ts or >Ts-Us")
-    kind = said["kind"]
+    kind = match["kind"]
     if kind not in KINDS:
         raise UsageError(f"--fault {kind}: there is no such fault.{near(kind, KINDS)}")
-    amount = float(said["amount"] or KINDS[kind])
+    amount = float(match["amount"] or KINDS[kind])
     if kind in ("garbage", "lost", "misheard") and amount > 1:
         raise not_a_fault(text, f"a chance of {amount:g} is more than 1")
     if kind in ARM and (amount < 1 or amount % 1):
         raise not_a_fault(text, f"axes are numbered 1, 2, ..., not {amount:g}")
-    commands = float(said["first"] or 0), float(said["last"] or np.inf)
-    seconds = float(said["begin"] or 0), float(said["end"] or np.inf)
+    commands = float(match["first"] or 0), float(match["last"] or np.inf)
+    seconds = float(match["begin"] or 0), float(match["end"] or np.inf)
     for first, last in (commands, seconds):
         if first > last:
             raise not_a_fault(text, f"it would end at {last:g}, before it begins at {first:g}")
@@ -70,13 +70,13 @@ def read_fault(text: str) -> Fault:
 
 
 def not_a_fault(text: str, reason: str) -> UsageError:
-    """The error of a fault that makes no sense."""
+    """The error of an invalid fault."""
     return UsageError(f"--fault {text}: {reason}. For example: lost:0.1, impact:3@12, silent@>5s, late:2.5@7-9.")
 
 
 @final
 class FaultyController:
-    """Passes on what a controller sends, with faults; motors and outputs are the controller's own."""
+    """Forwards a controller's data with faults; motors and outputs are those of the controller."""
 
     def __init__(self, controller: Controller, faults: Sequence[Fault], rng: np.random.Generator) -> None:
         self._controller = controller
@@ -90,11 +90,11 @@ class FaultyController:
         self.heard = 0  # commands so far
 
     def cut(self, now_s: float) -> bool:
-        """Whether the plug is pulled."""
+        """Whether the line is disconnected."""
         return self._there("cut", now_s) is not None
 
     def receive(self, data: bytes, now_s: float) -> bytes:
-        """What arrives of the answers to what arrives."""
+        """Pass received bytes on with faults, and return the part of the answer that arrives."""
         if self.cut(now_s):
             return b""
         misheard = self._there("misheard", now_s)
@@ -106,12 +106,12 @@ class FaultyController:
         return self._send(answer, now_s)
 
     def poll(self, now_s: float) -> bytes:
-        """What else arrives by now."""
+        """Return other data that arrives by now."""
         self._strike(now_s)
-        said = self._send(self._controller.poll(now_s), now_s)
+        data = self._send(self._controller.poll(now_s), now_s)
         while self._on_the_way and self._on_the_way[0][0] <= now_s:
-            said += self._on_the_way.popleft()[1]
-        return b"" if self.cut(now_s) else said + self._flood(now_s)
+            data += self._on_the_way.popleft()[1]
+        return b"" if self.cut(now_s) else data + self._flood(now_s)
 
     def _there(self, kind: str, now_s: float) -> Fault | None:
         return next((f for f in self._faults if f.kind == kind and f.is_active(now_s, self.heard)), None)
@@ -122,7 +122,7 @@ class FaultyController:
             self._controller.inject(ArmFault(fault.kind), int(fault.amount), now_s)
 
     def _send(self, data: bytes, now_s: float) -> bytes:
-        """What of the data arrives at once, as it arrives."""
+        """The part of the data that arrives at once, with faults."""
         if not data or self.cut(now_s) or self._there("silent", now_s) is not None:
             return b""
         lost, garbage, late = (self._there(kind, now_s) for kind in ("lost", "garbage", "late"))

@@ -1,4 +1,4 @@
-"""Servos on one line that speak the Lynxmotion Smart Servo protocol: each hears all, and answers if it is asked."""
+"""Servos on one line with the Lynxmotion Smart Servo protocol: each receives all commands, and answers requests."""
 
 import re
 from enum import IntEnum
@@ -10,7 +10,7 @@ from robolaser.data.cell_config import Cell
 from robolaser.emulator.controller import FASTEST_RAD_S, ArmFault, Axis, ServoChain, least_seconds
 
 TENTHS = 1800 / np.pi  # of a degree, in a radian
-USUAL_SPEED = 1800  # cap on the speed of a servo that was just switched on; it cannot reach it [tenths of a degree/s]
+USUAL_SPEED = 1800  # speed limit after switching on, which it cannot reach [tenths of a degree/s]
 ALL = 254
 BOOT_S = 1.25
 LONGEST_LINE = 64
@@ -18,7 +18,7 @@ _COMMAND = re.compile(r"#(?P<id>\d{1,3})(?P<word>[A-Z]+)(?P<value>-?\d{1,6})?(?:
 
 
 class Status(IntEnum):
-    """What a servo says that it does."""
+    """State that a servo reports."""
 
     LIMP = 1
     TRAVELLING = 4
@@ -31,7 +31,7 @@ class Status(IntEnum):
 
 @final
 class LssServo:
-    """One servo; it has an absolute encoder, so that it always knows its angle."""
+    """One servo with an absolute encoder."""
 
     def __init__(self, axis: Axis) -> None:
         self.axis = axis
@@ -39,7 +39,7 @@ class LssServo:
         self.fastest = USUAL_SPEED  # cap on its speed [tenths of a degree/s]
 
     def status(self, now_s: float) -> Status:
-        """What it does now."""
+        """Its current state."""
         travel = self.axis.travel(now_s)
         if self.state is not Status.HOLDING:
             return self.state
@@ -55,7 +55,7 @@ class LssServo:
 
 @final
 class LssController(ServoChain):
-    """A chain of servos; nothing comes back but answers."""
+    """A chain of servos; they send answers only."""
 
     def __init__(self, cell: Cell) -> None:
         super().__init__(cell)
@@ -64,7 +64,7 @@ class LssController(ServoChain):
         self._awake_s = -np.inf
 
     def receive(self, data: bytes, now_s: float) -> bytes:
-        """Take commands and answer questions."""
+        """Receive commands and answer requests."""
         answers = b""
         for byte in data:
             if byte == ord("\r"):
@@ -78,7 +78,7 @@ class LssController(ServoChain):
         return answers
 
     def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
-        """Let a fault happen; servos have no home to miss."""
+        """Cause a fault; servos have no homing."""
         servo = self._servos[self._ids[axis - 1]]
         if fault is ArmFault.IMPACT:
             servo.rest(Status.BLOCKED, now_s)
@@ -93,16 +93,16 @@ class LssController(ServoChain):
             self._awake_s = now_s + BOOT_S
 
     def _take(self, line: str, now_s: float) -> bytes:
-        said = _COMMAND.fullmatch(line)
-        if said is None or now_s < self._awake_s:
+        match = _COMMAND.fullmatch(line)
+        if match is None or now_s < self._awake_s:
             return b""
-        number, word, value = int(said["id"]), said["word"], said["value"]
+        number, word, value = int(match["id"]), match["word"], match["value"]
         if number in self._servos and word.startswith("Q") and value is None:
             answer = self._answer(number, word, now_s)
             return b"" if answer is None else f"*{number}{word}{answer}\r".encode()
         for each in self._ids if number == ALL else [number]:
             if each in self._servos and self._servos[each].state is not Status.SAFE_MODE:
-                self._do(each, word, None if value is None else int(value), int(said["time"] or 0), now_s)
+                self._do(each, word, None if value is None else int(value), int(match["time"] or 0), now_s)
         return b""
 
     def _answer(self, number: int, word: str, now_s: float) -> int | None:

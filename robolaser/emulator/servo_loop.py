@@ -1,4 +1,4 @@
-"""What keeps the joints of hobby servos from being where they are told to be."""
+"""Tracking errors of hobby servos: dead time, lag, dead zone and droop."""
 
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -12,14 +12,14 @@ from robolaser.robot.kinematics import Robot
 STEP_S: Final = 0.005
 SHORTEST_LAG_S: Final = 1e-4
 SERVO_FAULTS: Final = ("dead_time", "lag", "dead_zone", "droop")
-"""What world.toml may set wrong in a servo: [s], [s], half width [rad], [rad/Nm]."""
+"""Faults of a servo in world.toml: [s], [s], half width [rad], [rad/Nm]."""
 
 
 @final
 class ServoLoop:
-    """Joints that approach their commands, dead time ago and lowered by droop, as far as they are outside a dead zone.
+    """Joints that follow their commands with dead time, lag, dead zone and droop.
 
-    Faults are sizes by name and joint; the arm's weight makes joints sink.
+    Faults are sizes by name and joint; droop follows the gravity torques.
     """
 
     def __init__(self, arm: Robot, faults: Mapping[tuple[str, str], float]) -> None:
@@ -29,22 +29,22 @@ class ServoLoop:
         )
         self._share = -np.expm1(-STEP_S / np.maximum(lag, SHORTEST_LAG_S))
         self._late = np.rint(delay / STEP_S).astype(np.int64)
-        self._told: deque[Array] = deque(maxlen=int(self._late.max()) + 1)
+        self._commands: deque[Array] = deque(maxlen=int(self._late.max()) + 1)
         self._q: Array | None = None
         self._now_s = 0.0
 
     def follow(self, command: Callable[[float], Array], now_s: float) -> Array:
-        """Where the joints are, (j,) [rad], as commands by time go on; time never runs backwards [s]."""
+        """Joint angles, (j,) [rad], for commands by time; time never runs backwards [s]."""
         if self._q is None:
             self._q, self._now_s = command(now_s), now_s
-            self._told.extend([self._q] * (self._told.maxlen or 1))
+            self._commands.extend([self._q] * (self._commands.maxlen or 1))
         if self._now_s + STEP_S > now_s:
             return self._q
         sinks = self._droop * self._arm.gravity_torques(self._q)
         while self._now_s + STEP_S <= now_s:
             self._now_s += STEP_S
-            self._told.appendleft(command(self._now_s))
-            told = np.array([self._told[k][i] for i, k in enumerate(self._late.tolist())])
-            off = told - sinks - self._q
+            self._commands.appendleft(command(self._now_s))
+            late = np.array([self._commands[k][i] for i, k in enumerate(self._late.tolist())])
+            off = late - sinks - self._q
             self._q = self._q + self._share * (off - np.clip(off, -self._dead, self._dead))
         return self._q

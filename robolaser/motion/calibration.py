@@ -1,4 +1,4 @@
-"""A model of a moving arm with the effects that a user names: their numbers, and errors on motions not seen by fits."""
+"""A model of a moving arm with the effects that the user names: their numbers, and errors on held-out motions."""
 
 import time
 from collections.abc import Sequence
@@ -21,13 +21,13 @@ from robolaser.motion.selection import EffectSearch, SelectedEffect, chosen
 @final
 @dataclass(frozen=True, eq=False)
 class MotionFit:
-    """Effects with their numbers, and errors."""
+    """Fitted effects and the remaining errors."""
 
     log: MotionLog
     parts: tuple[KindDiagnosis, ...]
     findings: tuple[SelectedEffect, ...]
     gap_mm: dict[str, Any]  # the tracking error at the flange, as JSON files give it
-    levers_mm: Array  # how far the flange moves with each joint, (j,) [mm/rad]
+    levers_mm: Array  # motion of the flange with each joint, (j,) [mm/rad]
     seconds: float
 
     @classmethod
@@ -39,7 +39,7 @@ class MotionFit:
         seed: int,
         seconds: float,
     ) -> "MotionFit":
-        """From what each kind of rows says."""
+        """From the diagnosis of each kind of rows."""
         gap_mm: dict[str, Any] = dict.fromkeys(("nominal", "calibrated", "after", "noise_floor"))
         gap_mm["after_ci95"], levers_mm = [None, None], np.zeros(len(log.joints))
         for part in parts:
@@ -60,28 +60,28 @@ def calibrate_motion(
 
     Args:
         log: Commands, encoders and torques along time.
-        effects: By NAME[:WHERE]; at every joint that can show it where no place is given.
+        effects: As NAME[:WHERE]; without WHERE, at every joint that can show it.
         seed: Of the resampling of runs.
         progress: Called with the current step and its finished share.
 
     Raises:
-        UsageError: There is no effect of that name, or it has no such place.
+        UsageError: There is no effect of that name, or not at that location.
         EffectError: These rows do not show it.
         DataError: Nothing can be compared.
     """
     began = time.monotonic()
-    asked = [(name, where) for name, _, where in (text.partition(":") for text in effects)]
-    library = library_of([name for name, _ in asked])
-    for name, where in asked:
+    requested = [(name, where) for name, _, where in (text.partition(":") for text in effects)]
+    library = library_of([name for name, _ in requested])
+    for name, where in requested:
         own = {one.site for one in library if one.name == name}
         sites = [*(log.joints if "joint" in own else ()), *sorted(own - {"joint"})]
         if where and where not in sites:
-            raise UsageError(f"{name} has no place '{where}'.{near(where, sites)}")
+            raise UsageError(f"{name} has no location '{where}'.{near(where, sites)}")
 
     def is_requested(at: At) -> bool:
-        """By its name, in its simplest form; one with a site of its own by that, too."""
-        places = ("", at.where) if not at.effect.form else (at.effect.site,)
-        return any(at.effect.name == name and where in places for name, where in asked)
+        """Whether its name was given: of several forms the simplest one, or another one by its site."""
+        locations = ("", at.where) if not at.effect.form else (at.effect.site,)
+        return any(at.effect.name == name and where in locations for name, where in requested)
 
     def searching(candidates: Sequence[At], *_: object) -> EffectSearch:
         return chosen(list(filter(is_requested, candidates)))
@@ -89,7 +89,7 @@ def calibrate_motion(
     parts, missing, _ = parts_of(log, library, searching, progress or (lambda what, share: None))
     findings = merged([finding for part in parts for finding in part.findings])
     found = [one.at for one in findings]
-    for name, where in asked:
+    for name, where in requested:
         if not any(at.effect.name == name and where in ("", at.where) for at in found):
             reason = missing.get(name, "with it, the error on unseen motions is no smaller")
             raise EffectError(f"{name}{f' at {where}' if where else ''} cannot be found: {reason}.")
@@ -97,11 +97,11 @@ def calibrate_motion(
 
 
 def merged(findings: Sequence[SelectedEffect]) -> list[SelectedEffect]:
-    """One entry for an effect of the same rows at the same place that several joints show: clocks."""
+    """Findings in which an effect that several joints show at one location, a clock, is one entry."""
     groups: dict[tuple[str, ...], list[SelectedEffect]] = {}
     for one in findings:
         groups.setdefault((one.at.effect.rows, *one.at.pair), []).append(one)
-    whole = []
+    findings_once = []
     for group in groups.values():
         best = max(group, key=lambda one: one.probability)
         numbers = {name: number for one in group for name, number in one.numbers.items()}
@@ -110,5 +110,5 @@ def merged(findings: Sequence[SelectedEffect]) -> list[SelectedEffect]:
             weights = np.array([1.0 / max(deviation, 1e-9) ** 2 for _, deviation, _ in common])
             delays = np.array([delay for delay, _, _ in common])
             numbers["delay"] = (float(weights @ delays / weights.sum()), float(np.ptp(delays) / 2.0), "s")
-        whole.append(replace(best, numbers=numbers, gained=np.sum([one.gained for one in group], axis=0)))
-    return whole
+        findings_once.append(replace(best, numbers=numbers, gained=np.sum([one.gained for one in group], axis=0)))
+    return findings_once

@@ -1,4 +1,4 @@
-"""What a log of a moving arm allows, before anything is fitted."""
+"""Which rows and effects a log of a moving arm can show, before anything is fitted."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ LACKING: dict[RowKind, str] = {
 
 
 def comparable(log: MotionLog) -> dict[RowKind, str]:
-    """Why there are no rows of a kind; "" where there are some."""
+    """Reasons why there are no rows of a kind; "" where there are some."""
     reasons, read = dict(LACKING), log.has("q")
     if (log.has("command") & read).any():
         both = np.isfinite(log.command) & np.isfinite(log.q)
@@ -37,7 +37,7 @@ def comparable(log: MotionLog) -> dict[RowKind, str]:
 
 
 def _unusable_torque(log: MotionLog) -> str:
-    """Why a log's torques are set aside; "" where they are not."""
+    """Reason why a log's torques are set aside; "" where they are used."""
     if not log.has_signs:
         return "the torques have no sign" + (": none is negative" if log.torque_signed else "")
     if log.torque_unit != "Nm":
@@ -51,15 +51,15 @@ def _unusable_torque(log: MotionLog) -> str:
 @final
 @dataclass(frozen=True)
 class MotionCheck:
-    """Kinds of rows that there are, and the effects that they can show."""
+    """The kinds of rows in a log, and the effects that they can show."""
 
     log: MotionLog
     kinds: tuple[str, ...]
-    tested: Mapping[str, tuple[str, ...]]  # places by effect
+    tested: Mapping[str, tuple[str, ...]]  # locations by effect
     not_tested: Mapping[str, str]  # reasons by effect
 
     def to_dict(self) -> dict[str, Any]:
-        """As the command prints it with --json."""
+        """The output of `--json`."""
         found = [{"effect": name, "where": list(where)} for name, where in self.tested.items()]
         absent = [{"effect": name, "where": [], "reason": reason} for name, reason in self.not_tested.items()]
         return {

@@ -1,4 +1,4 @@
-"""Torques that stay at their largest value where the motion takes more: a motor, or its reading, at its limit."""
+"""Torques that saturate where the motion takes more: a motor, or its reading, at its limit."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ FEWEST_ROWS = 30
 """On either side of a limit. A judgement."""
 ROUNDS = 6  # of the limit by the rows at it, and of these by the limit
 NEAR = 6.0
-"""Times the noise below the largest value, where rows at a limit are looked for first: wider than noise reaches."""
+"""Width of the first range of rows at a limit below the largest value, in multiples of the noise: beyond its reach."""
 
 
 @final
@@ -31,7 +31,7 @@ class CutOff:
     wanted: float  # the largest torque that the motion takes there, with its sign [Nm]
 
     def __str__(self) -> str:
-        """For a person."""
+        """A remark for the user."""
         share = self.rows.any(axis=1).mean()
         return (
             f"Torques of {self.joint} are cut off at {self.most:.3g} Nm in {share:.1%} of the rows,"
@@ -45,16 +45,16 @@ def cuts(of: Quantities) -> list[CutOff]:
 
 
 def cut_rows(of: Quantities, limits: Sequence[CutOff]) -> Bools:
-    """Which torques are at any of some limits, (n, j)."""
+    """Which torques are at one of the limits, (n, j)."""
     return np.asarray(np.any([np.zeros(of.q.shape, dtype=bool), *(one.rows for one in limits)], axis=0))
 
 
 def _cuts_of(of: Quantities, joint: int) -> list[CutOff]:
-    """Where torques of a joint are cut off, at either end.
+    """Limits of a joint's torques, at either end.
 
-    They are held against the rigid arm's with scale and friction, below a limit and at it (a censored regression, Tobin
-    1958, Econometrica 26). At a limit the readings are as flat as noise while the motion's torques vary, and rows are
-    explained better with it than without (by likelihood).
+    The model is the rigid arm with scale and friction, below a limit and at it (a censored regression, Tobin 1958,
+    Econometrica 26). At a limit the readings vary by noise only while the motion's torques vary, and the likelihood
+    is higher with it.
     """
     there = np.flatnonzero(np.isfinite(of.measured[:, joint]))
     read, direction = of.measured[there, joint], of.direction[there, joint]

@@ -24,18 +24,18 @@ from robolaser.motion.selection import search
 @final
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Where the gap lies, or what is left of it."""
+    """A location of the gap, or of its remaining part."""
 
     site: str
     coordinate: str
     share: float
-    p_value: float  # that noise alone leaves more than its size in so many of the runs
+    p_value: float  # of noise alone exceeding its size in so many of the runs
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class MotionDiagnosis:
-    """What a diagnosis found."""
+    """The result of a diagnosis."""
 
     fit: MotionFit  # with the effects found
     verdict: str
@@ -51,7 +51,7 @@ def diagnose_motion(
     seed: int = 1,
     progress: Progress | None = None,
 ) -> MotionDiagnosis:
-    """Say why a moving arm does not do what its model says.
+    """Find the effects that separate a moving arm from its model.
 
     Args:
         log: Commands, encoders and torques along time.
@@ -64,10 +64,10 @@ def diagnose_motion(
         DataError: Nothing can be compared: there are neither commands nor torques nor a second encoder.
         UsageError: There is no effect of that name.
     """
-    began, tell = time.monotonic(), progress or (lambda what, share: None)
+    began, report = time.monotonic(), progress or (lambda what, share: None)
     library = library_of(effects, without)
     other = misread(log) if not comparable(log)["torque"] else None
-    parts, missing, remarks = parts_of(other.of(log) if other else log, library, search, tell)
+    parts, missing, remarks = parts_of(other.of(log) if other else log, library, search, report)
     tested = {at.effect.name for part in parts for at in (*part.candidates, *(one.at for one in part.shown))}
     missing = {name: reason for name, reason in missing.items() if name not in tested}
     verdicts = [part.verdict for part in parts]
@@ -85,7 +85,7 @@ def diagnose_motion(
 
 
 def _places(parts: Sequence[KindDiagnosis], joints: Sequence[str], verdict: str) -> list[Place]:
-    """Joints by their share of the gap, or of what is left of it: of the first kind of rows that has one."""
+    """Joints by their share of the gap, or of the remaining error: of the first kind of rows that has one."""
     for part in parts:
         if part.verdict != verdict:
             continue
@@ -98,7 +98,7 @@ def _places(parts: Sequence[KindDiagnosis], joints: Sequence[str], verdict: str)
         places = [
             Place(
                 name,
-                f"{said} of {name}" if (said := part.places.get(name, "")) not in ("", "time") else said,
+                f"{what} of {name}" if (what := part.places.get(name, "")) not in ("", "time") else what,
                 round(float(share), 4),
                 _chance(errors[:, j], part.run, gap.noise_floor[j]),
             )
@@ -109,7 +109,7 @@ def _places(parts: Sequence[KindDiagnosis], joints: Sequence[str], verdict: str)
 
 
 def _chance(errors: Array, run: Ints, noise: float) -> float:
-    """Of as many runs with more than the noise, where each has more or less of it by chance (a sign test)."""
+    """P of as many runs with more than the noise, where each has more or less by chance (a sign test)."""
     sizes = root_mean_squares_of_runs(errors, run)
     sizes = sizes[np.isfinite(sizes)]
     return float(bdtrc((sizes > noise).sum() - 1.0, len(sizes), 0.5))
@@ -127,10 +127,10 @@ def _remarks(log: MotionLog) -> list[str]:
     same = np.diff(log.run) == 0
     step = np.diff(log.time_s)[same]
     if len(step) and np.percentile(step, 99) > 1.5 * np.median(step):
-        remarks.append("The time between rows varies by more than half: what was commanded between rows is guessed.")
-    told = log.command[:, log.has("command")]
-    if told.size and all((np.ptp(filled(told[rows]), axis=0) < MOVES_RAD).all() for rows in log.rows_of_runs):
-        remarks.append("The arm was told to stand still in all series: only constant errors can show.")
+        remarks.append("The time between rows varies by more than half: commands between rows are interpolated.")
+    commands = log.command[:, log.has("command")]
+    if commands.size and all((np.ptp(filled(commands[rows]), axis=0) < MOVES_RAD).all() for rows in log.rows_of_runs):
+        remarks.append("The arm was commanded to stand still in all series: only constant errors can show.")
     if len(log.series) < 4:
         remarks.append(
             f"Only {len(log.series)} series: blocks of rows are held out, so differences between series are not tested."

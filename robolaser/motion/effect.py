@@ -1,4 +1,4 @@
-"""What an effect on a moving arm is: numbers that a model of its rows has beside those of an ideal arm."""
+"""An effect on a moving arm: numbers that its model has in addition to those of an ideal arm."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 TIMING, TOOL, JOINTS = "timing", "tool", "joints"
 
 MOVES_RAD = 1e-3
-"""Spread of a joint's commands, from which on it is commanded to move. A judgement."""
+"""Least spread of the commands of a moving joint. A judgement."""
 RowKind = Literal["tracking", "torque", "load"]
-"""Of rows: measured against commands, torques against inverse dynamics, one encoder against the other."""
+"""Kinds of rows: readings against commands, torques against inverse dynamics, one encoder against the other."""
 
 
 @final
@@ -28,27 +28,27 @@ class Number:
 
     name: str
     unit: str
-    usual: float  # size that is usual; errors of numbers and first steps are judged by it
+    usual: float  # usual size: the scale of errors of numbers and of first steps
     lower: float = float("-inf")
     upper: float = float("inf")
     servo: str = ""  # its name in the servo's model; "": it is a factor of a column
-    least: float = 0.0  # in size; smaller ones are the forms of other effects, and are not named
+    least: float = 0.0  # in size; smaller ones imitate other effects and are not reported
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """A joint that follows commands: where it was sent and where it got to."""
+    """A joint that follows commands: commanded and measured angles."""
 
     command: Array  # (n, runs) [rad]
     q: Array  # (n, runs) [rad]; NaN where it was not read
-    holding: Array  # torque that gravity puts on it where it is sent, (n, runs) [Nm]
-    moving: Array  # torque that the rigid arm takes to go there, (n, runs) [Nm]
+    holding: Array  # gravity torque at the commanded position, (n, runs) [Nm]
+    moving: Array  # torque of the rigid arm along the commands, (n, runs) [Nm]
     step_s: Array  # from row to row, (n, runs) [s]
 
     @property
     def error_within(self) -> float:
-        """Root mean square of its error where it is sent to where it gets to elsewhere [rad]; infinite if nowhere."""
+        """RMS error at commands within the range of all readings [rad]; infinite if there are none."""
         within = (self.command >= np.nanmin(self.q)) & (self.command <= np.nanmax(self.q))
         return float(np.nan_to_num(root_mean_squares((self.q - self.command)[within]), nan=np.inf))
 
@@ -59,7 +59,7 @@ class Trace:
 
     @property
     def stuck(self) -> str:
-        """Why nothing can be tested on a joint that stands, or goes the other way, though it is commanded to move."""
+        """Reason why a joint cannot be tested: it is commanded to move, but stands still or moves the other way."""
         if self.is_sent and np.nanstd(self.q) < MOVES_RAD:
             return "the joint does not move, though it is commanded to"
         sent = self.command - np.nanmean(self.command)
@@ -68,30 +68,30 @@ class Trace:
 
 
 def if_sent(trace: Trace) -> str:
-    """Why an effect cannot be tested on a joint: it has to be commanded to move."""
+    """Reason why an effect cannot be tested on a joint: it has to be commanded to move."""
     return "" if trace.is_sent else "the joint was not commanded to move"
 
 
 def at_size(numbers: tuple["Number", ...], trace: Trace, size: float, spread: float) -> list[float]:
-    """Where a fit begins: each number so many times its usual size, on the side that it can have; else at none."""
+    """Start of a fit: each number so many times its usual size, with a sign that its bounds allow; else zero."""
     return [size if each.lower >= 0.0 else -size if each.upper <= 0.0 else 0.0 for each in numbers]
 
 
 @final
 @dataclass(frozen=True)
 class MotionEffect:
-    """One effect: an entry in one of the files beside this one."""
+    """One effect: an entry in one of the files of `effects`."""
 
     name: str
-    clause: str  # what happens; goes on from "The gap is explained:"
+    clause: str  # continues "The gap is explained:"
     cause: str  # its class
     rows: RowKind
     numbers: tuple[Number, ...]
     remedy: str
     reference: str
-    form: str = ""  # of several that one name has; the simplest has none
+    form: str = ""  # where a name has several forms; the simplest has none
     site: str = "joint"
-    rivals: tuple[str, ...] = ()  # effects that many motions cannot tell from it
+    rivals: tuple[str, ...] = ()  # effects that many motions cannot distinguish from it
     rarity: float = 0.0  # twice the logarithm of how much rarer it is than the others
     # Of rows that are linear in its numbers: columns for some shapes of it, each (n, j, numbers), n rows of j joints.
     columns: Callable[["Quantities", int], Sequence[Array]] | None = None
@@ -100,7 +100,7 @@ class MotionEffect:
     # The least that its numbers can be, (numbers,), where that depends on the arm: no link has a negative mass.
     least: Callable[["Quantities", int], Array] | None = None
     needs: Callable[["Quantities", int], str] | None = None  # why it cannot be tested at a joint; "" where it can
-    # The same of rows that follow commands; and where its numbers begin, in usual sizes, by a size and what is left.
+    # The same for rows that follow commands; and the start of its numbers, in usual sizes, by a size and the residual.
     untested: Callable[[Trace], str] = if_sent
     begins: Callable[[tuple[Number, ...], Trace, float, float], list[float]] = at_size
 
@@ -108,11 +108,11 @@ class MotionEffect:
 @final
 @dataclass(frozen=True)
 class At:
-    """An effect at a place."""
+    """An effect at a location."""
 
     effect: MotionEffect
     where: str
-    joint: int  # column of the joint; the first for what sits at no joint
+    joint: int  # column of the joint; 0 where the effect is at no joint
 
     def __str__(self) -> str:
         form = f" ({self.effect.form})" if self.effect.form else ""
@@ -120,5 +120,5 @@ class At:
 
     @property
     def pair(self) -> list[str]:
-        """As JSON files name it."""
+        """Its name in JSON files."""
         return [self.effect.name, self.where]

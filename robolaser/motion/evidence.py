@@ -1,4 +1,4 @@
-"""How much rows with memory say: independent values among correlated ones, and the score of a model."""
+"""The information in correlated rows: their number of independent values, and the score of a model."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -11,44 +11,44 @@ from robolaser.motion.effect import At
 
 FEWEST_VALUES = 2.0
 IDEAL_SHARE = 0.01
-"""Of the error of an ideal arm, that the form of its model leaves. A judgement."""
+"""Share of an ideal arm's error that is left by the form of its model. A judgement."""
 BY_CHANCE = 1e-3
-"""Probability that noise alone does as much, below which it was not noise. A judgement."""
+"""Level of significance: noise alone is rejected below it. A judgement."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """A model of some rows: what an ideal arm does, and effects."""
+    """A fitted model of some rows: an ideal arm and effects."""
 
     effects: tuple[At, ...]
-    numbers: tuple[Array, ...]  # of each effect
-    shapes: tuple[int, ...]  # which of its shapes each effect takes
+    numbers: tuple[Array, ...]  # by effect
+    shapes: tuple[int, ...]  # index of each effect's shape
     score: float  # twice the negative logarithm of the evidence, up to a constant; less is better
     squares: Array  # sum of squared residuals of each joint, (j,)
 
     @property
     def names(self) -> frozenset[str]:
-        """Of its effects at their places."""
+        """Its effects with their locations."""
         return names_of(self.effects)
 
 
 def names_of(effects: Iterable[At]) -> frozenset[str]:
-    """Which effects these are, whatever their order."""
+    """The effects' names, in any order."""
     return frozenset(map(str, effects))
 
 
 def of_each(effects: Sequence[At], values: Array) -> tuple[Array, ...]:
-    """Numbers of effects, one behind the other, parted by effect."""
+    """Concatenated numbers, split by effect."""
     ends = np.cumsum([len(one.effect.numbers) for one in effects])[:-1].astype(int)
     return tuple(np.split(values, ends)) if effects else ()
 
 
 def independent_values(residual: Array, run: Ints) -> float:
-    """How many independent values have the information of correlated ones, (n,), in runs (n,).
+    """Effective sample size of correlated residuals (n,) in runs (n,).
 
     n / (1 + 2 Σ ρ), summed up to the first correlation that is not positive (Geyer 1992, Statistical Science 7), of
-    what each run has about its mean: what is constant in a run hides nothing that happens in it.
+    deviations from each run's mean: a constant of a run hides nothing that happens in it.
     """
     parts = [residual[run == number] for number in np.unique(run)]
     parts = [part - part.mean() for part in parts]
@@ -70,14 +70,14 @@ def independent_values(residual: Array, run: Ints) -> float:
 
 
 def score_of(squares: Array, rows: Array, independent: Array, form: Array, numbers: float) -> float:
-    """Of a model with some numbers: n log(mean square) over joints, and log n for each number (Schwarz 1978).
+    """BIC of a model: n log(mean square) over joints, and log n for each number (Schwarz 1978).
 
     Args:
         squares: Sum of squared residuals of each joint, (j,).
-        rows: How many there are, (j,).
-        independent: As how many independent values they count, (j,).
-        form: What models of each joint's rows may err by, (j,): less is no evidence.
-        numbers: Of the model.
+        rows: Their count, (j,).
+        independent: Their effective sample sizes, (j,).
+        form: Error of each joint's model form, (j,): less is no evidence.
+        numbers: Their count in the model.
     """
     there = rows > 0
     mean = np.maximum(squares[there] / rows[there], np.maximum(form[there] ** 2, 1e-24))

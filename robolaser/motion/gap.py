@@ -1,4 +1,4 @@
-"""How far a moving arm is from its model on motions that no fit has seen, in its rows' unit and at the flange."""
+"""Errors of a moving arm's model on held-out motions, in the unit of the rows and at the flange."""
 
 from dataclasses import dataclass
 from typing import Any, final
@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.log import MotionLog
 
-FEWEST_RUNS = 4  # of which whole ones are held out, and as many folds; with fewer, blocks of them
+FEWEST_RUNS = 4  # to hold out whole runs, in as many folds; with fewer, blocks of rows
 BLOCKS = 12
 FLANGE_ROWS = 1_500  # at which the arm's Jacobian is computed
 RESAMPLED = 400
@@ -17,7 +17,7 @@ RESAMPLED = 400
 @final
 @dataclass(frozen=True, eq=False)
 class KindGap:
-    """Errors of the rows of one kind, root mean squares by joint, (j,); NaN where a joint has none."""
+    """Errors of the rows of one kind: RMS by joint, (j,); NaN where a joint has none."""
 
     kind: str  # of rows
     unit: str
@@ -28,7 +28,7 @@ class KindGap:
     count: int  # rows that were compared
 
     def whole(self, name: str) -> float:
-        """Of all joints together."""
+        """RMS over all joints."""
         return float(root_mean_squares(getattr(self, name)))
 
 
@@ -43,14 +43,14 @@ def folds(run: Ints) -> Ints:
 
 
 def runs_or_blocks(run: Ints) -> Ints:
-    """What is independent of each other, (n,): whole runs, or blocks of rows where there are too few runs."""
+    """Independent groups of rows, (n,): whole runs, or blocks of rows where there are too few runs."""
     if len(np.unique(run)) >= FEWEST_RUNS:
         return run
     return np.arange(len(run)) * BLOCKS // max(len(run), 1)
 
 
 def where_lower(after: Array, before: Array, run: Ints, least_share: float) -> tuple[Bools, Array]:
-    """Errors (n, j) of joints whose squares fall, by a share and by more than that varies, else those before, (n, j).
+    """Errors (n, j) of joints whose squares fall significantly and by a least share, else those before, (n, j).
 
     Returns:
         Which joints' fall, (j,), and the errors.
@@ -63,7 +63,7 @@ def where_lower(after: Array, before: Array, run: Ints, least_share: float) -> t
 
 
 def root_mean_squares(errors: Array) -> Array:
-    """Of each column, gaps left out, (n, j) -> (j,), or of values (n,); NaN where there are none."""
+    """RMS of each column without its gaps, (n, j) -> (j,), or of values (n,); NaN where there are none."""
     there = np.isfinite(errors)
     count = there.sum(axis=0)
     squares = np.where(there, errors, 0.0) ** 2
@@ -76,13 +76,13 @@ def root_mean_squares_of_runs(errors: Array, run: Ints) -> Array:
 
 
 def medians(values: Array) -> Array:
-    """Of each column, gaps left out, (n, j) -> (j,); NaN where there are none."""
+    """Median of each column without its gaps, (n, j) -> (j,); NaN where there are none."""
     known = [column[np.isfinite(column)] for column in values.T]
     return np.array([np.median(column) if len(column) else np.nan for column in known])
 
 
 def less_means(values: Array, run: Ints) -> Array:
-    """Values less those constant in each run, gaps left out, (n,) or (n, k)."""
+    """Values less the mean of each run, gaps ignored, (n,) or (n, k)."""
     out = values.copy()
     for number in np.unique(run):
         there = np.isfinite(part := out[run == number])
@@ -91,7 +91,7 @@ def less_means(values: Array, run: Ints) -> Array:
 
 
 def white_noise(errors: Array, run: Ints, step: float | None) -> Array:
-    """Standard deviation of what has no memory, (n, j) -> (j,): from differences of neighbours, and of rounding.
+    """Standard deviation of white noise, (n, j) -> (j,): from differences of neighbours, and of rounding.
 
     Of white noise the second difference has six times the variance.
     """
@@ -106,7 +106,7 @@ def white_noise(errors: Array, run: Ints, step: float | None) -> Array:
 
 
 def resolution(readings: Array) -> float | None:
-    """What readings are rounded to: the smallest step that divides all differences; None where there is none."""
+    """Resolution of readings: the smallest step that divides all differences; None where there is none."""
     values = np.unique(readings[np.isfinite(readings)])
     steps = np.diff(values)
     steps = steps[steps > 1e-9]
@@ -118,7 +118,7 @@ def resolution(readings: Array) -> float | None:
 
 
 def at_flange(log: MotionLog, gap: KindGap, before: Array, after: Array, seed: int) -> tuple[dict[str, Any], Array]:
-    """The tracking error as that of the flange's place, in the words of JSON files.
+    """The tracking error at the flange, with the keys of JSON files.
 
     Args:
         log: Commands and readings.

@@ -1,4 +1,4 @@
-"""Logs of moving arms that other programs wrote: their columns as joints, in radians and seconds."""
+"""Logs of moving arms from other programs: their columns as joints, in radians and seconds."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,13 +23,13 @@ OTHER_NAMES: Final = {
     "shoulder_pan": "Rotation", "shoulder_lift": "Pitch", "elbow_flex": "Elbow", "wrist_flex": "Wrist_Pitch",
     "wrist_roll": "Wrist_Roll", "gripper": "Jaw",
 }  # fmt: skip
-"""What the SO-100's own program calls the joints of its URDF."""
+"""Joint names in the SO-100's program, by those of its URDF."""
 CALIBRATION, TORQUE_UNIT = "calibration", "torque_unit"
 FURTHER: Final = (CALIBRATION, TORQUE_UNIT, JOINT_TOPIC, COMMAND_TOPIC, STAMPS)
-"""Options by name: LeRobot's calibration file, the unit of torques, a bag's topics of readings and commands, and which
-of a message's two times counts."""
+"""Options by name: LeRobot's calibration file, the unit of torques, a bag's topics of readings and commands, and the
+time of a message that counts."""
 OF_SERVO: Final = ("percent", "ticks")
-"""Units that only the calibration file of an arm makes angles of."""
+"""Units that need the calibration file of an arm."""
 GRIPPER: Final = "gripper"
 """The joint that LeRobot counts from 0 to 100 per cent; the others from -100 to 100."""
 
@@ -37,14 +37,14 @@ GRIPPER: Final = "gripper"
 @final
 @dataclass(frozen=True)
 class _Angles:
-    """What turns numbers of a file into radians."""
+    """Conversion of a file's numbers to radians."""
 
     unit: str  # "": it was not stated
     servos: Mapping[str, MotorCalibration]
 
     @classmethod
     def of(cls, units: Sequence[str], robot: Robot, further: Mapping[str, str]) -> tuple["_Angles", Mapping[str, str]]:
-        """As stated; and the other units."""
+        """The stated unit of angles, and the other units."""
         of_servo = [unit for unit in units if unit in OF_SERVO]
         stated = stated_units([unit for unit in units if unit not in OF_SERVO])
         if LENGTH in stated:
@@ -62,7 +62,7 @@ class _Angles:
         return cls(of_servo[0], read_servos(read_text(file, SETTINGS_BYTES), robot.joints, file.name)), stated
 
     def radians(self, values: Array, joint: str, unit: str, *, speed: bool) -> Array:
-        """Numbers of a joint in a unit of the file's own, or else of those stated, as radians or radians a second."""
+        """Numbers of a joint in the file's unit, or else the stated one, as radians or radians per second."""
         if unit or not self.servos:
             return FACTORS[ANGLE][unit or self.unit] * values
         servo = self.servos[joint]
@@ -74,7 +74,7 @@ class _Angles:
 
 
 def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions) -> tuple[MotionLog, dict[str, str]]:
-    """Read logs of one arm; each folder or file is a series, unless its rows say more.
+    """Read logs of one arm; each folder or file is a series, unless its rows name several.
 
     Args:
         sources: Folders of SAGE (control.csv beside state_motor.csv) or of LeRobot (meta/info.json), bags of ROS, or
@@ -82,13 +82,13 @@ def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions)
         robot: The arm.
         options: `columns` are the file's names by `time_s`, `series`, QUANTITY_JOINT, or a joint alone where a file
             names joints; of arrays NAME[i], or NAME for all joints in the robot's order. `units` of angles and times,
-            where the files do not say them. `further` has those of `FURTHER`.
+            where the files do not state them. `further` has those of `FURTHER`.
 
     Returns:
-        The log, and where each of its columns is from.
+        The log, and the source of each of its columns.
 
     Raises:
-        UsageError: A unit or option is not known, or not stated where the files do not say it.
+        UsageError: A unit or option is unknown, or missing where the files do not state it.
         DataError: A file cannot be read, or holds no readings of the robot's joints.
         DependencyMissing: A library that a file needs is not installed.
     """
@@ -109,7 +109,7 @@ def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions)
     for run in runs:
         if not (run.angle_unit or angles.unit):
             raise UsageError(
-                f"{run.source} does not say the unit of its angles: state --units rad or --units deg; per cent of"
+                f"{run.source} does not state the unit of its angles: state --units rad or --units deg; per cent of"
                 f" joints' ranges with --units percent --set {CALIBRATION}=FILE."
             )
         parts.append(_part(run, robot, options.columns, angles, stated.get(TIME, run.time_unit), read_from))
@@ -131,7 +131,7 @@ def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions)
 
 
 def _distinct(names: Sequence[str]) -> tuple[str, ...]:
-    """The same, with a number behind those that others before have: files in several folders may share a name."""
+    """Names with a number appended to repeated ones: files in several folders may share a name."""
     taken: dict[str, None] = {}
     for name in names:
         free, number = name, 1
@@ -150,7 +150,7 @@ def _part(
     time_unit: str,
     read_from: dict[str, str],
 ) -> dict[str, Array]:
-    """The columns of a run, and in `read_from` what each is from."""
+    """The columns of a run, with their sources in `read_from`."""
     time = _column(run, columns["time_s"]) if "time_s" in columns else _time(run)
     if not np.isfinite(time).all():
         row = int(np.argmin(np.isfinite(time))) + 1

@@ -1,4 +1,4 @@
-"""The rows of each kind that a log allows, and what a search for effects finds in them."""
+"""Diagnosis of each kind of rows in a log."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -27,30 +27,30 @@ from robolaser.motion.tracking import TrackingRows
 
 SEARCHED_ROWS = 24_000
 LEAST_SHARE: dict[RowKind, float] = {"tracking": 0.002, "torque": 0.005, "load": 0.02}
-"""Of the squares of an ideal arm, that an effect must explain: less may be another one's form. A judgement."""
+"""Share of an ideal arm's squares that an effect must explain: less may be another one's form. A judgement."""
 PASSES, CLOCK_PASSES = 2, 4
 MOST_NOISE_RAD = 0.02
-"""Of a joint's encoder: readings that jump by more have a gap, whatever makes them jump. A judgement: 1.1°."""
+"""Largest step of a joint's readings: larger jumps are a gap, whatever their cause. A judgement: 1.1°."""
 
 
 Searching = Callable[[Sequence[At], float, Array | float, tuple[At, ...]], EffectSearch]
-"""How effects are chosen: from candidates, the least share of squares that each must explain, those that arms usually
-leave, and a beginning."""
+"""Choice of effects: from candidates, the least share of squares that each must explain, the squares that arms
+usually leave, and a start."""
 
 
 def parts_of(
-    log: MotionLog, library: Sequence[MotionEffect], searching: Searching, tell: Progress
+    log: MotionLog, library: Sequence[MotionEffect], searching: Searching, report: Progress
 ) -> tuple[list[KindDiagnosis], dict[str, str], list[str]]:
-    """What each kind of rows says.
+    """Diagnose each kind of rows.
 
     Args:
         log: Commands, encoders and torques along time.
         library: Effects that may be at work.
-        searching: How they are chosen.
-        tell: Called with the current step and its finished share.
+        searching: Chooses the effects.
+        report: Called with the current step and its finished share.
 
     Returns:
-        The parts, reasons of effects that cannot be tested, and remarks.
+        The diagnoses, reasons why effects cannot be tested, and remarks.
 
     Raises:
         DataError: Nothing can be compared: there are neither commands nor torques nor a second encoder.
@@ -60,10 +60,10 @@ def parts_of(
     remarks: list[str] = []
     reasons, log = comparable(log), log.as_read
     if not reasons["tracking"]:
-        tell("tracking", 0.1)
+        report("tracking", 0.1)
         sent = _as_sent(log, library)
         if sent is not log:
-            remarks.append("Commands are written more slowly than rows: between them they are guessed.")
+            remarks.append("Commands are written more slowly than rows: between them they are interpolated.")
         parts.append(_tracking(sent, library, missing, searching))
     elif log.has("command").any():
         remarks.append(f"Tracking rows are set aside: {reasons['tracking']}.")
@@ -72,7 +72,7 @@ def parts_of(
     )  # fmt: skip
     for kind, recorded, what, share in linear:
         if not reasons[kind]:
-            tell(what, share)
+            report(what, share)
             of = quantities(log, kind)
             factor = follows_rigid_arm(of) if kind == "torque" and not of.lacking else 1.0
             so_large = f"torques are {factor:.2g} times those of the URDF's rigid arm: are"
@@ -159,7 +159,7 @@ def _tracking(
 def _as_sent(log: MotionLog, library: Sequence[MotionEffect]) -> MotionLog:
     """The log without commands that only repeat the row above: those between were not written.
 
-    As it is where that fits better by half: then the arm was sent them that seldom.
+    Unchanged where that fits better by half: then the arm received them that rarely.
     """
     between = log.less_repeated("command")
     if np.array_equal(np.isfinite(between.command), np.isfinite(log.command)):
@@ -174,7 +174,7 @@ def _as_sent(log: MotionLog, library: Sequence[MotionEffect]) -> MotionLog:
 
 
 def _of_all_runs(log: MotionLog, rows: TrackingRows, models: Sequence[Fitted]) -> tuple[TrackingRows, list[Fitted]]:
-    """All rows of a log, and models of them that were found in some of its runs."""
+    """All rows of a log, and their models, which were found in some of its runs."""
     whole = TrackingRows(log)
     whole.independent = rows.independent * len(log) / max(1, rows.used)
     return whole, whole.refined(models, rows)
@@ -184,7 +184,7 @@ def _selected(
     rows: TrackingRows, candidates: Sequence[Sequence[At]], starts: Sequence[tuple[At, ...]], searching: Searching
 ) -> list[Selection]:
     """The model of each joint, from some effects on."""
-    for _ in range(PASSES):  # what is left of a better model has less memory
+    for _ in range(PASSES):  # residuals of a better model are less correlated
         selected = side_by_side(
             rows.fit,
             [
@@ -198,7 +198,7 @@ def _selected(
 
 
 def _agree(models: Sequence[Fitted]) -> bool:
-    """Whether all joints have the same clock, or none has one: else it stands for something else in its model."""
+    """Whether all joints have the same clock, or none has one: else it imitates another effect."""
     delays = [
         float(values[0])
         for model in models
@@ -211,7 +211,7 @@ def _agree(models: Sequence[Fitted]) -> bool:
 def _begun(
     log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str]
 ) -> tuple[TrackingRows, list[list[At]], list[tuple[At, ...]]]:
-    """Rows that effects are looked for in, the candidates at each joint, and what its servo usually does."""
+    """Rows for the search, the candidates at each joint, and the usual effects of its servo."""
     rows = TrackingRows(log, _some_runs(log))
     candidates, absent = rows.candidates(library)
     missing |= absent
@@ -263,12 +263,12 @@ def _linear(
         if _helps(one, before, better)
     ]
     gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor, len(of.q))
-    told = tuple(map(str, limits))
-    return KindDiagnosis(gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough, cut, told)
+    remarks = tuple(map(str, limits))
+    return KindDiagnosis(gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough, cut, remarks)
 
 
 def _left(after: Array, white: Array, patterns: Patterns, names: Sequence[str]) -> tuple[Array, dict[str, str]]:
-    """Of errors (n, j): noise, (j,), what has no memory, or all without a pattern; and the patterns' coordinates."""
+    """Noise (j,) of errors (n, j): white noise, or all of an error without a pattern; and the patterns' coordinates."""
     size = root_mean_squares(after)
     is_noise = [bool(size[j] > IS_NOISE * white[j]) and patterns.is_noise(after[:, j], j) for j in range(len(size))]
     places = {name: patterns.coordinate(after[:, j], j) for j, name in enumerate(names) if np.isfinite(size[j])}
@@ -278,7 +278,7 @@ def _left(after: Array, white: Array, patterns: Patterns, names: Sequence[str]) 
 def _fitted(
     one: SelectedEffect, fitted: Fitted, deviations: Sequence[Array], model: Fitted, count: Array | float
 ) -> SelectedEffect:
-    """An effect with its numbers and what it explains."""
+    """An effect with its numbers and the squares that it explains."""
     at = fitted.effects.index(one.at)
     numbers = {
         number.name: (float(value), float(deviation), number.unit)
@@ -295,7 +295,7 @@ def _helps(one: SelectedEffect, before: Array, better: Bools) -> bool:
 
 
 def _within_rows(one: SelectedEffect, candidates: Sequence[At], step_s: float) -> SelectedEffect:
-    """A lag that is over within two rows may as well be a dead time: the rows do not show how it passes."""
+    """The finding, with dead time as a rival of a lag that passes within two rows: these do not show its form."""
     late = [at for at in candidates if at.effect.name == "dead_time"]
     if one.at.effect.name != "lag" or one.numbers["time"][0] >= 2.0 * step_s or not late:
         return one
@@ -305,7 +305,7 @@ def _within_rows(one: SelectedEffect, candidates: Sequence[At], step_s: float) -
 def _distinguished_from_clocks(findings: Sequence[SelectedEffect], joints: int) -> list[SelectedEffect]:
     """Findings without a clock that does not shift all joints that follow their commands better with it.
 
-    Dead times have the clock as the rival of all of them, or not at all where joints are late by unequal times.
+    The clock is a rival of all dead times, or of none where the delays of joints differ.
     """
     clocks = [one for one in findings if one.at.effect is CLOCK]
     if len(clocks) < joints:
@@ -320,11 +320,11 @@ def _distinguished_from_clocks(findings: Sequence[SelectedEffect], joints: int) 
 
 
 def _some_runs(log: MotionLog) -> Ints:
-    """Runs of which effects are looked for, in all of a long log: evenly, whole ones."""
+    """Runs in which effects are searched: of a long log, evenly spaced whole runs."""
     share = max(1, round(len(log) / SEARCHED_ROWS))
     runs = np.arange(len(log.series), dtype=np.int64)
     if len(runs) < 4 * share:
         return runs
-    told = np.nan_to_num(log.command)
-    extremes = {int(log.run[row]) for row in (*told.argmin(axis=0), *told.argmax(axis=0))}
+    command = np.nan_to_num(log.command)
+    extremes = {int(log.run[row]) for row in (*command.argmin(axis=0), *command.argmax(axis=0))}
     return np.array(sorted({*runs[::share].tolist(), *extremes}), dtype=np.int64)

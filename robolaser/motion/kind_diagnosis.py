@@ -1,4 +1,4 @@
-"""What the rows of one kind say: the gap, the effects that are at work, and what is left."""
+"""Diagnosis of the rows of one kind: the gap, its effects, and the remaining error."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,28 +13,28 @@ from robolaser.motion.gap import KindGap, medians, root_mean_squares, root_mean_
 from robolaser.motion.selection import SelectedEffect
 
 FOLLOWS_RAD = 5e-4
-"""Error of a joint, up to which an arm follows its command as arms do. A judgement: 0.03°."""
+"""Usual error of a joint that follows its commands. A judgement: 0.03°."""
 FOLLOWS_SHARE, OF_LARGEST = 0.01, 0.005
-"""Of a joint's torque, and of the largest one's, the same: no model knows torques better. A judgement."""
+"""The same as a share of a joint's torque, and of the largest one: no torque model is better. A judgement."""
 LEFT_SHARE = 0.02
-"""Of the squared gap above the noise, that may be left where the gap counts as explained."""
+"""Share of the squared gap above the noise that may remain of an explained gap."""
 LEFT_OVER_NOISE = 4.0
 """Times the noise, or the error of arms that follow, above which no share of the gap is small enough for that. A
 judgement: a motor whose torque is cut off, taken for a scale, leaves 6 times as much, and 1 % of the gap."""
 IS_NOISE = 1.1
-"""Times the noise, up to which an error is nothing else."""
+"""Multiple of the noise up to which an error is noise."""
 OVER_NOISE = 2.0
-"""Times the noise, that may be left where the gap counts as explained."""
+"""Multiple of the noise that may remain of an explained gap."""
 LISTED = 0.33
-"""Probability of an effect or one of its rivals, below which it is not said."""
+"""Least probability of an effect or one of its rivals to be reported."""
 REST_DISCOUNT = 0.15
-"""How fast an effect loses credibility with what is left beside it: as much as it explains costs 13 %. A judgement, by
-halves of a hobby arm's motions: scales, which that arm has not, explain up to 1.02 of what is left, dead zones, which
-it has, 3 to 58."""
+"""Credibility that an effect loses by the remaining error: as much as it explains costs 13 %. A judgement, by
+halves of a hobby arm's motions: scales, which that arm does not have, explain up to 1.02 of the remaining error,
+dead zones, which it has, 3 to 58."""
 
 
 def follows_nm(torques: Array) -> Array:
-    """Error up to which joints follow torques (n, j) as arms do, (j,) [Nm]."""
+    """Usual error of joints with torques (n, j), (j,) [Nm]."""
     size = np.nan_to_num(root_mean_squares(torques))
     return np.asarray(np.maximum(FOLLOWS_SHARE * size, OF_LARGEST * size.max()))
 
@@ -42,7 +42,7 @@ def follows_nm(torques: Array) -> Array:
 @final
 @dataclass(frozen=True, eq=False)
 class KindDiagnosis:
-    """What the rows of one kind say."""
+    """Gap, effects and remaining error of the rows of one kind."""
 
     gap: KindGap
     candidates: tuple[At, ...]
@@ -50,9 +50,9 @@ class KindDiagnosis:
     run: Ints  # of each row, (n,)
     before: Array  # errors of an ideal arm, (n, j)
     after: Array  # errors on unseen motions, (n, j)
-    places: dict[str, str]  # coordinate of what is left at each joint
-    enough: Array  # error up to which each joint follows its model as arms do, (j,)
-    cut: Bools | bool = False  # rows in which no effect is looked for, (n, j)
+    places: dict[str, str]  # coordinate of each joint's remaining error
+    enough: Array  # usual error of each joint, (j,)
+    cut: Bools | bool = False  # rows without a search for effects, (n, j)
     remarks: tuple[str, ...] = ()
 
     @property
@@ -63,7 +63,7 @@ class KindDiagnosis:
 
     @property
     def shown(self) -> tuple[SelectedEffect, ...]:
-        """Findings at joints that have a gap; clocks at others, too, where little shows them."""
+        """Findings at joints that have a gap; clocks at other joints, too, which show them little."""
         doubted = [
             one.doubted(self._credibility(one))
             for one in self.findings
@@ -74,11 +74,11 @@ class KindDiagnosis:
         return tuple(one for one in doubted if one.none < 1.0 - LISTED)
 
     def _credibility(self, one: SelectedEffect) -> float:
-        """Of an effect, by what is left at the joints where it acts.
+        """Credibility of an effect, by the remaining error at the joints where it acts.
 
-        The less all effects together explain there, and the less it explains beside what is left, the likelier it
-        imitates a cause that is not in the library. What leaves a multiple of the noise is likely at most; not so of
-        servos, whose memory leaves as much beside true effects, nor clocks, which no cause at single joints imitates.
+        The less all effects together explain there, and the less it explains relative to the remaining error, the
+        likelier it imitates a cause outside the library. Where a multiple of the noise remains, it is likely at most;
+        except for servos, whose memory leaves as much of true effects, and clocks, which no single joint imitates.
         """
         before, rest = self._above_noise
         share = np.minimum(rest / np.maximum(before, 1e-24), 1.0)
@@ -86,28 +86,28 @@ class KindDiagnosis:
         if not gained.any() or (one.at.effect.rows == "tracking" and (gained > 0.0).sum() > 1):
             return 1.0  # joints that agree imitate no cause of one of them
         explained = 1.0 - float(share @ gained / gained.sum())
-        is_told = one.at.effect.rows == "tracking" or one.at.effect.site == TIMING
+        is_exempt = one.at.effect.rows == "tracking" or one.at.effect.site == TIMING
         far = rest > (LEFT_OVER_NOISE**2 - 1.0) * self._usual_error**2  # a multiple of the noise is left
-        most = 1.0 if is_told or far @ gained <= EVEN * gained.sum() else LIKELY
+        most = 1.0 if is_exempt or far @ gained <= EVEN * gained.sum() else LIKELY
         return min(most, explained / (1.0 + REST_DISCOUNT * float(rest[gained > 0.0].sum() / gained.sum())))
 
     @property
     def _usual_error(self) -> Array:
-        """Noise, or the error of arms that follow, (j,)."""
+        """Noise, or a joint's usual error, (j,)."""
         return np.asarray(np.maximum(self.enough, self.gap.noise_floor))
 
     @cached_property
     def _above_noise(self) -> tuple[Array, Array]:
-        """Squared errors without the effects and with them, less what noise alone gives, (j,) each."""
+        """Squared errors without the effects and with them, less those of noise, (j,) each."""
         counted = (np.where(self.cut, np.nan, errors) for errors in (self.before, self.after))
-        # as most runs have them: what one run alone does is no ground for doubt
+        # of most runs: an error in a single run is no reason for doubt
         usual = (medians(root_mean_squares_of_runs(errors, self.run) ** 2) for errors in counted)
         before, after = (np.nan_to_num(squares - self._usual_error**2) for squares in usual)
         return before, np.maximum(after, 0.0)
 
     @cached_property
     def _closed(self) -> Bools:
-        """Joints at which next to nothing of the gap is left, (j,)."""
+        """Joints whose gap is closed, (j,)."""
         gap = self.gap
         with np.errstate(invalid="ignore"):
             small = gap.after**2 - gap.noise_floor**2 <= LEFT_SHARE * (gap.calibrated**2 - gap.noise_floor**2)
@@ -116,7 +116,7 @@ class KindDiagnosis:
 
     @property
     def verdict(self) -> str:
-        """Of these rows."""
+        """The verdict on these rows."""
         if not self.shown and not self.has_gap.any():
             return "no_gap"
         is_closed = bool((self._closed | ~self.has_gap).all())
@@ -124,7 +124,7 @@ class KindDiagnosis:
 
     @property
     def _is_doubted(self) -> bool:
-        """Whether a cause that is not in the library is as likely as what explains most at a joint that has a gap."""
+        """Whether a cause outside the library is as likely as the main effect at a joint that has a gap."""
         none = np.array([one.none for one in self.shown])
         gained = np.nan_to_num([one.gained for one in self.shown])
         return bool((none[gained.argmax(axis=0)] >= EVEN)[self.has_gap & gained.any(axis=0)].any())

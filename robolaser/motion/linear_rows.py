@@ -13,22 +13,22 @@ from robolaser.motion.gap import less_means, root_mean_squares
 from robolaser.motion.quantities import Quantities
 
 ROUNDS = 3  # of weights and numbers
-SCALE_ROUNDS = 12  # the same where torques have a scale: masses are then read by it, and are not linear
-SIGMAS = 2.0  # by which a mass, or a moment of inertia, may come out negative
-PRIOR_SHARE = 3.0  # of what is to be explained, that one number may contribute: others would have to cancel it
+SCALE_ROUNDS = 12  # the same where torques have a scale: it multiplies masses, so they are not linear
+SIGMAS = 2.0  # by which an estimated mass or moment of inertia may be negative
+PRIOR_SHARE = 3.0  # of the values to explain, that one number may contribute: others would have to cancel it
 
 
 @final
 class LinearRows:
-    """Models of rows by least squares; all joints at once, since payloads and clocks are theirs together.
+    """Models of rows by least squares; all joints at once, since they share payloads and clocks.
 
     Args:
-        of: Rows and what columns are made of.
-        values: What is to be explained, (n, j); NaN where there is none.
+        of: Rows and the quantities for columns.
+        values: To be explained, (n, j); NaN where there is none.
         candidates: Effects that may explain it.
         used: Rows that count, (n, j) or (n, 1); all by default.
-        like: The same rows, all of them, whose worth and form hold here, too.
-        form: What models may err by besides, (j,).
+        like: The same rows, all of them, whose effective sample size and form hold here, too.
+        form: Error of the models' form, (j,).
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class LinearRows:
         self.of, self.values, self.candidates = of, values, tuple(candidates)
         self._there = np.isfinite(values) & (True if used is None else used)
         self.rows = self._there.sum(axis=0).astype(np.float64)
-        """Of each joint, (j,)."""
+        """Number of rows of each joint, (j,)."""
         self._blocks: dict[tuple[str, int], slice] = {}
         joints = range(values.shape[1])
         columns: list[Array] = []
@@ -70,9 +70,9 @@ class LinearRows:
         self.independent: Array = (
             self.rows.copy() if like is None else like.independent * self.rows / np.maximum(like.rows, 1)
         )
-        """Values that each joint's rows are worth, (j,)."""
+        """Effective sample size of each joint's rows, (j,)."""
         self.is_scaled: bool = like is not None and like.is_scaled
-        """Whether masses are read by the scales of torques: models are not linear then."""
+        """Whether scales of torques multiply masses: models are not linear then."""
         self._shapes: dict[str, int] = {}
         self._form: Array = np.hypot(IDEAL_SHARE * root_mean_squares(values), form) if like is None else like._form
 
@@ -91,25 +91,25 @@ class LinearRows:
         return A.T @ A, A.T @ y, float(y @ y)
 
     def _less_constants(self, values: Array, there: Bools | slice = slice(None)) -> Array:
-        """Less those of each run, or of all where encoders keep their zeros; torques have none then."""
+        """Values less the constants of each run, or of all where encoders keep their zeros; torques have none then."""
         if self.of.log.offset_per_series:
             return less_means(values, self.of.run[there])
         return values if self.of.kind == "torque" else less_means(values, np.zeros(len(values), dtype=np.int64))
 
     def count_memory(self) -> None:
-        """Find how much the rows are worth: from what a model with every effect leaves."""
+        """Estimate the effective sample sizes, from the residuals of a model with every effect."""
         full = [one for one in self.candidates if one.effect.name not in ("gear_ripple", "payload")]
         left = self.residuals(self.fitted(tuple(full), (0,) * len(full)))
         for joint in np.flatnonzero(self.rows > 0):
             there = self._there[:, joint]
             self.independent[joint] = independent_values(left[there, joint], self.of.run[there])
 
-    def fit(self, asked: Sequence[tuple[int, tuple[At, ...]]]) -> list[Fitted]:
+    def fit(self, requests: Sequence[tuple[int, tuple[At, ...]]]) -> list[Fitted]:
         """A model with each set of effects, each in its best shape; one search is for all joints."""
-        return [self._best(effects) for _, effects in asked]
+        return [self._best(effects) for _, effects in requests]
 
     def _best(self, effects: tuple[At, ...]) -> Fitted:
-        """The last effect's shape is looked for, those of the others were found before."""
+        """The model in the best shape of the last effect; the shapes of the others are known."""
         if not effects:
             return self.fitted((), ())
         *others, last = map(str, effects)
@@ -120,7 +120,7 @@ class LinearRows:
         return best
 
     def fitted(self, effects: tuple[At, ...], shapes: tuple[int, ...]) -> Fitted:
-        """The model with some effects, each in one of its shapes."""
+        """The model with effects in given shapes."""
         chosen = self._chosen(effects, shapes)
         squares = np.array([yy for *_, yy in self._grams])
         x, std, P, worth = np.zeros(len(chosen)), np.empty(0), np.diag(self._prior[chosen]), 0.0
@@ -138,7 +138,7 @@ class LinearRows:
         return Fitted(effects, numbers, shapes, score, squares)
 
     def _chosen(self, effects: Sequence[At], shapes: Sequence[int]) -> Ints:
-        """Columns of effects in some of their shapes."""
+        """Columns of effects in given shapes."""
         blocks = [self._blocks[str(one), shape] for one, shape in zip(effects, shapes, strict=True)]
         return np.concatenate([np.empty(0, dtype=np.int64), *(np.arange(one.start, one.stop) for one in blocks)])
 
@@ -147,12 +147,12 @@ class LinearRows:
         return self._chosen(fitted.effects, fitted.shapes), np.concatenate([np.empty(0), *fitted.numbers])
 
     def has_scaled_masses(self, fitted: Fitted) -> bool:
-        """Whether torques have a scale in a model, that its masses may be read by."""
+        """Whether a model has masses and a scale of torques that multiplies them."""
         chosen = self._chosen(fitted.effects, fitted.shapes)
         return bool(self._masses[chosen].any() and self._scales[chosen].any())
 
     def _read(self, chosen: Ints, x: Array) -> Array:
-        """Numbers as the torques of each joint show them, (j, k): masses times the scale that these are read by."""
+        """Numbers as they act on the torques of each joint, (j, k): masses times the scale of these torques."""
         return np.where(self._masses[chosen], 1.0 + (x @ (self._scales[chosen] & self.is_scaled))[:, None], 1.0) * x
 
     def _squares(self, chosen: Ints, x: Array) -> Array:
@@ -165,7 +165,7 @@ class LinearRows:
         )
 
     def _solved(self, chosen: Ints, x: Array, squares: Array) -> tuple[Array, Array, Array, Array]:
-        """Right side of a step from some numbers, information, the scaled inverse of it and the prior, its scale."""
+        """Right side of a step from given numbers, information, scaled inverse of it and the prior, and its scale."""
         weight = np.where(self.rows > 0, self.independent / np.maximum(squares, 1e-24), 0.0)
         G, b = np.zeros((len(x), len(x))), np.zeros(len(x))
         masses = self._masses[chosen]
@@ -186,28 +186,28 @@ class LinearRows:
         return within and (one.effect.least is None or bool((most >= one.effect.least(self.of, one.joint)).all()))
 
     def columns(self, at: At, shape: int) -> Array:
-        """Of an effect in one of its shapes, (n, j, k)."""
+        """Columns of an effect in one of its shapes, (n, j, k)."""
         return self._columns[:, :, self._blocks[str(at), shape]]
 
     def predicted(self, fitted: Fitted) -> Array:
-        """What a model says of all rows, (n, j), constants left out."""
+        """Prediction of a model for all rows, (n, j), without constants."""
         chosen, x = self._numbers_of(fitted)
         return np.asarray(np.einsum("njk,jk->nj", self._columns[:, :, chosen], self._read(chosen, x)))
 
     def residuals(self, fitted: Fitted, of_part: "LinearRows | None" = None) -> Array:
-        """What a model, of a part of the rows perhaps, leaves of all, (n, j), constants of runs taken off."""
+        """Residuals of all rows, (n, j), less constants of runs, by a model of all or a part of them."""
         left = np.where(np.isfinite(self.values), self.values - (of_part or self).predicted(fitted), np.nan)
         return self._less_constants(left)
 
     def deviations(self, fitted: Fitted) -> tuple[Array, ...]:
-        """Standard deviations of the numbers, by as many values as the rows are worth."""
+        """Standard deviations of the numbers, by the effective sample size."""
         chosen, x = self._numbers_of(fitted)
         _, _, inverse, scale = self._solved(chosen, x, fitted.squares)
         return of_each(fitted.effects, scale * np.sqrt(np.diag(inverse)))
 
 
 def candidates_of(of: Quantities, effects: Sequence[MotionEffect], kind: str) -> tuple[list[At], dict[str, str]]:
-    """Effects at all places where rows of a kind can show them, and why others cannot be tested."""
+    """Effects at all locations where rows of a kind can show them, and reasons why others cannot be tested."""
     if of.lacking:
         return [], {effect.name: of.lacking for effect in effects if effect.rows == kind}
     joints = [j for j in range(of.q.shape[1]) if np.isfinite(of.measured[:, j]).sum() > 1]

@@ -11,15 +11,15 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.robot.kinematics import Robot
 
 QUANTITIES = ("command", "q", "qd", "tau", "load")
-"""What is recorded of a joint, as far as it is."""
+"""Quantities of a joint that a log may have."""
 OTHER_UNIT = 5.0
-"""Times what is expected, or its reciprocal, from which on a quantity is likely to have another unit. A judgement."""
+"""Factor to the expected size, or its reciprocal, that suggests another unit of a quantity. A judgement."""
 ENCODER_RAD = 2e-5
 """Noise of a good arm's encoder, where no resolution is stated. A judgement."""
 PAUSE_S = 1.0
-"""Without rows for so long, nothing is known of what the arm did."""
+"""Gap between rows [s] from which the arm's motion counts as unknown."""
 HOLE_S, LOST_ROWS = 0.2, 2.5
-"""Without rows for so long, and for so many usual steps, commands are not between those around. A judgement."""
+"""Gap between rows [s], and in usual steps, across which commands are not interpolated. A judgement."""
 
 
 @final
@@ -32,7 +32,7 @@ class MotionLog:
     series: tuple[str, ...]  # names of the runs
     run: Ints  # the run of each row, (n,); rows of one run stand together, in the order of time
     time_s: Array  # from the beginning of each run, (n,) [s]
-    command: Array  # what each joint was told, (n, j) [rad]
+    command: Array  # of each joint, (n, j) [rad]
     q: Array  # the arm's own encoder, (n, j) [rad]
     qd: Array  # joint velocities as recorded, (n, j) [rad/s]
     tau: Array  # joint torques, (n, j) [Nm or A]
@@ -40,7 +40,7 @@ class MotionLog:
     torque_unit: str = "Nm"
     torque_signed: bool = True
     offset_per_series: bool = False  # encoders' zeros differ from run to run
-    encoder_step_rad: float | None = None  # what a reading is rounded to
+    encoder_step_rad: float | None = None  # resolution of a reading
     payload_kg: Mapping[str, float] = field(default_factory=dict)  # by run
     notes: Mapping[str, Any] = field(default_factory=dict)  # further keys of [motion]
     source: str = ""
@@ -53,7 +53,7 @@ class MotionLog:
         return len(self.time_s)
 
     def __repr__(self) -> str:
-        """In a few words."""
+        """A short description."""
         return (
             f"<MotionLog {self.name}: robot {self.robot.name}, {len(self)} rows in {len(self.series)} series"
             f" of {len(self.joints)} joints>"
@@ -77,7 +77,7 @@ class MotionLog:
 
     @cached_property
     def has_signs(self) -> bool:
-        """Whether torques have a sign: it is not said that they have none, and of several joints some are negative."""
+        """Whether torques have a sign: none is stated to be missing, and of several joints some are negative."""
         several = self.tau[:, self.has("tau")]
         return self.torque_signed and (several.shape[1] < 2 or bool(np.nanmin(several) < 0.0 or not several.any()))
 
@@ -88,7 +88,7 @@ class MotionLog:
 
     @cached_property
     def pieces(self) -> tuple[slice, ...]:
-        """The same between holes, however short, that commands cannot be guessed across."""
+        """The same between all gaps across which commands cannot be interpolated."""
         return self._between(self._hole_s)
 
     def _between(self, most_s: float) -> tuple[slice, ...]:
@@ -106,9 +106,9 @@ class MotionLog:
         return float(np.median(steps)) if len(steps) else 0.0
 
     def evened(self) -> tuple["MotionLog", Ints]:
-        """The same with rows where some were lost, and where its own stand in that, (n,).
+        """The same with rows in place of lost ones, and the indices of the recorded rows in it, (n,).
 
-        Commands that are missing are between those around; what was read there is not held against them.
+        Missing commands are interpolated; readings there are not compared with them.
         """
         steps = np.diff(self.time_s)[np.diff(self.run) == 0]
         usual = max(float(np.quantile(steps, 0.25)), self.step_s / 4.0, 1e-4) if len(steps) else 1.0
@@ -124,16 +124,16 @@ class MotionLog:
         log = replace(self, run=self.run[there], time_s=time_s, **arrays)
         for rows in log.pieces:
             time = time_s[rows]
-            for told, read in zip(arrays["command"][rows].T, arrays["q"][rows].T, strict=True):
-                known = np.isfinite(told)
+            for command, read in zip(arrays["command"][rows].T, arrays["q"][rows].T, strict=True):
+                known = np.isfinite(command)
                 if known.any():
                     read[~known] = np.nan
-                    told[:] = np.interp(time, time[known], told[known])
+                    command[:] = np.interp(time, time[known], command[known])
         return log, place
 
     @cached_property
     def as_read(self) -> "MotionLog":
-        """The same without readings that only repeat the row above while their joint moves: they are older."""
+        """The same without readings that only repeat the row above while their joint moves: these are older."""
         return self.less_repeated("q", "tau", "load")
 
     def less_repeated(self, *quantities: str) -> "MotionLog":
@@ -149,17 +149,17 @@ class MotionLog:
         return np.asarray(np.isfinite(getattr(self, quantity)).sum(axis=0) > 1)
 
     def of_rows(self, chosen: Bools) -> "MotionLog":
-        """The same log with only the chosen rows, (n,); runs that lose all of theirs are gone."""
+        """The log of the chosen rows, (n,), without runs that have none of them."""
         left, run = np.unique(self.run[chosen], return_inverse=True)
         arrays = {name: getattr(self, name)[chosen] for name in (*QUANTITIES, "time_s")}
         return replace(self, series=tuple(self.series[i] for i in left), run=run.astype(np.int64), **arrays)
 
 
 def _repeated(values: Array, run: Ints) -> Bools:
-    """Which values (n,) are only held from the row above, (n,): none, but where most are between two large jumps.
+    """Which values (n,) only repeat the row above, (n,): none, unless most are between two large jumps.
 
-    Readings that are rounded repeat, too, where a joint is slow, but not between jumps that are larger than most; those
-    of a joint that sticks and slips do, but not for the same number of rows.
+    Rounded readings of a slow joint repeat, too, but not between jumps that are larger than most; so do those of
+    a joint that sticks and slips, but not for the same number of rows.
     """
     first = np.flatnonzero(np.append(True, (values[1:] != values[:-1]) | (run[1:] != run[:-1])))
     jumps = np.abs(np.diff(values[first]))
@@ -174,7 +174,7 @@ def _repeated(values: Array, run: Ints) -> Bools:
 
 
 def filled(values: Array) -> Array:
-    """Values with gaps filled by the last one before, or else the first, (n, j)."""
+    """Values with gaps filled by the last value before them, or else the first, (n, j)."""
     if np.isfinite(values).all():
         return values
     out = values.copy()

@@ -1,4 +1,4 @@
-"""Torques that do not mean what the log says: in another unit, of the opposite sign, or under another gravity."""
+"""Misread torques: in another unit, of the opposite sign, or under another gravity than the log states."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,9 +20,9 @@ from robolaser.motion.quantities import Quantities, quantities
 from robolaser.motion.selection import Estimate, SelectedEffect
 
 SAME_SIZE = 0.1
-"""Share by which gravity that is found may differ from the stated one in size: what differs by more are masses. A
+"""Share by which the estimated gravity may differ from the stated one in size: a larger difference is one of masses. A
 judgement."""
-ROUNDS = 10  # of common numbers by the weights of joints, and of these by them
+ROUNDS = 10  # that alternate between common numbers and weights of joints
 OPPOSITE = replace(
     TORQUE_CONSTANT, form="opposite", clause="torques have the wrong sign: read as their opposites they fit",
     remedy="Correct the sign of the torques, or the joint's axis in the URDF.",
@@ -32,58 +32,58 @@ AGAINST = replace(
     remedy="Turn the joint's axis round in the URDF, or the signs of its angles and torques in the log.",
 )  # fmt: skip
 PER_NM = {"mNm": 1000.0, "Ncm": 100.0}
-"""Units in which servos give torques, in a Newton metre."""
+"""Units in which servos give torques, per Newton metre."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class MisreadTorques:
-    """How torques seem to be meant."""
+    """A reading of torques that may be the intended one."""
 
-    factor: Array  # of those of each joint, (j,)
-    side: Array  # of each joint's angles, (j,): -1 where it turns against its axis
+    factor: Array  # on each joint's torques, (j,)
+    side: Array  # sign of each joint's angles, (j,): -1 where it turns against its axis
     gravity: Array  # in the base frame, (3,) [m/s²]
-    read: tuple[tuple[At, dict[str, Estimate]], ...]  # what is misread, and its numbers
-    left: Array  # of each joint's torques, beside friction and a scale, (j,) [Nm]
-    before: Array = field(default_factory=lambda: np.empty(0))  # as they are read, less the rigid arm's, (n, j) [Nm]
-    doubted: frozenset[str] = frozenset()  # what another way that fits as well does without
-    rivals: tuple[At, ...] = ()  # what that has in its place
+    read: tuple[tuple[At, dict[str, Estimate]], ...]  # the misreadings, each with its numbers
+    left: Array  # residuals of each joint's torques after friction and a scale, (j,) [Nm]
+    before: Array = field(default_factory=lambda: np.empty(0))  # less those of the rigid arm, (n, j) [Nm]
+    doubted: frozenset[str] = frozenset()  # misreadings that another reading does without
+    rivals: tuple[At, ...] = ()  # the misreadings that it has instead
 
     @property
     def names(self) -> frozenset[str]:
-        """Of what is misread."""
+        """Names of the misreadings."""
         return names_of(at for at, _ in self.read)
 
     def of(self, log: MotionLog) -> MotionLog:
-        """A log whose torques are read so."""
+        """The log with its torques read so."""
         turned = {name: self.side * getattr(log, name) for name in ("command", "q", "qd", "load")}
         return replace(log, tau=self.factor * log.tau, robot=log.robot.under(self.gravity), **turned)
 
     def restated(self, part: KindDiagnosis) -> KindDiagnosis:
-        """Torques that are read otherwise, with the errors of the log as it is, and their reading for what is found."""
+        """A diagnosis with the errors of the log as recorded, and the misreadings as its findings."""
         size = root_mean_squares(self.before)
         gained = np.nan_to_num(np.maximum(size**2 - part.gap.after**2, 0.0))
         without = Fitted((), (), (), np.inf, gained)
         found = []
         for at, numbers in self.read:
             sure, rivals = (EVEN, self.rivals) if str(at) in self.doubted else (MISREAD, ())
-            told = _beside(numbers, part.findings, at)
-            found.append(SelectedEffect(at, sure, 1.0 - sure, without, rivals, told, gained))
+            estimates = _with_scale(numbers, part.findings, at)
+            found.append(SelectedEffect(at, sure, 1.0 - sure, without, rivals, estimates, gained))
         gap = replace(part.gap, nominal=size, calibrated=size)
         return replace(part, gap=gap, before=self.before, findings=tuple(found))
 
 
-def _beside(numbers: dict[str, Estimate], findings: Sequence[SelectedEffect], at: At) -> dict[str, Estimate]:
-    """Numbers of what is misread; a scale of the same torques is one number with it."""
+def _with_scale(numbers: dict[str, Estimate], findings: Sequence[SelectedEffect], at: At) -> dict[str, Estimate]:
+    """Numbers of a misreading, whose factor includes the scale found for the same torques."""
     scale = next((one.numbers["factor"] for one in findings if one.at.pair == at.pair), None)
     times = 1.0 + numbers["factor"][0] if "factor" in numbers else 1.0
     return {"factor": (times * (1.0 + scale[0]) - 1.0, abs(times) * scale[1], "")} if scale else numbers
 
 
 def misread(log: MotionLog) -> MisreadTorques | None:
-    """How torques seem to be meant; None where that is as they are read, or where nothing explains them.
+    """The most likely reading of torques; None where that is the log's, or where no reading explains them.
 
-    Each joint's are held against the rigid arm's, beside friction: of either sign, and under any gravity.
+    Each joint's torques, with friction, are compared with the rigid arm's: of either sign, under any gravity.
     """
     of = quantities(log.as_read, "torque")
     if of.lacking:
@@ -119,15 +119,13 @@ def misread(log: MotionLog) -> MisreadTorques | None:
 
 
 def _fitting(ways: Iterable[MisreadTorques], as_read: Array) -> list[MisreadTorques]:
-    """Those that fit some joint far better than torques as they are read, and none far worse."""
+    """Readings that fit some joint far better than the log's, and none far worse."""
     return [way for way in ways if (FALLS * way.left <= as_read).any() and (way.left <= BEST * as_read).all()]
 
 
 def follows_rigid_arm(of: Quantities) -> float:
-    """Factor between torques and those of the rigid arm, beside friction; 1 where they have not most in common."""
-    pairs = [
-        _beside_friction(of, j, np.stack([of.measured[:, j], of.rigid[:, j]], axis=1)) for j in range(of.q.shape[1])
-    ]
+    """Factor of torques to the rigid arm's, friction apart; 1 where these do not explain most of them."""
+    pairs = [_less_friction(of, j, np.stack([of.measured[:, j], of.rigid[:, j]], axis=1)) for j in range(of.q.shape[1])]
     read, rigid = np.concatenate(pairs).T
     both, squares = float(read @ rigid), float(rigid @ rigid)
     return both / squares if both**2 > EVEN * squares * float(read @ read) > 0.0 else 1.0
@@ -138,7 +136,7 @@ def _times(of: Quantities, factor: Array | float) -> Quantities:
 
 
 def _unit(of: Quantities) -> str:
-    """The unit that torques are in, where it is not Nm and all but a payload's share is explained so; else ""."""
+    """The unit of the torques, if it is not Nm and explains all but a payload's share; else ""."""
     if 1.0 / OTHER_UNIT < abs(follows_rigid_arm(of)) < OTHER_UNIT:
         return ""
     left = {}
@@ -153,7 +151,7 @@ def _unit(of: Quantities) -> str:
 
 
 def _ways(of: Quantities, loaded: Quantities) -> Iterator[MisreadTorques]:
-    """Signs, without and with a payload, and gravity that may be meant: one, the other, and both."""
+    """Possible readings: other signs, without and with a payload, other gravity, and both."""
     stated, same = np.array(of.log.robot.gravity), np.ones(of.q.shape[1])
     for seen in (of, loaded):
         signs = _signs(seen)
@@ -170,7 +168,7 @@ def _ways(of: Quantities, loaded: Quantities) -> Iterator[MisreadTorques]:
 
 
 def _against(of: Quantities) -> Iterator[MisreadTorques]:
-    """Joints that may turn the other way."""
+    """Readings with joints that turn the other way."""
     for side in 1.0 - 2.0 * np.eye(of.q.shape[1]):
         turned = quantities(replace(of.log, q=side * of.log.q, load=side * of.log.load), "torque")
         turned = _loaded(replace(turned, measured=of.measured))
@@ -178,7 +176,7 @@ def _against(of: Quantities) -> Iterator[MisreadTorques]:
 
 
 def _loaded(of: Quantities) -> Quantities:
-    """With a payload where torques are as with one; where in the hand, a joint of the wrong sign would tell wrongly."""
+    """Quantities with a payload if torques show one; not its centre, which a joint of the wrong sign would falsify."""
     mass = of.payload()[..., :1]
     return replace(of, rigid=of.rigid + mass @ _common(of, mass)[0])
 
@@ -188,7 +186,7 @@ def _way(of: Quantities, signs: Array, side: Array, gravity: Array) -> MisreadTo
     read: list[tuple[At, dict[str, Estimate]]] = [
         (At(AGAINST, names[j], j), {"factor": (-2.0, np.nan, "")}) for j in np.flatnonzero(side < 0.0).tolist()
     ]
-    # an axis that is turned round turns the sign of its torque with it
+    # reversing an axis reverses the sign of its torque
     where = [At(OPPOSITE, names[j], j) for j in np.flatnonzero(signs * side < 0.0).tolist()]
     where = [At(replace(OPPOSITE, site=JOINTS), JOINTS, 0)] if len(where) == len(names) else where
     read += [(at, {"factor": (-2.0, np.nan, "")}) for at in where]
@@ -208,10 +206,10 @@ def _way(of: Quantities, signs: Array, side: Array, gravity: Array) -> MisreadTo
 
 
 def _left(of: Quantities) -> Array:
-    """What friction and a scale that is not negative leave of the torques of each joint, (j,) [Nm]."""
+    """Residuals of each joint's torques after friction and a scale that is not negative, (j,) [Nm]."""
     left = np.ones(of.q.shape[1])
     for joint in range(len(left)):
-        torques = _beside_friction(of, joint, np.stack([of.measured[:, joint], of.rigid[:, joint]], axis=1))
+        torques = _less_friction(of, joint, np.stack([of.measured[:, joint], of.rigid[:, joint]], axis=1))
         if len(torques):
             read, rigid = torques.T
             scale = max(0.0, float(rigid @ read) / max(float(rigid @ rigid), np.finfo(float).tiny))
@@ -219,8 +217,8 @@ def _left(of: Quantities) -> Array:
     return np.maximum(left, np.finfo(float).eps)
 
 
-def _beside_friction(of: Quantities, joint: int, columns: Array) -> Array:
-    """Columns (n, k) at the rows that have a torque, less what friction explains of them."""
+def _less_friction(of: Quantities, joint: int, columns: Array) -> Array:
+    """Columns (n, k) at the rows that have a torque, less their fit by friction."""
     there = np.isfinite(of.measured[:, joint])
     direction = of.direction[there, joint]
     friction = np.stack([direction, of.speed[there, joint]], axis=1)
@@ -228,20 +226,20 @@ def _beside_friction(of: Quantities, joint: int, columns: Array) -> Array:
 
 
 def _signs(of: Quantities) -> Array:
-    """Of each joint's torques, (j,): -1 where the other one fits, at all where it does wherever torques say any."""
+    """Signs of each joint's torques, (j,): -1 where the opposite fits; at all joints if it fits all known ones."""
     as_read, turned = _left(of), _left(_times(of, -1.0))
     wrong, right = FALLS * turned <= as_read, FALLS * as_read <= turned
     return np.where(wrong | (wrong.sum() > 1 and not right.any()), -1.0, 1.0)
 
 
 def _common(of: Quantities, columns: Array) -> tuple[Array, Array]:
-    """Numbers of columns (n, j, k) by which torques differ from the rigid arm's, (k,), and what they leave, (n, j).
+    """Numbers of columns (n, j, k) by which torques differ from the rigid arm's, (k,), and residuals, (n, j).
 
-    Beside friction; joints that fit badly count little.
+    Friction apart; joints that fit badly count little.
     """
     there = np.isfinite(of.measured)
     rows = [
-        _beside_friction(of, j, np.column_stack([columns[:, j], of.measured[:, j] - of.rigid[:, j]]))
+        _less_friction(of, j, np.column_stack([columns[:, j], of.measured[:, j] - of.rigid[:, j]]))
         for j in range(of.q.shape[1])
     ]
     change, left = np.zeros(columns.shape[2]), [each[:, -1] for each in rows]
@@ -257,11 +255,11 @@ def _common(of: Quantities, columns: Array) -> tuple[Array, Array]:
 
 
 def _other_gravity(of: Quantities, pulls: Array) -> Array | None:
-    """The gravity that explains the torques of all joints best, where it is another one of the stated size, (3,).
+    """The gravity that explains the torques of all joints best, if it is another one of the stated size, (3,).
 
     Args:
         of: Torques.
-        pulls: Those of gravity along each axis, (n, j, 3).
+        pulls: Torques of gravity along each axis, (n, j, 3).
     """
     stated = np.array(of.log.robot.gravity)
     size = float(np.linalg.norm(stated))

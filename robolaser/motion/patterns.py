@@ -1,4 +1,4 @@
-"""Patterns of errors over what an arm does: what has one has a cause, and noise has none."""
+"""Patterns of errors over an arm's motion: an error with a pattern has a cause, and noise has none."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,11 +13,11 @@ from robolaser.motion.evidence import BY_CHANCE, independent_values
 BINS = 12
 """Ranges of a coordinate, each with as many rows. A judgement."""
 FINE = 4 * BINS
-"""Of a joint's own posture, over which gears and motors have waves. A judgement."""
+"""Ranges of a joint's posture, over which gears and motors have waves. A judgement."""
 LEAST_SHOWN = 0.05
-"""Of the squares that are left, that a coordinate must explain to be named. A judgement."""
+"""Share of the residual squares that a coordinate must explain to be named. A judgement."""
 HIDDEN = 0.2
-"""Of what is left, that patterns may explain unseen where errors count as noise. A judgement."""
+"""Share of the residual squares that undetected patterns may explain where errors count as noise. A judgement."""
 
 
 @final
@@ -27,8 +27,8 @@ class Patterns:
 
     run: Ints  # of each row, (n,)
     time_s: Array  # of each row, (n,) [s]
-    posture: Array  # where joints were sent, or are, (n, j) [rad]
-    load: Array  # torque that gravity, or the rigid arm, puts on them, (n, j) [Nm]
+    posture: Array  # commanded or measured angles, (n, j) [rad]
+    load: Array  # torque of gravity, or of the rigid arm, (n, j) [Nm]
     size_by_speed_only: bool = False  # the noise of torques is that of accelerations: by inertia, and so by posture
 
     def coordinate(self, left: Array, joint: int) -> str:
@@ -44,11 +44,10 @@ class Patterns:
         return best if shares[best] > LEAST_SHOWN else ""
 
     def is_noise(self, left: Array, joint: int) -> bool:
-        """Whether neither residuals (n,) of a joint nor their sizes depend on what any joint does, nor on the time.
+        """Whether neither residuals (n,) of a joint nor their sizes depend on any joint's motion, nor on the time.
 
-        In as many independent values as correlated ones are worth, the shares that means over ranges explain are as
-        chi-square has them, of all coordinates together. Where a fifth of what is left would not be seen, it is not
-        known.
+        With the effective sample size, the shares that means over ranges explain follow chi-square, over all
+        coordinates together. False where a pattern with a fifth of the residuals would not be detected.
         """
         there = np.isfinite(left)
         size = np.abs(left[there]) - np.abs(left[there]).mean()
@@ -63,7 +62,7 @@ class Patterns:
         return bool(len(found) * max(hidden) < BY_CHANCE < len(found) * min(found))
 
     def _rate(self, values: Array) -> Array:
-        """How fast values (n, j) change along time [1/s]."""
+        """Derivatives of values (n, j) by time [1/s]."""
         return np.asarray(np.gradient(values, axis=0) / np.maximum(np.gradient(self.time_s), 1e-6)[:, None])
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What motions could tell, by their commands alone: the size from which an effect shows, and what looks like it."""
+"""Detection limits of motions, by their commands alone: the least visible size of an effect, and its rivals."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,53 +20,53 @@ from robolaser.motion.selection import INDISTINGUISHABLE, WORTH_ADDING
 from robolaser.motion.tracking import TrackingRows
 
 MEMORY_S = 5.0
-"""From one independent value to the next: residuals of a real hobby arm have a memory of 0.1 to 12 s."""
+"""Time between independent values: residuals of a real hobby arm have a memory of 0.1 to 12 s."""
 TRACKED_RAD = 2e-4
-"""What a model of a servo leaves of a good arm, where no resolution is stated. A judgement."""
+"""Residual of a good arm's servo model, where no resolution is stated. A judgement."""
 SIZES = np.geomspace(0.003, 30.0, 21)
-"""That are tried, in usual ones, or shares of the fastest command in reverse."""
+"""Tried sizes, in usual sizes, or reversed, as shares of the fastest command."""
 SHOWS = 1.28
-"""Standard deviations above the price of an effect, at which it is found nine times in ten."""
+"""Standard deviations above an effect's penalty, at which it is found nine times in ten."""
 BETWEEN = (0.75, 1.33)
-"""Factors on a signature that is not linear in its size, which the next sizes that are tried do not bring."""
+"""Factors on a signature that is not linear in its size, between the tried sizes."""
 NONLINEAR = ("dead_time", "clock_shift", "lag", "dead_zone", "play", "speed_limit")
 UNPLANNED = ("range_limit", "gear_ripple")
-"""Effects that commands say nothing of: where a limit is, and how often a gear's error comes."""
+"""Effects that commands do not predict: the position of a limit, and the period of a gear's error."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class _Signatures:
-    """What an effect does to the rows of each joint, at each size, and what it is held against."""
+    """Errors by an effect in the rows of each joint, at each size."""
 
     at: At
-    number: int  # the one that varies, the first that acts
-    sizes: Array  # ever more of it, (s,)
+    number: int  # index of the varied number, the first that acts
+    sizes: Array  # increasing, (s,)
     of: Sequence[Mapping[int, Array]]  # errors of the rows of each joint by each number, (n, k), at each size
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class MotionLimit:
-    """From which size an effect shows in some motions, and what it then looks like."""
+    """The least size at which some motions show an effect, and its rivals there."""
 
     at: At
     number: Number  # the first that acts in these motions
-    size: float | None  # of it; None: it never does
-    alike: tuple[At, ...]  # that the motions do not tell from it at twice that size
+    size: float | None  # None: no size is visible
+    alike: tuple[At, ...]  # indistinguishable in these motions at twice that size
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class MotionPlan:
-    """What motions could tell."""
+    """Detection limits of some motions."""
 
     log: MotionLog
     limits: tuple[MotionLimit, ...]
     untestable: Mapping[str, str]
 
     def to_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """The output of `--json`."""
         return {
             "dataset": self.log.name,
             "kind": "motion",
@@ -87,7 +87,7 @@ class MotionPlan:
 
 
 def plan_motion(log: MotionLog) -> MotionPlan:
-    """Say which effects the motions of a log could show, whatever was read in them.
+    """Determine which effects the motions of a log could show, whatever the readings.
 
     Args:
         log: With commands; torques are taken as recorded, and a second encoder where the log has one.
@@ -97,15 +97,15 @@ def plan_motion(log: MotionLog) -> MotionPlan:
     """
     if not log.has("command").any():
         raise DataError("There is nothing to plan: motion.csv has no column command_<joint>.", file="motion.csv")
-    told = _followed(log)
-    rows, found = TrackingRows(told), []
+    ideal = _followed(log)
+    rows, found = TrackingRows(ideal), []
     candidates, untestable = rows.candidates(MOTION_EFFECTS)
     for at in (at for of_joint in candidates for at in of_joint):
         if not at.effect.form and at.effect.name not in UNPLANNED:
-            sizes = _sizes(at, told)
+            sizes = _sizes(at, ideal)
             of = [{at.joint: errors[:, None]} for errors in rows.errors_of(at, sizes)]
             found.append(_Signatures(at, 0, sizes, of))
-    seconds = sum(told.time_s[part.stop - 1] - told.time_s[part.start] for part in told.rows_of_runs)
+    seconds = sum(ideal.time_s[part.stop - 1] - ideal.time_s[part.start] for part in ideal.rows_of_runs)
     values = max(1.0, seconds / MEMORY_S)
     step = (log.encoder_step_rad or 0.0) / np.sqrt(12.0)
     same = np.ones(len(log.joints))
@@ -114,7 +114,7 @@ def plan_motion(log: MotionLog) -> MotionPlan:
         if kind == "load" and not log.has("load").any():
             untestable |= {one.name: "no encoder behind the gear" for one in MOTION_EFFECTS if one.rows == kind}
             continue
-        of_kind = quantities(told if kind == "torque" else replace(told, tau=np.full_like(told.q, np.nan)), kind)
+        of_kind = quantities(ideal if kind == "torque" else replace(ideal, tau=np.full_like(ideal.q, np.nan)), kind)
         found, missing = _linear(of_kind, kind)
         untestable |= missing
         model = np.maximum(follows_nm(of_kind.rigid), LEAST_NM)
@@ -129,10 +129,10 @@ def plan_motion(log: MotionLog) -> MotionPlan:
 
 
 def _followed(log: MotionLog) -> MotionLog:
-    """The log of an ideal arm that is told the same."""
-    told = log.has("command")
-    q = np.where(told, filled(log.command), np.nan_to_num(medians(log.q)))
-    command = np.where(told, q, np.nan)
+    """The log of an ideal arm with the same commands."""
+    has = log.has("command")
+    q = np.where(has, filled(log.command), np.nan_to_num(medians(log.q)))
+    command = np.where(has, q, np.nan)
     return replace(log, command=command, q=q, tau=np.zeros_like(q), load=q.copy(), torque_unit="Nm", torque_signed=True)
 
 
@@ -145,7 +145,7 @@ def _sizes(at: At, log: MotionLog) -> Array:
 
 
 def _linear(of: Any, kind: str) -> tuple[list[_Signatures], dict[str, str]]:
-    """Of rows that are linear in numbers."""
+    """Signatures in rows that are linear in numbers."""
     candidates, missing = candidates_of(of, MOTION_EFFECTS, kind)
     candidates = [at for at in candidates if at.effect.name not in UNPLANNED]
     rows = LinearRows(of, of.measured, candidates)
@@ -165,13 +165,13 @@ def _linear(of: Any, kind: str) -> tuple[list[_Signatures], dict[str, str]]:
 
 
 def _limits(found: Sequence[_Signatures], noise: Array, follows: Array, values: float) -> list[MotionLimit]:
-    """Of all effects on rows of one kind.
+    """Limits of all effects on rows of one kind.
 
     Args:
-        found: What each does.
-        noise: Of each joint's rows, (j,).
-        follows: Error up to which a joint follows its model as arms do, (j,).
-        values: What the rows of a joint are worth.
+        found: Their signatures.
+        noise: By joint, (j,).
+        follows: Usual error of each joint, (j,).
+        values: Effective sample size of a joint's rows.
     """
 
     def gain(errors: Mapping[int, Array]) -> float:
@@ -206,14 +206,14 @@ def _is_gap(errors: Mapping[int, Array], follows: Array) -> bool:
 
 
 def _crossing(sizes: Array, gains: Array, at: int, enough: float) -> float:
-    """Size at which a gain is enough, between two that were tried."""
+    """Size of a sufficient gain, between two tried sizes."""
     if at == 0 or gains[at - 1] == 0.0:
         return float(sizes[at])
     return float(np.interp(np.log(enough), np.log(gains[at - 1 : at + 1]), sizes[at - 1 : at + 1]))
 
 
 def _rests(errors: Mapping[int, Array], other: _Signatures) -> list[Mapping[int, Array]]:
-    """What another effect, at any size, leaves of errors."""
+    """Residuals of errors after another effect, at each of its sizes."""
     joints = [joint for joint in errors if joint in other.of[0]]
     if not joints:
         return [errors]

@@ -1,4 +1,4 @@
-"""What columns of rows that are linear in numbers are made of: speeds, directions, torques of the rigid arm."""
+"""Quantities for the columns of linear rows: speeds, directions, torques of the rigid arm."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -13,22 +13,22 @@ from robolaser.motion.gap import medians, root_mean_squares
 from robolaser.motion.log import MotionLog
 from robolaser.robot.kinematics import Robot
 
-SMOOTHED_S = 0.12  # width of the parabolas that velocities and accelerations are read from
+SMOOTHED_S = 0.12  # width of the parabolas for velocities and accelerations
 EDGE_S = 0.4  # at the ends of a run, where a recorder's own filter has edges
 STANDS_RAD_S = 0.01  # below about this speed the direction of motion is not known
-SPANS_RAD = 0.02  # range of readings of a joint, from which on it moves by more than noise
+SPANS_RAD = 0.02  # range of a joint's readings that is motion rather than noise
 LEAST_NM = 1e-6  # smaller torques are none
-TURNS_RAD = 1e-3  # by which a joint has turned back, and no noise has: its gear bears on the other side
+TURNS_RAD = 1e-3  # reversal, more than noise, after which a joint's gear bears on the other side
 MOST_ROWS = 6_000
 INERTIA_ROWS = 50
 JERKS = 9.0  # times the median size: six standard deviations
-MISSES = 1.5  # times the usual step, from which on rows are missing
+MISSES = 1.5  # multiple of the usual step at which rows are missing
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Quantities:
-    """What columns are made of, at the rows that are used, (n, j) each."""
+    """Quantities at the used rows, (n, j) each."""
 
     log: MotionLog
     rows: Ints  # of the log, (n,)
@@ -37,14 +37,14 @@ class Quantities:
     q: Array
     speed: Array
     acceleration: Array
-    rigid: Array  # torques of the URDF's rigid arm with the payload that is stated, at the flange's origin [Nm]
-    measured: Array  # what the rows hold, NaN where nothing was recorded
+    rigid: Array  # torques of the URDF's rigid arm with the stated payload at the flange's origin [Nm]
+    measured: Array  # values of the rows, NaN where nothing was recorded
     torque_noise: Array  # of `rigid`, from the readings that accelerations are computed from, (j,) [Nm]
     kind: str = "torque"  # of the rows
 
     @property
     def lacking(self) -> str:
-        """Why there are no rows; "" where there are some."""
+        """Reason why there are no rows; "" where there are some."""
         if len(self.q):
             return ""
         unread = [name for name, read in zip(self.log.joints, self.log.has("q"), strict=True) if not read]
@@ -52,16 +52,16 @@ class Quantities:
             return f"there are no readings of {', '.join(unread)}, and torques depend on all joints"
         longest = max(float(np.ptp(self.log.time_s[rows])) for rows in self.log.stretches)
         short = "no series is longer than a second, too short for velocities"
-        return short if longest <= 1.0 else "the arm stands, or jerks, in all rows"
+        return short if longest <= 1.0 else "the arm stands still, or jerks, in all rows"
 
     @property
     def direction(self) -> Array:
-        """Of motion, -1 to 1, 0 at rest."""
+        """Direction of motion, -1 to 1, 0 at rest."""
         return np.tanh(self.speed / STANDS_RAD_S)
 
     @cached_property
     def approach(self) -> Array:
-        """Side from which each joint came where it is, -1 to 1, also at rest; 0 until the first motion of a run."""
+        """Direction of each joint's last motion, -1 to 1, also at rest; 0 until the first motion of a run."""
         ahead, joints = np.empty_like(self.log.q), self.log.q.shape[1]
         for rows in self.log.rows_of_runs:
             ahead[rows] = play(self.log.q[rows].T, np.zeros(joints), np.full(joints, TURNS_RAD)).T
@@ -91,12 +91,12 @@ class Quantities:
 
     @cached_property
     def masses(self) -> Array:
-        """What each joint carries by the URDF, (j,) [kg]."""
+        """Mass on each joint by the URDF, (j,) [kg]."""
         return self.log.robot.carried(self.q[:1])[0]
 
     @cached_property
     def reach(self) -> float:
-        """How far the flange was from the base at most [m]."""
+        """Largest distance of the flange from the base [m]."""
         return float(np.linalg.norm(self.log.robot.forward(self.q)[:, :3, 3], axis=1).max(initial=0.0))
 
     def payload(self) -> Array:
@@ -107,7 +107,7 @@ class Quantities:
 
 
 def quantities(log: MotionLog, kind: str) -> Quantities:
-    """What the rows of a kind hold, torques or differences of encoders, and what it may depend on: all joints."""
+    """The rows of a kind, torques or differences of encoders, with the quantities of all joints for their columns."""
     read = np.asarray(np.isfinite(log.q).all(axis=1))
     if read.any():
         log = log.of_rows(read)
@@ -171,7 +171,7 @@ def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
 def _along_stamps(time_s: Array, q: Array, step_s: float) -> tuple[Array, Array, Array]:
     """Values and derivatives at time zero of the cubics through readings (n, w, j) at times (n, w), (n, j) each.
 
-    NaN where they span twice the time that as many even steps take: there a cubic knows nothing of what is between.
+    NaN where they span twice the time of as many even steps: a cubic does not know the motion between these.
     """
     width = q.shape[1]
     reach = 0.5 * (width - 1) * step_s
@@ -182,19 +182,19 @@ def _along_stamps(time_s: Array, q: Array, step_s: float) -> tuple[Array, Array,
 
 
 def smoothed_rows(step_s: float) -> int:
-    """How many rows are smoothed over."""
+    """Number of rows in a parabola."""
     return 2 * round(SMOOTHED_S / max(step_s, 1e-4) / 2) + 1
 
 
 def _jerks(rough: Array, width: int) -> Bools:
-    """Rows near which some joint moves faster than a parabola follows, (n,): it sticks and slips."""
+    """Rows at which some joint moves too fast for a parabola, (n,): it sticks and slips."""
     size = np.abs(rough)
     jerk = (size > JERKS * medians(size)).any(axis=1)
     return np.convolve(jerk, np.ones(width), "same") > 0.5
 
 
 def _torque_noise(robot: Robot, q: Array, noise: Array) -> Array:
-    """Of the rigid arm's torques, (j,), where accelerations have noise, (j,)."""
+    """Noise of the rigid arm's torques, (j,), by that of accelerations, (j,)."""
     some = q[:: max(1, len(q) // INERTIA_ROWS)]
     still, arm = np.zeros_like(some), robot.by_pinocchio
     rest = arm.inverse_dynamics(some, still, still)
@@ -211,12 +211,12 @@ def at_joint(of: Quantities, joint: int, values: Array) -> Array:
 
 
 def of_joint(values: Callable[[Quantities], Array]) -> Callable[[Quantities, int], Sequence[Array]]:
-    """The columns of an effect of one number: what a quantity (n, j) is at its joint."""
+    """The columns of an effect with one number: a quantity (n, j) at its joint."""
     return lambda of, joint: [at_joint(of, joint, values(of)[:, joint])]
 
 
 def hardly_moves(of: Quantities, joint: int) -> str:
-    """Why an effect cannot be tested on a joint: it has to move."""
+    """Reason why an effect cannot be tested on a joint: it has to move."""
     return "" if of.moves[joint] else "the joint hardly moves"
 
 

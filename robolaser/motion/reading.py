@@ -59,7 +59,7 @@ class MotionFile:
 
 
 def is_motion(folder: str | Path) -> bool:
-    """Whether a folder's dataset.toml says that it holds a log of a moving arm; False where that cannot be read."""
+    """Whether a folder's dataset.toml declares a log of a moving arm; False where it cannot be read."""
     file = Path(folder) / FILE
     if not file.is_file():
         return False
@@ -75,7 +75,7 @@ def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
 
     Args:
         folder: Holds dataset.toml with kind = "motion", and motion.csv.
-        planned: Whether commands are sufficient, without readings.
+        planned: Whether commands without readings are sufficient.
 
     Raises:
         DataError: Names file, row and column of the fault.
@@ -118,7 +118,7 @@ def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
 
 
 def _values(csv: CsvTable, columns: Sequence[str]) -> Array:
-    """Columns as numbers, (n, j); NaN where a cell is empty or a column is not there."""
+    """Columns as numbers, (n, j); NaN where a cell is empty or a column is missing."""
     out = np.full((len(csv), len(columns)), np.nan)
     for j, column in enumerate(columns):
         cells = csv.columns.get(column, ())
@@ -134,7 +134,7 @@ def _values(csv: CsvTable, columns: Sequence[str]) -> Array:
 
 
 def _in_order(log: MotionLog, lines: Array) -> tuple[MotionLog, list[str]]:
-    """The log without rows whose time stands still."""
+    """The log without rows that repeat a time stamp, and warnings."""
     step = np.diff(log.time_s)
     same = np.diff(log.run) == 0
     back = np.flatnonzero(same & (step < 0))
@@ -182,18 +182,18 @@ def _checked(log: MotionLog, *, planned: bool) -> list[str]:
 
 
 def _odd_readings(name: str, command: Array, q: Array) -> Iterator[str]:
-    """What readings of a joint (n,) are not likely to be, by its commands (n,)."""
+    """Warnings on readings of a joint (n,) that are unlikely for its commands (n,)."""
     both = np.isfinite(command) & np.isfinite(q)
-    told, read = command[both], q[both]
-    if both.sum() < 2 or np.std(told) < MOVES_RAD:
+    sent, read = command[both], q[both]
+    if both.sum() < 2 or np.std(sent) < MOVES_RAD:
         return
-    if np.array_equal(told, read):
+    if np.array_equal(sent, read):
         yield f"The readings of {name} are its commands, digit by digit: they were not measured."
         return
     if np.std(read) < MOVES_RAD:
         yield f"{name} does not move, though it is commanded to."
         return
-    factor = float(np.cov(told, read)[0, 1] / np.var(told))
+    factor = float(np.cov(sent, read)[0, 1] / np.var(sent))
     if factor < 0.0:
         yield (
             f"{name} moves by {factor:.3g} of what it is commanded: are the sign of its readings and the order of the"
@@ -205,7 +205,7 @@ def _odd_readings(name: str, command: Array, q: Array) -> Iterator[str]:
 
 
 def motion_texts(log: MotionLog) -> dict[str, str]:
-    """What its files hold, by name; `load_motion` reads the same log back."""
+    """The contents of its files, by name; `load_motion` reads the same log back."""
     columns = {
         f"{quantity}_{joint}": getattr(log, quantity)[:, j]
         for j, joint in enumerate(log.joints)

@@ -29,7 +29,7 @@ RTDE: Final = {
     "qd": ("actual_qd",),
     "tau": ("actual_current_as_torque", "actual_current"),
 }
-"""Universal Robots' names of what its controller sends, each with the number of a joint."""
+"""Names of the outputs of Universal Robots' controller, each with the number of a joint."""
 CURRENT: Final = "actual_current"
 COMMAND_TOPIC: Final = "commands"
 
@@ -37,27 +37,27 @@ COMMAND_TOPIC: Final = "commands"
 @final
 @dataclass(frozen=True, eq=False)
 class RecordedRun:
-    """Columns by name, (n,) each, and what their recorder says of them."""
+    """Columns by name, (n,) each, with the unit and times that their recorder states."""
 
     series: str
     source: str
     columns: Mapping[str, Array]
     time_unit: str = "s"
-    angle_unit: str = ""  # "": nothing says it
+    angle_unit: str = ""  # "": not stated
     torque_unit: str = "Nm"
     torque_signed: bool = True
 
 
 @final
 class Feature(msgspec.Struct):
-    """What LeRobot's meta/info.json says of a column."""
+    """A column in LeRobot's meta/info.json."""
 
     names: list[str] | dict[str, list[str]] | None = None
 
 
 @final
 class Features(msgspec.Struct):
-    """Of the columns that are read."""
+    """The columns that are read."""
 
     action: Feature = msgspec.field(default_factory=Feature)
     state: Feature = msgspec.field(name="observation.state", default_factory=Feature)
@@ -65,18 +65,17 @@ class Features(msgspec.Struct):
 
 @final
 class LeRobotInfo(msgspec.Struct):
-    """LeRobot's meta/info.json, as far as it is read."""
+    """The keys of LeRobot's meta/info.json that are read."""
 
     features: Features = msgspec.field(default_factory=Features)
 
 
 def runs_of(source: Path, robot: Robot, options: ImportOptions) -> list[RecordedRun]:
-    """What a folder or a file holds.
+    """Read the runs of a folder or a file.
 
     Raises:
-        DataError: It is of no kind that is known, or cannot be read.
-        UsageError: It needs a library that is not installed, or it is not plain what separates its cells, or which of
-            several topics is meant.
+        DataError: Its kind is unknown, or it cannot be read.
+        UsageError: It needs a library that is not installed, or the separator of its cells or the topic is ambiguous.
     """
     if RosBag().recognises(source):
         return _bag(source, robot, options.further)
@@ -85,9 +84,7 @@ def runs_of(source: Path, robot: Robot, options: ImportOptions) -> list[Recorded
             return _folder(source)
         except (LookupError, ValueError, msgspec.ValidationError, csv.Error) as error:
             reason = f"it lacks {error}" if isinstance(error, KeyError) else str(error)
-            raise DataError(
-                f"{source} is damaged, or not as its recorder writes logs: {reason}.", file=source
-            ) from None
+            raise DataError(f"{source} is damaged, or not in its recorder's format: {reason}.", file=source) from None
     if source.suffix not in (*TABLES, *ARRAY_FILES):
         kinds = ", ".join((*TABLES, *ARRAY_FILES))
         raise DataError(f"{source.name}: a log of a moving arm is read from {kinds}, from a bag or from a folder.")
@@ -105,13 +102,13 @@ def _folder(source: Path) -> list[RecordedRun]:
     if found:
         return found
     raise DataError(
-        f"{source} is no folder of SAGE (control.csv beside state_motor.csv) nor of LeRobot (meta/info.json), and"
-        " no bag of ROS."
+        f"{source} is neither a folder of SAGE (control.csv beside state_motor.csv) or LeRobot"
+        " (meta/info.json) nor a bag of ROS."
     )
 
 
 def _numbers(source: Path) -> dict[str, Array]:
-    """The columns of a file of arrays that are numbers."""
+    """The numeric columns of a file of arrays."""
     return {name: each.astype(float) for name, each in read_arrays(source).items() if each.dtype.kind in "fiu"}
 
 
@@ -168,7 +165,7 @@ def _named_by_rtde(run: RecordedRun) -> RecordedRun:
 
 
 def _lerobot(folder: Path) -> list[RecordedRun]:
-    """Versions 2 and 3: `action` and `observation.state` in the order that meta/info.json names."""
+    """Versions 2 and 3: `action` and `observation.state` in the order of meta/info.json."""
     info = msgspec.convert(json.loads(read_text(folder / "meta" / "info.json")), LeRobotInfo)
     runs = []
     for file in sorted((folder / "data").rglob("*.parquet")):
@@ -209,25 +206,25 @@ def _sage(folder: Path) -> RecordedRun:
 
 
 def _bag(source: Path, robot: Robot, stated: Mapping[str, str]) -> list[RecordedRun]:
-    """The runs of a bag of ROS 1 or ROS 2: each reading of the joints, and the command that was last sent before it.
+    """The runs of a bag of ROS 1 or ROS 2: each reading of the joints, and the last command before it.
 
-    Readings are joint states, or what a controller's state says that it read; commands are those of a controller's
-    state, of joint states of another topic, or of an array in the robot's order. An array has no time of its own: then
-    all times are those at which the messages were recorded. `joints` and `commands` of what is stated name the topics
+    Readings are joint states, or the feedback in a controller's state; commands are those of a controller's
+    state, of joint states of another topic, or of an array in the robot's order. An array has no time stamp: then
+    all times are those at which the messages were recorded. `joints` and `commands` in `stated` name the topics
     where there are several.
     """
     with Bag.opened([source], stated.get(STAMPS)) as bag:
-        told = stated.get(COMMAND_TOPIC)
+        sent = stated.get(COMMAND_TOPIC)
         read = stated.get(JOINT_TOPIC)
         of_controllers = bag.topics(CONTROLLER)
-        told = told or next(iter(bag.topics(ARRAY) or of_controllers), None)
-        if told is not None and read is None:
-            states = [topic for topic in bag.topics(JOINTS) if topic != told]
+        sent = sent or next(iter(bag.topics(ARRAY) or of_controllers), None)
+        if sent is not None and read is None:
+            states = [topic for topic in bag.topics(JOINTS) if topic != sent]
             read = states[0] if len(states) == 1 else None
-        read = bag.topic(JOINT_TOPIC, read or (None if bag.topics(JOINTS) else told), JOINTS, CONTROLLER)
-        timed = replace(bag, received=bag.received or told in bag.topics(ARRAY))
+        read = bag.topic(JOINT_TOPIC, read or (None if bag.topics(JOINTS) else sent), JOINTS, CONTROLLER)
+        timed = replace(bag, received=bag.received or sent in bag.topics(ARRAY))
         track = timed.joints(read, robot.joints)
-        command = None if told is None else timed.joints(told, robot.joints, commanded=True)
+        command = None if sent is None else timed.joints(sent, robot.joints, commanded=True)
     columns = {"time_s": track.time_s}
     for quantity, values in (("q", track.q), ("qd", track.qd), ("tau", track.effort)):
         if values is not None:

@@ -1,4 +1,4 @@
-"""A log replayed in MuJoCo: how far a simulated arm is from where the real one went, by the same commands."""
+"""A log replayed in MuJoCo: the distance of a simulated arm from the real one under the same commands."""
 
 from pathlib import Path
 from typing import Any
@@ -54,9 +54,9 @@ def replay(model: Path, log: MotionLog) -> dict[str, float]:
 def _run(mujoco: Any, model: Any, log: MotionLog, rows: slice, driven: dict[int, tuple[int, int]]) -> Array:
     """Simulated less measured angles of the driven joints in one run, (n, k)."""
     data = mujoco.MjData(model)
-    first, read, told = rows.start, *(np.nan_to_num(filled(values[rows])[0]) for values in (log.q, log.command))
+    first, read, command = rows.start, *(np.nan_to_num(filled(values[rows])[0]) for values in (log.q, log.command))
     for joint, (actuator, address) in driven.items():
-        data.qpos[address], data.ctrl[actuator] = read[joint], told[joint]
+        data.qpos[address], data.ctrl[actuator] = read[joint], command[joint]
     out = []
     for row in range(first, rows.stop):
         time = float(log.time_s[row])

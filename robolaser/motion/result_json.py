@@ -16,7 +16,7 @@ from robolaser.motion.gap import KindGap
 from robolaser.motion.kind_diagnosis import FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE
 from robolaser.motion.selection import SelectedEffect
 
-SAID = 3
+NAMED = 3
 """Effects, and joints of each, that the sentence names."""
 DIAGNOSIS = "robolaser-diagnosis/1"
 
@@ -39,7 +39,7 @@ def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
 
 
 def motion_calibration_json(fit: MotionFit, seed: int) -> dict[str, Any]:
-    """The contents of calibration.json: the numbers of the effects that were asked for."""
+    """The contents of calibration.json: the numbers of the requested effects."""
     robot, after = fit.log.robot, fit.gap_mm["after"]
     return {
         **_errors(fit, CALIBRATION),
@@ -56,7 +56,7 @@ def motion_calibration_json(fit: MotionFit, seed: int) -> dict[str, Any]:
 
 
 def _errors(fit: MotionFit, form: str) -> dict[str, Any]:
-    """What both files hold."""
+    """The keys of both files."""
     return {
         "format": form,
         "dataset": fit.log.name,
@@ -83,7 +83,7 @@ def _rows(gap: KindGap, joints: Sequence[str]) -> dict[str, Any]:
 
 
 def _without(fit: MotionFit, findings: Sequence[SelectedEffect]) -> float | None:
-    """The gap at the flange with some effects taken out again, as if what they explain were independent [mm]."""
+    """The gap at the flange without some effects, as if their contributions were independent [mm]."""
     if fit.gap_mm["after"] is None:
         return None
     gained = [one.gained for one in findings if one.at.effect.rows == "tracking"]
@@ -114,7 +114,7 @@ def _numbers(one: SelectedEffect) -> dict[str, Any]:
 
 
 def kinds_json(fit: MotionFit) -> list[dict[str, Any]]:
-    """Effects with all of their places, as JSON files give them."""
+    """Effects with all of their locations, as in JSON files."""
     return [
         _together(group, fit, "name") | {"effect": name, "where": [one.at.where for one in group]}
         for name, group in _groups(fit, "name").items()
@@ -155,9 +155,9 @@ def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
 
 
 def _at_least_one(group: Sequence[SelectedEffect], by: str) -> float:
-    """That one of some effects that have a name or a cause in common is at work, or such a rival in its place.
+    """Probability that at least one of some effects of one name or cause is present, or such a rival in its place.
 
-    Where all have the same other rival and none is likelier, at all places it is the one or the other; so is a clock.
+    Where all have the same other rival and none is likelier, it is the same one at all locations, as with clocks.
     """
 
     def belongs(at: At) -> bool:
@@ -215,12 +215,12 @@ def sentence(found: MotionDiagnosis) -> str:
     if not found.fit.findings:
         return f"The gap has a cause that is not in the library. On unseen motions: {gaps}.{parts}"
     groups = _groups(found.fit, "name")
-    # what is certain first, and of that, what is certain at a place
+    # certain effects first, and among these, those with a certain location
     sure = [(kind["probability"], max(one.probability for one in groups[kind["effect"]]), kind["effect"])
             for kind in kinds_json(found.fit)]  # fmt: skip
     sure.sort(key=lambda one: (one[0] < CERTAIN, one[1] < CERTAIN))
-    said = [_surely(kind) + clauses[name] + _locations(groups[name], found.fit.log.joints) for kind, _, name in sure]
-    causes = _first(said, "; ", ", listed below")
+    phrases = [_surely(kind) + clauses[name] + _locations(groups[name], found.fit.log.joints) for kind, _, name in sure]
+    causes = _first(phrases, "; ", ", listed below")
     rest = ""
     if found.verdict == "unexplained" and found.places:
         place = found.places[0]
@@ -229,7 +229,7 @@ def sentence(found: MotionDiagnosis) -> str:
 
 
 def _up_to(gaps: Sequence[KindGap]) -> str:
-    """How closely an arm follows that has no gap, where its errors are more than noise."""
+    """The accuracy of an arm without a gap, where its errors are more than noise."""
     enough = {"tracking": f"{np.degrees(FOLLOWS_RAD):.1g}°", "torque": f"{100.0 * FOLLOWS_SHARE:.0f} % of the torques"}
     beyond = [gap.kind for gap in gaps if gap.whole("calibrated") > IS_NOISE * gap.whole("noise_floor")]
     closely = " and ".join(enough[kind] for kind in beyond if kind in enough)
@@ -241,13 +241,13 @@ def _surely(probability: float) -> str:
 
 
 def _first(names: Sequence[str], between: str, where: str = "") -> str:
-    """The first of some names, and how many more there are."""
-    more = len(names) - SAID
-    return between.join(names[:SAID]) + (f"{between.rstrip()} and {more} more{where}" if more > 0 else "")
+    """The first of some names, and the number of further ones."""
+    more = len(names) - NAMED
+    return between.join(names[:NAMED]) + (f"{between.rstrip()} and {more} more{where}" if more > 0 else "")
 
 
 def _locations(group: Sequence[SelectedEffect], joints: Sequence[str]) -> str:
-    """The joints of an effect behind its clause; nothing where it sits at none."""
+    """The joints of an effect, after its clause; nothing where it is at none."""
     at = [
         " or ".join([one.at.where, *(rival.where for rival in one.rivals if rival.effect is one.at.effect)])
         for one in group

@@ -1,4 +1,4 @@
-"""The effects of a model of rows: added while they are worth it, taken out when they are not, held against rivals."""
+"""The effects of a model of rows: added and removed by their evidence, and compared with rivals."""
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -12,12 +12,12 @@ from robolaser.motion.effect import At, Number
 from robolaser.motion.evidence import Fitted
 
 WORTH_ADDING = 4.0  # in twice the logarithm of the evidence: seven to one
-TRIED = 3  # candidates, the best of the round before, that are fitted before all are
+TRIED = 3  # best candidates of the previous round, which are fitted before all others
 INDISTINGUISHABLE = 6.0  # the same: a rival that is up to twenty to one worse
-ALIKE = 1e-3  # share by which squares of the same effect at a neighbour may be larger: it is the same motion then
+ALIKE = 1e-3  # share by which squares of the same effect at a neighbour may be larger if both are one motion
 Sets = Sequence[tuple[At, ...]]
 Estimate = tuple[float, float, str]
-"""Of a number: value, standard deviation, unit."""
+"""An estimated number: value, standard deviation, unit."""
 Fitting = Callable[[Sequence[tuple[int, tuple[At, ...]]]], Sequence[Fitted]]
 """A model of the rows of each search, with each set of effects."""
 EffectSearch = Generator[Sets, Sequence[Fitted], "Selection"]
@@ -26,42 +26,42 @@ EffectSearch = Generator[Sets, Sequence[Fitted], "Selection"]
 @final
 @dataclass(frozen=True, eq=False)
 class SelectedEffect:
-    """An effect of a model, held against none and against rivals in its place."""
+    """An effect of a model, compared with no effect and with rivals."""
 
     at: At
     probability: float
-    none: float  # probability that neither it nor a rival is at work
+    none: float  # probability that neither it nor a rival is present
     without: Fitted
-    rivals: tuple[At, ...]  # that explain nearly as much in its place
+    rivals: tuple[At, ...]  # that explain nearly as much instead
     numbers: Mapping[str, Estimate] = field(default_factory=dict)  # by name, once fitted
-    gained: Array = field(default_factory=lambda: np.empty(0))  # mean squares that it explains at each joint, (j,)
+    gained: Array = field(default_factory=lambda: np.empty(0))  # explained mean squares of each joint, (j,)
 
     @property
     def is_on_bound(self) -> bool:
-        """Whether one of several numbers is the least that it can be: a lag that nothing damps is another cause."""
+        """Whether one of several numbers is at its lower bound: an undamped lag is another cause."""
         return len(self._values) > 1 and any(-np.inf < value <= one.lower for one, value in self._values)
 
     @property
     def is_large(self) -> bool:
-        """Whether one of its numbers is so large that nothing else takes that form."""
+        """Whether one of its numbers is so large that no other effect imitates it."""
         return not self._values or any(abs(value) >= one.least for one, value in self._values)
 
     @property
     def _values(self) -> list[tuple[Number, float]]:
-        """Its numbers that were fitted."""
+        """Its fitted numbers."""
         return [(one, self.numbers[one.name][0]) for one in self.at.effect.numbers if one.name in self.numbers]
 
     def beside(self, rivals: Sequence[At], most: float) -> "SelectedEffect":
-        """The same with more rivals, beside which it has no more than some probability."""
+        """The same with more rivals and no more than a given probability."""
         more = tuple(one for one in rivals if one.effect.name not in {rival.effect.name for rival in self.rivals})
         return replace(self, probability=min(self.probability, most), rivals=(*self.rivals, *more))
 
     def doubted(self, most: float) -> "SelectedEffect":
-        """The same with no more than some probability."""
+        """The same with no more than a given probability."""
         return replace(self, probability=min(self.probability, most), none=max(self.none, 1.0 - most))
 
     def less(self, rival: str) -> "SelectedEffect":
-        """The same where an effect of that name is known not to be at work."""
+        """The same without the rival of that name, which is known to be absent."""
         left = tuple(one for one in self.rivals if one.effect.name != rival)
         if len(left) == len(self.rivals):
             return self
@@ -72,7 +72,7 @@ class SelectedEffect:
 @final
 @dataclass(frozen=True)
 class Selection:
-    """A model and its effects, those that matter most first."""
+    """A model and its effects, the most important first."""
 
     ideal: Fitted
     model: Fitted
@@ -82,16 +82,16 @@ class Selection:
 def search(
     candidates: Sequence[At], least_share: float, usual: Array | float = np.inf, start: tuple[At, ...] = ()
 ) -> EffectSearch:
-    """Find the effects; each step asks for models with some sets of effects, and is sent them.
+    """Find the effects; each step yields sets of effects and receives models with them.
 
-    Several searches go on side by side, so that their models can be fitted together: see `side_by_side`.
+    Several searches run side by side, so that their models can be fitted together: see `side_by_side`.
 
     Args:
-        candidates: All effects that may be at work.
-        least_share: Of the squares that an ideal arm leaves at one of the joints, that an effect must explain: less may
-            be the form of another one, but for half of what is left there.
+        candidates: All effects that may be present.
+        least_share: Share of an ideal arm's squares at one joint that an effect must explain: less may be the form of
+            another one, unless it is half of the remaining squares.
         usual: Squares that models of arms usually leave, (j,): half of less is no effect.
-        start: Effects that the search begins with.
+        start: Effects at the start of the search.
     """
 
     def is_worth(more: Fitted, less: Fitted) -> bool:
@@ -142,7 +142,7 @@ def search(
 
 
 def chosen(effects: Sequence[At]) -> EffectSearch:
-    """The effects that a user asks for, in the place of a search."""
+    """The effects that the user requests, instead of a search."""
     ideal, model = yield [(), tuple(effects)]
     without = yield [tuple(other for other in effects if other != one) for one in effects]
     findings = [SelectedEffect(one, 1.0, 0.0, less, ()) for one, less in zip(effects, without, strict=True)]
@@ -150,12 +150,12 @@ def chosen(effects: Sequence[At]) -> EffectSearch:
 
 
 def _by_evidence(fit: Fitted) -> tuple[float, float]:
-    """What sorts models, the best first: of those that leave no more than a model may err by, by what they leave."""
+    """Sort key of models, the best first: by residuals where these are within the error of the model's form."""
     return fit.score, float(fit.squares.sum())
 
 
 def _with(effects: tuple[At, ...], one: At) -> tuple[At, ...]:
-    """Effects and one more, in place of its other form where there is one."""
+    """Effects and one more, which replaces its other form."""
     return (*(other for other in effects if other.pair != one.pair), one)
 
 
@@ -175,7 +175,7 @@ def _finding(one: At, model: Fitted, without: Fitted, instead: Sequence[tuple[At
 
 
 def _reduced(model: Fitted, is_worth: Callable[[Fitted, Fitted], bool]) -> Generator[Sets, Sequence[Fitted], Fitted]:
-    """A model without the effects that it can do without."""
+    """A model without its dispensable effects."""
     while model.effects:
         fits = yield [tuple(other for other in model.effects if other != one) for one in model.effects]
         idle = [fit for fit in fits if fit.score < float("inf") and not is_worth(model, fit)]
@@ -186,7 +186,7 @@ def _reduced(model: Fitted, is_worth: Callable[[Fitted, Fitted], bool]) -> Gener
 
 
 def _rivals(one: At, model: Fitted, candidates: Sequence[At]) -> list[At]:
-    """Candidates that are no part of the model and may stand in an effect's place."""
+    """Candidates outside the model that may replace an effect."""
     return [
         other
         for other in candidates
@@ -197,22 +197,22 @@ def _rivals(one: At, model: Fitted, candidates: Sequence[At]) -> list[At]:
 
 
 def _near(one: At) -> range:
-    """The joint of an effect, and those beside it where a neighbour's link may have what this one seems to have."""
-    beside = int(one.effect.name in one.effect.rivals)
-    return range(one.joint - beside, one.joint + beside + 1)
+    """The joint of an effect, and its neighbours where the effect may be at a neighbouring link."""
+    reach = int(one.effect.name in one.effect.rivals)
+    return range(one.joint - reach, one.joint + reach + 1)
 
 
 def side_by_side(fit: Fitting, searches: Sequence[EffectSearch]) -> list[Selection]:
-    """Run searches of the same rows to their ends, and fit in one go what they ask for at the same time."""
-    asked: dict[int, Sets] = {number: next(one) for number, one in enumerate(searches)}
+    """Run searches of the same rows to their ends, and fit the models of their steps together."""
+    requests: dict[int, Sets] = {number: next(one) for number, one in enumerate(searches)}
     found: dict[int, Selection] = {}
-    while asked:
-        fits = iter(fit([(number, effects) for number, sets in asked.items() for effects in sets]))
+    while requests:
+        fits = iter(fit([(number, effects) for number, sets in requests.items() for effects in sets]))
         following: dict[int, Sets] = {}
-        for number, sets in asked.items():
+        for number, sets in requests.items():
             try:
                 following[number] = searches[number].send([next(fits) for _ in sets])
             except StopIteration as end:
                 found[number] = end.value
-        asked = following
+        requests = following
     return [found[number] for number in range(len(searches))]

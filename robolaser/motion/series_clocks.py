@@ -1,4 +1,4 @@
-"""Clocks of commands and readings that differ by another time in each series: all joints are then late together."""
+"""Clock offsets between commands and readings that differ between series: all joints share the delay."""
 
 from dataclasses import dataclass, replace
 from typing import final
@@ -15,26 +15,26 @@ from robolaser.motion.selection import SelectedEffect
 
 FEWEST_SERIES, FEWEST_JOINTS = 3, 2
 OF_LATENESS = 0.25
-"""Spread of the series' delays over how late joints are on average, below which the form of the model, which is wrong
-by more in some motions, may be what differs. A judgement."""
+"""Least spread of the series' delays, relative to the joints' mean delay: a smaller one may come from the model's form,
+whose error differs between motions. A judgement."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Lateness:
-    """What a joint's readings say of delays: residuals, and their derivatives by a delay, at rows of runs (n,)."""
+    """Evidence for delays in a joint's readings: residuals, and their derivatives by a delay, at rows of runs (n,)."""
 
     residual: Array  # [rad]
     slope: Array  # [rad/s]
     run: Ints
-    independent: float  # values that the rows are worth
-    late_s: float  # how late the joint is by its model
+    independent: float  # effective sample size of the rows
+    late_s: float  # the joint's delay by its model
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class SeriesClocks:
-    """By how much the clock of each series differs from the mean of all."""
+    """Differences of each series' clock from the mean of all."""
 
     runs: Ints  # (r,)
     delay: Array  # (r,) [s]
@@ -43,14 +43,14 @@ class SeriesClocks:
 
     @classmethod
     def of(cls, joints: list[Lateness], known: "SeriesClocks | None" = None) -> "SeriesClocks | None":
-        """Delays that all joints have in common; None where the series do not differ, or joints disagree.
+        """Delays common to all joints; None where the series do not differ, or joints disagree.
 
         Each joint's delay in a series is one linear step of its model. Their variance between series, common to all
-        joints, is held against what is left of each joint alone (an F-test).
+        joints, is compared with the rest of each joint alone (an F-test).
 
         Args:
-            joints: What each says.
-            known: Delays that were found before: then what is left of them is given, however small.
+            joints: The evidence of each.
+            known: Earlier delays: then the remaining ones are returned, however small.
         """
         runs = np.unique(np.concatenate([one.run for one in joints])) if joints else np.empty(0, np.int64)
         if len(runs) < FEWEST_SERIES or len(joints) < FEWEST_JOINTS:
@@ -87,18 +87,18 @@ class SeriesClocks:
         return cls(runs, delay, 1.0 / np.sqrt(weight.sum(axis=0)), np.array(gained))
 
     def corrected(self, log: MotionLog) -> MotionLog:
-        """The log with the commands of each series later by its delay; rows that then have none are not read."""
+        """The log with the commands of each series shifted by its delay; rows without a command are not read."""
         command, q = log.command.copy(), log.q.copy()
         for run, delay in zip(self.runs.tolist(), self.delay.tolist(), strict=True):
             rows = log.rows_of_runs[run]
             time = log.time_s[rows]
             q[rows][(time - delay < time[0]) | (time - delay > time[-1])] = np.nan
-            for later, told in zip(command[rows].T, log.command[rows].T, strict=True):
-                later[:] = np.interp(time - delay, time, told)
+            for later, sent in zip(command[rows].T, log.command[rows].T, strict=True):
+                later[:] = np.interp(time - delay, time, sent)
         return replace(log, command=command, q=q)
 
     def beside(self, other: "SeriesClocks | None") -> "SeriesClocks":
-        """With delays that were found before, of the same series or of some of them."""
+        """The sum with earlier delays, of the same series or of some of them."""
         if other is None:
             return self
         before = dict(zip(other.runs.tolist(), other.delay.tolist(), strict=True))

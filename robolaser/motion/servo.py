@@ -1,4 +1,4 @@
-"""What a joint does with its commands: a servo with dead time, lag, droop, dead zone, play and limits, along time.
+"""Model of a joint's response to commands: a servo with dead time, lag, droop, dead zone, play and limits.
 
     u = clip((1 + scale) c(t - dead_time) + offset - droop g(c(t - dead_time)), lower, upper)
     second z'' + lag z' = D(u - z), |z'| <= speed,  D(e) = sign(e) max(|e| - dead_zone, 0)
@@ -24,50 +24,50 @@ IDEAL: Mapping[str, float] = {
 }  # fmt: skip
 """Numbers of a servo that follows its command."""
 SHORTEST_LAG_S = 1e-6
-STEP_DIGITS = 5  # of seconds: time steps are told apart by no less
+STEP_DIGITS = 5  # of seconds: resolution of time steps
 MOST_CELLS = 30_000_000  # simulated at a time
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class CommandSeries:
-    """Commands as they are simulated, runs side by side, the longest first: (t, s) where the last of each is held."""
+    """Commands for a simulation, runs side by side, the longest first: (t, s), each continued by its last one."""
 
     length: Ints  # rows of each run, (s,)
     step: Array  # from each row to the next, (t, s) [s]
     command: Array  # (j, t, s) [rad]
-    holding: Array  # torque that holds the arm still where it is commanded, (j, t, s) [Nm]
-    moving: Array  # torque that the rigid arm takes to go there, (j, t, s) [Nm]
-    start: Array  # where each joint is at the beginning, (j, s) [rad]
-    rate: Array  # at which it and its commands went on until then, (j, s) [rad/s]
+    holding: Array  # gravity torque at the commanded position, (j, t, s) [Nm]
+    moving: Array  # torque of the rigid arm along the commands, (j, t, s) [Nm]
+    start: Array  # angle of each joint at the beginning, (j, s) [rad]
+    rate: Array  # speed of it and its commands until then, (j, s) [rad/s]
 
     @classmethod
     def of(cls, robot: Robot, commands: Sequence[Array], step: Array, step_s: float) -> Self:
-        """Runs by their commands, (n, j) each, the longest first, with the torques that they take, from rest.
+        """Runs by their commands, (n, j) each, the longest first, with their torques, from rest.
 
         Args:
             robot: The arm.
-            commands: NaN where a joint was told nothing.
+            commands: NaN where a joint has none.
             step: From each row to the next, (t, s) [s].
             step_s: The usual one.
         """
-        told, holding, moving = np.empty((3, len(robot.joints), *step.shape))
+        sent, holding, moving = np.empty((3, len(robot.joints), *step.shape))
         for s, command in enumerate(commands):
             held = np.nan_to_num(command)
             torques = robot.gravity_torques(held), _torques_along(robot, held, step_s)
-            for values, of_run in zip((told, holding, moving), (command, *torques), strict=True):
+            for values, of_run in zip((sent, holding, moving), (command, *torques), strict=True):
                 values[:, : len(command), s] = of_run.T
                 values[:, len(command) :, s] = of_run[-1][:, None]
         return cls(
-            np.array(list(map(len, commands))), step, told, holding, moving, told[:, 0], np.zeros_like(told[:, 0])
+            np.array(list(map(len, commands))), step, sent, holding, moving, sent[:, 0], np.zeros_like(sent[:, 0])
         )
 
     def simulate(self, joint: Ints, numbers: Sequence[Mapping[str, float]]) -> Array:
-        """Where joints go whose servos have given numbers.
+        """Simulate joints whose servos have given numbers.
 
         Args:
             joint: Of each case, (m,).
-            numbers: Of each case, beside those of an ideal servo.
+            numbers: Of each case; others are those of an ideal servo.
 
         Returns:
             (t, s, m) [rad].
@@ -95,12 +95,12 @@ class CommandSeries:
         answer = _Answer.of(passed, of["time"], of["second"])
         limited, plays = bool(np.isfinite(of["speed"]).any()), bool(of["lost"].any())
         flat = wanted.reshape(rows, -1)
-        begun = np.clip(self.start[joint], of["lower"][:, None], of["upper"][:, None])  # where a joint can be
+        begun = np.clip(self.start[joint], of["lower"][:, None], of["upper"][:, None])  # within limits
         followed = begun.T.ravel().copy()
         shown, speed = followed.copy(), self.rate[joint].T.ravel()
         off, part = np.empty_like(followed), np.empty_like(followed)
         going = np.searchsorted(-self.length, -np.arange(rows), side="left") * len(joint)
-        for i, n in enumerate(going.tolist()):  # ufuncs into memory that is there: this loop is most of a diagnosis
+        for i, n in enumerate(going.tolist()):  # ufuncs write into allocated memory: this loop is most of a diagnosis
             dead, lost, fastest = (values[:n] for values in of_case)
             z, v, e, p = followed[:n], speed[:n], off[:n], part[:n]
             np.subtract(flat[i, :n], z, out=e)
@@ -136,7 +136,7 @@ class CommandSeries:
 @final
 @dataclass(frozen=True, eq=False)
 class _Answer:
-    """How far joints go in a time step towards where they are wanted: exact where the lag is linear."""
+    """Share of the way to the target that joints move in a time step: exact where the lag is linear."""
 
     which: Ints  # of the steps' lengths, at each row of each run, (t, s)
     parts: tuple[Array, ...]  # of the way; where joints coast, of the speed, too, and by which both change the speed
@@ -154,7 +154,7 @@ class _Answer:
         return cls(which.reshape(step.shape), parts if second.any() else parts[:1])
 
     def at(self, row: int, count: int) -> list[Array]:
-        """At a row, of the first cases of all runs."""
+        """The parts at a row, for the first cases of all runs."""
         return [part[self.which[row]].ravel()[:count] for part in self.parts]
 
 
@@ -167,18 +167,18 @@ def _later(values: Array, delay: float, time_s: Array, rate: Array) -> Array:
     return np.asarray(np.stack(found, axis=1) + rate * np.minimum(shifted - time_s[0], 0.0))
 
 
-def _torques_along(robot: Robot, told: Array, step_s: float) -> Array:
-    """Torque that the rigid arm takes to follow commands (n, j), which are smoothed first, (n, j) [Nm]."""
+def _torques_along(robot: Robot, command: Array, step_s: float) -> Array:
+    """Torque of the rigid arm along smoothed commands (n, j), (n, j) [Nm]."""
     width = smoothed_rows(step_s)
-    if len(told) < 2 * width:
-        return robot.gravity_torques(told)
-    smooth = smoothed(told, width)
+    if len(command) < 2 * width:
+        return robot.gravity_torques(command)
+    smooth = smoothed(command, width)
     speed = np.gradient(smooth, step_s, axis=0)
     return robot.by_pinocchio.inverse_dynamics(smooth, speed, np.gradient(speed, step_s, axis=0))
 
 
 def smoothed(values: Array, width: int) -> Array:
-    """Means of values (n, j) under a bell of so many rows, (n, j); the ends are held."""
+    """Values (n, j) smoothed by a bell of so many rows, (n, j); the ends are held."""
     weights = np.hanning(width + 2)[1:-1]
     padded = np.pad(values, ((width // 2, (width - 1) // 2), (0, 0)), mode="edge")
     return np.stack([np.convolve(column, weights / weights.sum(), "valid") for column in padded.T], axis=1)

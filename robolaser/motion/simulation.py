@@ -1,4 +1,4 @@
-"""Logs of simulated moving arms, as a real controller would give them, with effects of one's choice."""
+"""Logs of simulated moving arms, as a real controller would write them, with chosen effects."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -39,12 +39,12 @@ def simulate_motion(
         robot: Any arm; without masses in its URDF its torques are those of friction alone.
         series: Number of runs.
         effects: Sizes by `NAME[:WHERE[.NUMBER]]`, of the effect's first number where none is named [SI]. Without a
-            place an effect sits at every joint where it can.
+            location an effect is at every joint where it can be.
         seed: Of motions and noise.
         name: Of the log.
 
     Raises:
-        UsageError: There is no such effect, place or number, or it cannot be of this size.
+        UsageError: There is no such effect, location or number, or the size is out of bounds.
     """
     rng = np.random.default_rng(seed)
     n = round(DURATION_S * RATE_HZ)
@@ -57,8 +57,8 @@ def simulate_motion(
     command = np.concatenate(runs)
     run = np.repeat(np.arange(series), n)
     names = tuple(f"run_{number + 1}" for number in range(series))
-    asked = _requested(robot, effects or {})
-    q = _followed(robot, runs, time, asked["tracking"])
+    requested = _requested(robot, effects or {})
+    q = _followed(robot, runs, time, requested["tracking"])
     empty = np.full_like(q, np.nan)
     log = MotionLog(
         name=name or f"simulated-{robot.name}", robot=robot, series=names,
@@ -67,8 +67,8 @@ def simulate_motion(
     speed, acceleration, _, noise = derivatives(log)
     rigid = robot.by_pinocchio.inverse_dynamics(q, speed, acceleration)
     of = Quantities(log, np.arange(len(run)), run, log.time_s, q, speed, acceleration, rigid, rigid, noise)
-    tau = rigid + _added(of, asked["torque"])
-    load = q + _added(of, asked["load"])
+    tau = rigid + _added(of, requested["torque"])
+    load = q + _added(of, requested["load"])
     q, tau, load = (values + sigma * rng.normal(size=q.shape) for values, sigma in
              ((q, ENCODER_RAD), (tau, TORQUE_NM), (load, ENCODER_RAD)))  # fmt: skip
     return replace(log, q=q, qd=speed, tau=tau, load=load)
@@ -93,7 +93,7 @@ def _motion(kind: int, time: Array, middle: Array, half: Array, rng: np.random.G
 
 
 def _requested(robot: Robot, sizes: Mapping[str, float]) -> dict[RowKind, list[tuple[At, dict[str, float]]]]:
-    """Effects at their places with their numbers."""
+    """Effects at their locations with their numbers."""
     found: dict[RowKind, dict[str, tuple[At, dict[str, float]]]] = {"tracking": {}, "torque": {}, "load": {}}
     for text, size in sizes.items():
         name, _, place = text.partition(":")
@@ -103,7 +103,7 @@ def _requested(robot: Robot, sizes: Mapping[str, float]) -> dict[RowKind, list[t
         fitting = [one for one in kinds if not where or where in there[one]]
         if not fitting:
             every = dict.fromkeys(place for places in there.values() for place in places)
-            raise UsageError(f"{name} has no place '{where}'.{near(where, list(every))}")
+            raise UsageError(f"{name} has no location '{where}'.{near(where, list(every))}")
         effect = next((one for one in fitting if number in {each.name for each in one.numbers}), fitting[0])
         for one in [where] if where else there[effect]:
             joint = robot.joints.index(one) if one in robot.joints else 0
@@ -117,7 +117,7 @@ def _requested(robot: Robot, sizes: Mapping[str, float]) -> dict[RowKind, list[t
 
 
 def _within_bounds(effect: MotionEffect, number: str, size: float) -> float:
-    """The size of one of an effect's numbers, where it can be that large."""
+    """The size of an effect's number, checked against its bounds."""
     one = next((one for one in effect.numbers if one.name == number), None)
     if one is not None and not one.lower <= size <= one.upper:
         unit = f" {one.unit}".rstrip()
@@ -127,11 +127,11 @@ def _within_bounds(effect: MotionEffect, number: str, size: float) -> float:
     return size
 
 
-def _followed(robot: Robot, runs: list[Array], time: Array, asked: list[tuple[At, dict[str, float]]]) -> Array:
-    """Where joints go, (n, j)."""
+def _followed(robot: Robot, runs: list[Array], time: Array, requested: list[tuple[At, dict[str, float]]]) -> Array:
+    """Angles of the joints, (n, j)."""
     joints, step_s = len(robot.joints), time[1] - time[0]
     servos: list[dict[str, Any]] = [{} for _ in range(joints)]
-    for at, numbers in asked:
+    for at, numbers in requested:
         given = {one.servo: numbers[one.name] for one in at.effect.numbers if one.name in numbers}
         for joint in [at.joint] if at.effect.site == "joint" else range(joints):
             servos[joint] |= {name: servos[joint].get(name, 0.0) + value for name, value in given.items()}
@@ -141,11 +141,11 @@ def _followed(robot: Robot, runs: list[Array], time: Array, asked: list[tuple[At
     return np.concatenate(list(paths.transpose(1, 0, 2)))
 
 
-def _added(of: Quantities, asked: list[tuple[At, dict[str, float]]]) -> Array:
-    """What effects that are linear in their numbers add to rows, (n, j)."""
-    rows = LinearRows(of, of.measured, [at for at, _ in asked])
+def _added(of: Quantities, requested: list[tuple[At, dict[str, float]]]) -> Array:
+    """Contribution of linear effects to rows, (n, j)."""
+    rows = LinearRows(of, of.measured, [at for at, _ in requested])
     out = np.zeros(of.q.shape)
-    for at, numbers in asked:
+    for at, numbers in requested:
         values = np.array([numbers.get(one.name, 0.0) for one in at.effect.numbers])
         out += rows.columns(at, 0) @ values
     return out

@@ -16,24 +16,24 @@ from robolaser.motion.log import MotionLog, filled
 from robolaser.motion.series_clocks import Lateness
 from robolaser.motion.servo import IDEAL, CommandSeries
 
-ROUNDS = 3  # of a fit that begins at one with an effect less, or more
-MORE_ROUNDS = 8  # of the one that numbers are taken from
-SETTLED = 3e-3  # share of the squares, below which a round gains nothing
-STEP = 0.05  # of differences, in usual sizes
+ROUNDS = 3  # of a fit that starts from one with an effect less, or more
+MORE_ROUNDS = 8  # of the final fit
+SETTLED = 3e-3  # least gain of a round, as a share of the squares
+STEP = 0.05  # of finite differences, in usual sizes
 DAMPINGS = (1e-3, 1e-1, 10.0)  # tried in each round, by the diagonal
-KEPT_ROWS = 4_000  # of a joint, that residuals are looked at
-LONGEST = 2_500  # rows that are simulated in one go; what follows begins anew at what was measured
+KEPT_ROWS = 4_000  # of a joint, whose residuals are used
+LONGEST = 2_500  # rows of one simulation; the next one starts from the measured position
 FOLLOWS = ("lag", "offset", "droop")
-FORM_RAD = 3e-5  # by which models of servos may err besides: a judgement
+FORM_RAD = 3e-5  # further error of the form of servo models: a judgement
 DELAY_STEP_S = 1e-3  # of the derivative by a delay
-ENDS_S = 0.1  # that are lost at the ends of runs that end amid a motion: servos are late by no more, as a rule
+ENDS_S = 0.1  # lost at the ends of runs that end in motion: few servos have a longer delay
 FEWEST_SHARE = 4  # a run loses up to one row in so many at each of its ends
 
 
 @final
 @dataclass(eq=False)
 class _ServoFit:
-    """A fit under way."""
+    """The state of a fit."""
 
     joint: int
     effects: tuple[At, ...]
@@ -43,30 +43,30 @@ class _ServoFit:
 
     @property
     def numbers(self) -> list[Number]:
-        """Of all its effects."""
+        """Numbers of all its effects."""
         return [number for one in self.effects for number in one.effect.numbers]
 
     @property
     def usual(self) -> Array:
-        """Sizes that its numbers usually have, which `x` counts in."""
+        """Usual sizes of its numbers, the units of `x`."""
         return np.array([number.usual for number in self.numbers])
 
     def servo(self, x: Array) -> dict[str, float]:
-        """As the servo's model takes them."""
+        """Numbers by their names in the servo's model."""
         return {one.servo: float(value * one.usual) for value, one in zip(x, self.numbers, strict=True)}
 
     def within(self, x: Array) -> Array:
-        """Numbers moved to their bounds."""
+        """Numbers clipped to their bounds."""
         lower, upper = (np.array(ends) for ends in ([n.lower for n in self.numbers], [n.upper for n in self.numbers]))
         return np.asarray(np.clip(x, lower / self.usual, upper / self.usual))
 
 
 @final
 class TrackingRows:
-    """Models of how joints follow commands, one joint each; a joint's place in `joints` is the number of its search.
+    """Models of joints that follow commands, one joint each; a joint's index in `joints` is the number of its search.
 
     Args:
-        log: What was recorded.
+        log: The log.
         runs: Those that count, by number; all by default.
     """
 
@@ -86,9 +86,9 @@ class TrackingRows:
         lengths = np.array([rows.stop - rows.start for rows in self._pieces], dtype=np.int64)
         longest, count, joints = int(lengths.max()), len(pieces), log.q.shape[1]
         q = log.q
-        if log.offset_per_series:  # a joint begins where it is, not where its encoder's zero of that run has it
-            told = filled(log.command)
-            q = told + less_means(q - told, log.run)
+        if log.offset_per_series:  # a joint starts where it is, whatever its encoder's zero in that run
+            command = filled(log.command)
+            q = command + less_means(q - command, log.run)
         self._q, step = np.full((joints, longest, count), np.nan), np.full((longest, count), log.step_s)
         for s, part in enumerate(self._pieces):
             self._q[:, : lengths[s], s] = q[part].T
@@ -96,10 +96,10 @@ class TrackingRows:
         sent = CommandSeries.of(log.robot, [filled(log.command[part]) for part in self._pieces], step, log.step_s)
         read = np.isfinite(self._q)
         first = np.take_along_axis(self._q, read.argmax(axis=1)[:, None], axis=1)[:, 0]
-        # what was commanded before is between no change, how commands go on, and how the joint goes
+        # earlier commands: the median of no change, the rate of commands, and the rate of the joint
         rate = np.median([0.0 * sent.rate, _rate(sent.command), _rate(self._q)], axis=0) / max(log.step_s, 1e-4)
         self._runs = replace(sent, start=np.where(read.any(axis=1), first, sent.start), rate=rate)
-        # what rows at an end show was commanded before, or after, what is there; the first says where joints begin
+        # rows at an end may show commands outside the run; the first one gives the start of the joints
         self._used = np.ones((longest, count), dtype=bool)
         for s, length in enumerate(lengths.tolist()):
             rows = min(round(ENDS_S / max(log.step_s, 1e-4)), length // FEWEST_SHARE)
@@ -108,12 +108,12 @@ class TrackingRows:
                 self._used[:length, s][::order][: rows if moves else int(order > 0)] = False
         self._form = np.hypot(IDEAL_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
         self.independent = np.ones(joints)
-        """Values that each joint's rows are worth, (j,)."""
+        """Effective sample size of each joint's rows, (j,)."""
         self._found: dict[tuple[int, frozenset[str]], _ServoFit] = {}
 
     @property
     def used(self) -> int:
-        """How many rows of the log count."""
+        """Number of rows of the log that count."""
         return sum(rows.stop - rows.start for rows in self._pieces)
 
     @property
@@ -125,11 +125,11 @@ class TrackingRows:
         return out
 
     def count(self, joint: int) -> int:
-        """How many residuals of a joint are looked at."""
+        """Number of residuals of a joint that are used."""
         return len(self._kept[joint][0])
 
     def without(self, held_out: Bools) -> "TrackingRows":
-        """The same without the rows of the log that are held out, (n,), beginning at what was found."""
+        """The same without the held-out rows of the log, (n,), starting from the fits so far."""
         fresh = object.__new__(TrackingRows)
         fresh.__dict__ = {key: value for key, value in self.__dict__.items() if key != "_kept"}
         fresh._used = self._used.copy()
@@ -140,7 +140,7 @@ class TrackingRows:
 
     @cached_property
     def _kept(self) -> list[tuple[Ints, Ints, Ints]]:
-        """Row in the run, place of the run, and run itself of the residuals that are looked at, of each joint."""
+        """Row in the piece, index of the piece, and run of each joint's used residuals."""
         kept = []
         for q in self._q:
             s, at = np.nonzero((np.isfinite(q) & self._used).T)
@@ -149,7 +149,7 @@ class TrackingRows:
         return kept
 
     def candidates(self, effects: Sequence[MotionEffect]) -> tuple[list[list[At]], dict[str, str]]:
-        """Effects that may be at work at each joint, and why others cannot be tested at some."""
+        """Effects that may be present at each joint, and reasons why others cannot be tested at some."""
         effects, found = [one for one in effects if one.rows == "tracking"], []
         missing: dict[str, str] = {}
         for joint in self.joints.tolist():
@@ -165,9 +165,9 @@ class TrackingRows:
         return Trace(runs.command[joint], self._q[joint], runs.holding[joint], runs.moving[joint], runs.step)
 
     def usual(self, candidates: Sequence[Sequence[At]]) -> list[tuple[At, ...]]:
-        """What servos usually do, fitted step by step; where a search for each joint's effects begins.
+        """Usual effects of servos, fitted step by step: the start of the search at each joint.
 
-        A search that begins at an ideal servo would take the lag for a dead time, and what is left for play.
+        A search that starts from an ideal servo would take the lag for a dead time, and the rest for play.
         """
         numbers = range(len(candidates))
         late, early = ([_named(each, (name,)) for each in candidates] for name in ("dead_time", "clock_shift"))
@@ -184,27 +184,27 @@ class TrackingRows:
         return [min((fits[0][i], fits[1][i]), key=lambda fit: fit.score).effects for i in numbers]
 
     def with_one_clock(self, candidates: Sequence[Sequence[At]]) -> list[list[At]]:
-        """Candidates less the clock where it cannot be: it shifts all joints by one time."""
+        """Candidates without the clock where joints have different delays: it shifts all by one time."""
         early = [_named(each, ("clock_shift",)) for each in candidates]
         if not all(early):
             return [list(each) for each in candidates]
         delays = np.array([fit.numbers[0][0] for fit in self.fit(list(enumerate(early)), MORE_ROUNDS)])
-        one = (delays >= 0.0).all() or is_one_clock(delays)
-        return [[at for at in each if one or at.effect.name != "clock_shift"] for each in candidates]
+        agree = (delays >= 0.0).all() or is_one_clock(delays)
+        return [[at for at in each if agree or at.effect.name != "clock_shift"] for each in candidates]
 
     def count_memory(self) -> None:
-        """Find how much the rows are worth, from what the models found so far leave."""
+        """Estimate the effective sample sizes, from the residuals of the models so far."""
         for joint in self.joints.tolist():
             fits = [fit for (j, _), fit in self._found.items() if j == joint]
             best = min(fits, key=lambda fit: fit.cost)
             self.independent[joint] = independent_values(best.residual, self._kept[joint][2])
 
-    def fit(self, asked: Sequence[tuple[int, tuple[At, ...]]], rounds: int = ROUNDS) -> list[Fitted]:
-        """A model of the joint of each search, with each set of effects."""
-        keys = [(int(self.joints[number]), names_of(effects)) for number, effects in asked]
+    def fit(self, requests: Sequence[tuple[int, tuple[At, ...]]], rounds: int = ROUNDS) -> list[Fitted]:
+        """Models of the joint of each search, with each set of effects."""
+        keys = [(int(self.joints[number]), names_of(effects)) for number, effects in requests]
         fits = {
             key: self._begun(key[0], effects)
-            for key, (_, effects) in zip(keys, asked, strict=True)
+            for key, (_, effects) in zip(keys, requests, strict=True)
             if key not in self._found
         }
         self._improve([fit for group in fits.values() for fit in group], rounds)
@@ -212,7 +212,7 @@ class TrackingRows:
         return [self._as_fitted(self._found[key]) for key in keys]
 
     def refined(self, models: Sequence[Fitted], like: "TrackingRows") -> list[Fitted]:
-        """Models of all joints that other rows of the same log have led to, fitted to these."""
+        """Models of all joints, selected on other rows of the same log, fitted to these."""
         fits = [_ServoFit(found.joint, found.effects, found.x) for found in like._fits(models)]
         self._forget_unseen(fits)
         self._improve(fits, MORE_ROUNDS)
@@ -220,11 +220,11 @@ class TrackingRows:
         return [self._as_fitted(fit) for fit in fits]
 
     def _fits(self, models: Sequence[Fitted]) -> list[_ServoFit]:
-        """What was found for a model of each joint."""
+        """The stored fit of a model of each joint."""
         return [self._found[joint, one.names] for joint, one in zip(self.joints.tolist(), models, strict=True)]
 
     def _forget_unseen(self, fits: Sequence[_ServoFit]) -> None:
-        """Numbers that change nothing in these rows become those of an ideal servo: only other rows tell them."""
+        """Reset numbers that change nothing in these rows to an ideal servo's: only other rows determine them."""
         moving = [fit for fit in fits if fit.effects]
         self._evaluate(moving)
         for fit, slopes in zip(moving, self._slopes(moving), strict=True):
@@ -232,7 +232,7 @@ class TrackingRows:
             fit.x = np.where((slopes == 0.0).all(axis=0), ideal, fit.x)
 
     def _begun(self, joint: int, effects: tuple[At, ...]) -> list[_ServoFit]:
-        """Fits from where a model with an effect less, or more, ended; new effects begin at two sizes."""
+        """Fits that start from a model with an effect less, or more; new effects start at two sizes."""
         there = [(names, fit) for (j, names), fit in self._found.items() if j == joint]
         near = min(there, key=lambda one: len(names_of(effects) ^ one[0]), default=None)
         known, of_servo, spread = {}, {}, 0.0
@@ -286,7 +286,7 @@ class TrackingRows:
         return [(each - fit.residual[:, None]) / STEP for fit, each in zip(fits, aside, strict=True)]
 
     def _computed(self, cases: Sequence[tuple[_ServoFit, list[Array]]]) -> list[Array]:
-        """Residuals at the kept rows for some numbers of each fit, (kept, m)."""
+        """Residuals at the kept rows for given numbers of each fit, (kept, m)."""
         joint = np.array([fit.joint for fit, tried in cases for _ in tried], dtype=np.int64)
         numbers = [fit.servo(x) for fit, tried in cases for x in tried]
         if not numbers:
@@ -300,14 +300,14 @@ class TrackingRows:
         return found
 
     def errors_of(self, at: At, sizes: Array) -> list[Array]:
-        """Residuals of a joint, (n,), by a servo with one effect, the first number of some sizes, others zero."""
+        """Residuals of a joint, (n,), by a servo with one effect, for sizes of its first number; others are zero."""
         usual = np.array([number.usual for number in at.effect.numbers])
         first = np.eye(len(usual))[0] / usual[0]
         (found,) = self._computed([(_ServoFit(at.joint, (at,), first), [size * first for size in sizes])])
         return list(found.T)
 
     def lateness(self, models: Sequence[Fitted]) -> list[Lateness]:
-        """What each joint's readings say of delays, by a model of it that was fitted."""
+        """Evidence for delays in each joint's readings, by its fitted model."""
         fits = self._fits(models)
         servos = [fit.servo(fit.x) for fit in fits]
         moved = [{**servo, "delay": servo.get("delay", 0.0) + DELAY_STEP_S} for servo in servos]
@@ -329,7 +329,7 @@ class TrackingRows:
         return Fitted(fit.effects, numbers, (0,) * len(fit.effects), score, squares)
 
     def deviations(self, fitted: Fitted, joint: int) -> tuple[Array, ...]:
-        """Standard deviations of a model's numbers, by as many values as the rows are worth."""
+        """Standard deviations of a model's numbers, by the effective sample size."""
         fit = self._found[joint, fitted.names]
         if not fit.effects:
             return ()
@@ -341,7 +341,7 @@ class TrackingRows:
         return of_each(fit.effects, std)
 
     def predicted(self, models: Sequence[Fitted]) -> Array:
-        """Where joints go by their models, (n, j) in the rows of the log; the command for joints that have none."""
+        """Predicted angles, (n, j) in the rows of the log; the commands of joints without a model."""
         out = np.where(np.isfinite(self.log.command), self.log.command, np.nan)
         fits = self._fits(models)
         paths = self._runs.simulate(self.joints, [fit.servo(fit.x) for fit in fits])
@@ -352,7 +352,7 @@ class TrackingRows:
 
 
 def _rate(values: Array) -> Array:
-    """By how much values (j, n, k) change from row to row at the first, by the parabola through three, (j, k)."""
+    """Change of values (j, n, k) per row at the first, by the parabola through three, (j, k)."""
     first = np.nan_to_num(values[:, [0, 1, 2] if values.shape[1] > 2 else [0, 0, 0]])
     return np.asarray(0.5 * (4.0 * first[:, 1] - 3.0 * first[:, 0] - first[:, 2]))
 

@@ -15,7 +15,7 @@ __all__ = ["Calibrated", "Cloud", "Scan", "merged", "prepare", "read_calibration
 @final
 @dataclass(frozen=True)
 class Scan:
-    """A recording about to be scanned.
+    """A prepared scan of a recording.
 
     Attributes:
         calibrated: The scanner.

@@ -1,4 +1,4 @@
-"""A scanner as a calibration left it, read from calibration.json and the robot.urdf beside it."""
+"""A calibrated scanner, read from calibration.json and the robot.urdf in its folder."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -45,7 +45,7 @@ class SavedModel:
 @final
 @dataclass(frozen=True)
 class SavedParameter:
-    """A number as it was found; of the scanner's, nominal value and bounds, or where it started without these, too."""
+    """An estimated number; for the scanner's also nominal value and bounds, or, without these, the start value."""
 
     value: float
     nominal: float | None = None
@@ -67,7 +67,7 @@ class SavedEffect:
 @final
 @dataclass(frozen=True)
 class SavedCalibration:
-    """calibration.json of a stripe scanner, as far as a scan needs it."""
+    """The part of a stripe scanner's calibration.json that a scan needs."""
 
     format: Literal["robolaser-calibration/1"]
     dataset: str
@@ -91,7 +91,7 @@ class SavedImages:
 @final
 @dataclass(frozen=True)
 class SavedCell:
-    """What a picture of the cell needs of any sensor's calibration.json beside its numbers."""
+    """The part of any sensor's calibration.json that a view of the cell needs in addition to its numbers."""
 
     model: SavedImages
     run: RunSummary | None = None
@@ -100,20 +100,19 @@ class SavedCell:
 @final
 @dataclass(frozen=True)
 class Calibrated:
-    """A scanner on its arm, with the effects that were found.
+    """A scanner on its arm, with the effects of its calibration.
 
     Attributes:
         name: Of the data set that it was calibrated from.
-        origin: Where its numbers come from, in words.
-        parameters: The paper's fourteen, as they were before the calibration; where nobody gave a nominal value, the
-            closed form's.
-        values: The fourteen and the numbers of the effects as they were found, (1,) each.
+        origin: The source of its numbers, in words.
+        parameters: The paper's fourteen before the calibration: nominal values, or those of the closed form.
+        values: The estimated fourteen and numbers of the effects, (1,) each.
         candidates: The effects, in their order.
         robot: The nominal arm; None where flange poses were measured.
-        model: What its file says of camera and arm.
+        model: Camera and arm of its file.
         noise: Standard deviation of each source of error, by name [px, m or rad].
         rms_m: Error of the calibration points, on new poses where that is known [m].
-        run: The run that it was calibrated from; None where an older file does not say.
+        run: The run that it was calibrated from; None where an older file does not state it.
 
     Examples:
         >>> from robolaser.scan import read_calibration
@@ -140,7 +139,7 @@ class Calibrated:
 
     @property
     def setup_warning(self) -> str | None:
-        """A warning that the calibration describes the cell wrongly; None where nothing points to that."""
+        """A warning that the calibration describes the cell wrongly; None without evidence for this."""
         if self.rms_m is None or self.rms_m < SETUP_RMS_M:
             return None
         return (
@@ -149,10 +148,10 @@ class Calibrated:
         )
 
     def as_drawn(self) -> "Calibrated":
-        """The nominal scanner: before anything was fitted, and without effects.
+        """The nominal scanner: before the fit, and without effects.
 
         Raises:
-            ScanError: Nobody gave nominal values for some of its parameters.
+            ScanError: Some of its parameters have no nominal values.
         """
         missing = [name for name, item in self.parameters.items() if not item.given]
         if missing:
@@ -166,10 +165,10 @@ class Calibrated:
         return replace(self, origin=origin, values=nominal, candidates=(), noise=noise, rms_m=None)
 
     def fitted_to(self, recording: Dataset) -> Dataset:
-        """The recording as if the calibrated scanner and its arm were described in it.
+        """The recording with the calibrated scanner and its arm as its description.
 
         Raises:
-            ScanError: Sensor, image, arm or joints are of another scanner.
+            ScanError: Sensor, image, arm or joints are those of another scanner.
         """
         same = (
             ("kind of sensor", recording.kind, Stripe.format.kind),
@@ -204,12 +203,12 @@ def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
 
     Args:
         path: The file, or the folder that it is in.
-        arm: The recording's, to be taken where the file stands alone, without its robot.urdf beside it.
+        arm: The recording's, for a file without its robot.urdf.
 
     Raises:
-        DataError: It is of another format, lacks something, or has something impossible, or is of another sensor.
+        DataError: It has another format or sensor, or a key is missing or invalid.
         EffectError: An effect is not known here, or cannot be at its location.
-        RobotError: The robot beside it cannot be read.
+        RobotError: Its robot cannot be read.
 
     Examples:
         >>> from robolaser.scan import read_calibration
@@ -291,7 +290,7 @@ def _candidate(file: Path, saved: SavedEffect, robot: Robot | None) -> Candidate
 
 
 def _unusable(file: Path, reason: str) -> DataError:
-    """The file is no calibration of a scanner."""
+    """The error of a file that is no calibration of a scanner."""
     return DataError(
         f"Cannot use {file}: {reason}. Expected calibration.json of a stripe scanner as `robolaser calibrate` or"
         " `robolaser diagnose` writes it, robot.urdf beside it.",

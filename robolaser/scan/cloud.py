@@ -1,10 +1,10 @@
-"""From the stripes of a recording, wherever they come from, to points in the base frame, piece by piece on all cores.
+"""From the stripes of a recording to points in the base frame, piece by piece on all cores.
 
 `std` of a point is the root-mean-square distance by which its noise moves it: the line centre's standard deviation
 across the stripe, propagated through ray and laser plane, and the noise of the joints, propagated through the arm. The
-latter is the calibration's estimate: the readings' noise, and whatever moved single poses unexplained. Where
-that is much, points scatter less against their neighbours. Errors of the calibration that all points share are not in
-it.
+latter is the calibration's estimate: the readings' noise, and unexplained scatter of single poses. Where
+that is large, points scatter less against their neighbours. Errors of the calibration that all points share are not
+included.
 """
 
 import os
@@ -30,9 +30,9 @@ from robolaser.scan.calibrated import Calibrated
 from robolaser.scan.ply import VERTEX, Vertices
 from robolaser.scan.scanner_model import ScannerModel
 
-AT_ONCE = 1 << 14  # line centres that a core takes at a time: they and their points stay in its cache
-SAMPLES = 2000  # line centres for which the sizes of doubts are worked out
-PIECES_AT_ONCE = 32  # for each core, before they are handed on in order
+AT_ONCE = 1 << 14  # line centres of a core at a time: they and their points fit into its cache
+SAMPLES = 2000  # line centres for the sizes of possible errors
+PIECES_AT_ONCE = 32  # for each core, in a batch
 
 
 @final
@@ -40,22 +40,22 @@ PIECES_AT_ONCE = 32  # for each core, before they are handed on in order
 class Source:
     """The stripes of a recording."""
 
-    what: str  # where they come from, for people
-    pieces: Sequence[Callable[[], Stripes]]  # each gives some line centres when called, from any thread, (n,) of STRIPE
+    what: str  # their source, for messages
+    pieces: Sequence[Callable[[], Stripes]]  # each returns some line centres, in any thread, (n,) of STRIPE
     points: Points | None = None  # the rows of points.csv, where these are the only piece; else None
 
 
 def source_of(recording: Dataset, pixel_px: float) -> Source:
-    """The best there is: stripes.npy, else points.csv, else images.
+    """The stripes of a recording: from stripes.npy, else points.csv, else images.
 
     Args:
         recording: On disk.
-        pixel_px: Standard deviation of a line centre where its own is not known [px].
+        pixel_px: Standard deviation of a line centre where it is not known [px].
 
     Raises:
         ScanError: There is none of them, or stripes.npy is empty.
         DataError: stripes.npy is broken.
-        DataError: poses.csv names images as it must not.
+        DataError: The image columns of poses.csv are invalid.
     """
     folder = recording.folder
     if folder is not None and (folder / FILE).exists():
@@ -77,12 +77,12 @@ def source_of(recording: Dataset, pixel_px: float) -> Source:
 
 
 def sample_points(source: Source, recording: Dataset) -> Points:
-    """Some line centres, evenly taken from the whole recording; of images, which are not read yet, pixels all over."""
+    """Evenly taken line centres of the whole recording; for images, which are not read yet, pixels all over them."""
     if source.what == "images":
         return points_in_images(recording, np.array([shots.row for shots in images_of_poses(recording)]))
     if source.points is not None:
         return source.points.take(evenly(len(source.points), SAMPLES))
-    assert recording.folder is not None  # stripes.npy lies in it
+    assert recording.folder is not None  # it has stripes.npy
     stripes = open_stripes(recording.folder / FILE)
     some = stripes[evenly(len(stripes), SAMPLES)]
     _check_poses(some, recording)
@@ -91,7 +91,7 @@ def sample_points(source: Source, recording: Dataset) -> Points:
 
 def points_in_images(recording: Dataset, rows: Ints) -> Points:
     """Pixels all over the image in some of the poses with these numbers, (n,)."""
-    assert recording.image_px is not None  # a stripe's data set has a size
+    assert recording.image_px is not None  # data sets of stripes have an image size
     grid = np.linspace(0.2, 0.8, 3)
     places = np.stack(np.meshgrid(*(side * grid for side in recording.image_px)), axis=-1).reshape(-1, 2)
     some = rows[evenly(len(rows), SAMPLES // len(places))]
@@ -106,7 +106,7 @@ def as_points(stripes: Stripes) -> Points:
 
 
 def _check_poses(stripes: Stripes, recording: Dataset) -> None:
-    """See that all line centres are of poses that exist."""
+    """Check that all line centres have a pose."""
     last = int(stripes["pose"].max(initial=0))
     if len(stripes) and last >= len(recording.poses):
         raise DataError(
@@ -117,7 +117,7 @@ def _check_poses(stripes: Stripes, recording: Dataset) -> None:
 
 
 def no_line_centres(source: str) -> ScanError:
-    """No stripe was found."""
+    """The error of a recording without a stripe."""
     return ScanError(
         f"No image shows a stripe: there is no line centre in {source}. Check that the laser was on, the exposure, and"
         " [sensor] stripe_axis; then record again, or run `robolaser extract --force`."
@@ -125,7 +125,7 @@ def no_line_centres(source: str) -> ScanError:
 
 
 def _from_file(path: Path) -> Source:
-    """Pieces of a file, each read when it is its turn: mapped memory would seem to grow with the scan."""
+    """Pieces of a file, each read when needed: memory use would seem to grow with a mapped file."""
     stripes = open_stripes(path)
     if not isinstance(stripes, np.memmap):
         raise no_line_centres(str(path))
@@ -158,7 +158,7 @@ def _from_points(points: Points, pixel_px: float) -> Stripes:
 @final
 @dataclass
 class Counts:
-    """Numbers of line centres, of points that they gave, and of poses with points."""
+    """Numbers of line centres, of their points, and of poses with points."""
 
     centres: int = 0
     points: int = 0
@@ -168,14 +168,14 @@ class Counts:
 @final
 @dataclass(frozen=True)
 class ScannedRecording:
-    """The points that a scanner shows of one recording."""
+    """The points of a scanner in one recording."""
 
-    scanner: ScannerModel  # what the scanner sees
+    scanner: ScannerModel  # of the recording
     source: Source  # the stripes
-    arm: Array  # scatter from the noise of the joints' readings at each pose, (n,) [m]
+    arm: Array  # scatter by the noise of the joints' readings at each pose, (n,) [m]
 
     def piece(self, read: Callable[[], Stripes]) -> tuple[int, Vertices]:
-        """How many line centres a piece of the source has, and the points that they give."""
+        """The number of line centres in a piece of the source, and their points."""
         stripes = read()
         _check_poses(stripes, self.scanner.dataset)
         points = self.source.points or as_points(stripes)
@@ -195,7 +195,7 @@ class Cloud:
 
     Attributes:
         parts: Each recording.
-        counts: Counts what passes.
+        counts: Numbers of line centres and points so far.
 
     Examples:
         >>> from robolaser.scan import prepare, read_calibration
@@ -210,7 +210,7 @@ class Cloud:
 
     @property
     def what(self) -> str:
-        """Where the stripes come from, for people."""
+        """The source of the stripes, for messages."""
         return " and ".join(dict.fromkeys(part.source.what for part in self.parts))
 
     @property
@@ -222,7 +222,7 @@ class Cloud:
         """The points in the order of the line centres; rays that do not meet the laser plane are left out.
 
         Args:
-            progress: Is called with the share that is done.
+            progress: Called with the finished share.
 
         Raises:
             DataError: Line centres are of poses that their recording does not have.
@@ -255,7 +255,7 @@ class Cloud:
 
 
 def _in_threads(part: ScannedRecording) -> Iterator[tuple[float, tuple[int, Vertices]]]:
-    """The pieces of a part in their order, computed on all cores, each with the share that is done."""
+    """The pieces of a part in order, computed on all cores, each with the finished share."""
     waiting, done, count = iter(part.source.pieces), 0, len(part.source.pieces)
     with ThreadPoolExecutor(cores(), thread_name_prefix="robolaser") as threads:
         while batch := list(islice(waiting, PIECES_AT_ONCE * cores())):
@@ -265,7 +265,7 @@ def _in_threads(part: ScannedRecording) -> Iterator[tuple[float, tuple[int, Vert
 
 
 def cores() -> int:
-    """Cores that a scan may use: all of this process, or as many as `OMP_NUM_THREADS` says."""
+    """Cores that a scan may use: all of this process, or `OMP_NUM_THREADS`."""
     limit = os.environ.get("OMP_NUM_THREADS", "")
     if limit.isdigit() and int(limit) > 0:
         return int(limit)
@@ -282,7 +282,7 @@ def arm_scatter(scanner: ScannerModel, calibrated: Calibrated) -> Array:
         return np.full(len(poses), np.sqrt(3.0) * calibrated.noise.get("flange", 0.0))
     sigma = calibrated.noise.get("joint", 0.0)
     axis = replace(scanner, effects=tuple(one for one in scanner.effects if one.stage is not Stage.PIXELS))
-    seen = np.nan_to_num(axis.in_camera(axis.at_poses))  # where none is seen: the camera's position
+    seen = np.nan_to_num(axis.in_camera(axis.at_poses))  # without an intersection: the camera's position
     points = apply(scanner.camera, seen)
     moves = robot.jacobian(poses.q, points[None])[:, :3, list(robot.chain)]  # by each joint, (n, 3, j)
     return np.asarray(sigma * np.linalg.norm(np.linalg.norm(moves, axis=1), axis=1))

@@ -1,4 +1,4 @@
-"""What is kept of a cloud on its way to a file and what is added, and the formats: PLY, PCD, LAS and E57."""
+"""Selected points of a cloud with added columns, and file formats: PLY, PCD, LAS and E57."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
@@ -14,10 +14,10 @@ from robolaser.errors import ScanError, unwritable
 from robolaser.plugins import extra
 from robolaser.scan.ply import COLOURS, NORMALS, VERTEX, Vertices, positions_of, write_ply
 
-NEIGHBOURS = 16  # points, itself among them, whose plane gives a point's normal
+NEIGHBOURS = 16  # points, with the point itself, whose plane gives its normal
 BLOCK = 100_000  # points whose neighbours are in memory at a time: 50 MB
-GATHERED = 2_000_000  # points, at least, after which voxels are gathered anew
-SAMPLED = 200_000  # points of a sample: more say no more about a plane, and show no more in a picture
+GATHERED = 2_000_000  # least number of points between two merges of voxels
+SAMPLED = 200_000  # points of a sample: more do not improve a plane or a picture
 
 
 def within(pieces: Iterable[Vertices], region: Array) -> Iterator[Vertices]:
@@ -28,9 +28,9 @@ def within(pieces: Iterable[Vertices], region: Array) -> Iterator[Vertices]:
 
 
 def one_per_voxel(pieces: Iterable[Vertices], size_m: float) -> Vertices:
-    """The mean of the points in each cube of a grid, in the order in which the cubes were first met, (k,).
+    """The mean of the points in each cube of a grid, in the order of their first points, (k,).
 
-    `std` is the root mean square of theirs: neighbours share the arm's errors. `pose` is that of the first.
+    `std` is the RMS of theirs: neighbours share the arm's errors. `pose` is that of the first.
     """
     kept: list[tuple[Ints, Array, Vertices]] = []
     count, most = 0, GATHERED
@@ -43,7 +43,7 @@ def one_per_voxel(pieces: Iterable[Vertices], size_m: float) -> Vertices:
         if count > most:
             kept = [_gathered(kept)]
             count = len(kept[0][0])
-            most = max(GATHERED, 2 * count)  # else many voxels would be gathered with each piece
+            most = max(GATHERED, 2 * count)  # else many voxels would be merged with each piece
     _, sums, cloud = _gathered(kept)
     means = sums[:, :5] / sums[:, 5:]
     for column, name in enumerate(("x", "y", "z", "std", "intensity")):
@@ -98,10 +98,10 @@ def _extended(cloud: Vertices, fields: list[tuple[str, str]], columns: Iterable[
 
 @final
 class Subsample:
-    """Evenly taken points of a cloud of unknown size: every one at first, then ever fewer.
+    """Evenly taken points of a cloud of unknown size: all at first, then ever fewer.
 
     Args:
-        most: Points remembered, at most.
+        most: Largest number of points.
     """
 
     def __init__(self, most: int = SAMPLED) -> None:
@@ -109,7 +109,7 @@ class Subsample:
         self._kept: list[Vertices] = []
 
     def watch(self, pieces: Iterable[Vertices]) -> Iterator[Vertices]:
-        """Hand on pieces, (n,) of VERTEX each, and remember some of their points."""
+        """Yield pieces, (n,) of VERTEX each, and sample their points."""
         for piece in pieces:
             self._kept.append(piece[-self._seen % self._every :: self._every].copy())
             self._seen += len(piece)
@@ -120,7 +120,7 @@ class Subsample:
 
     @property
     def vertices(self) -> Vertices:
-        """What was remembered, in the order in which it came, (m,) of VERTEX."""
+        """The sampled points in order, (m,) of VERTEX."""
         return np.concatenate([np.empty(0, VERTEX), *self._kept])
 
 
@@ -131,19 +131,19 @@ _DIGITS = 20
 
 
 def write_cloud(path: Path, pieces: Iterable[Vertices], comments: Sequence[str]) -> int:
-    """Write a cloud in the format that the file's name says, and give the number of its points.
+    """Write a cloud in the format of the file's suffix, and return the number of its points.
 
-    PLY and PCD are written as points come; LAS and E57 are gathered in memory first.
+    PLY and PCD are written piece by piece; LAS and E57 are collected in memory first.
 
     Args:
         path: The file, whose name ends with one of FORMATS.
         pieces: Points, (n,) each, of VERTEX or that with normals or colours; all alike.
-        comments: Lines for people; a PLY has them all, E57 and LAS the first.
+        comments: Lines of text; a PLY has them all, E57 and LAS the first.
 
     Raises:
         DependencyMissing: The format's library is not installed.
-        ScanError: No point is there to be written.
-        OutputError: The disk or the rights say no.
+        ScanError: There is no point.
+        OutputError: Writing fails.
     """
     waiting = iter(pieces)
     first = next((piece for piece in waiting if len(piece)), None)
@@ -223,4 +223,4 @@ def _writer(library: str, what: str) -> Any:
 FORMATS: Mapping[str, Callable[[Path, Iterable[Vertices], Sequence[str], np.dtype[Any]], int]] = {
     ".ply": write_ply, ".pcd": _pcd, ".las": _las, ".e57": _e57,
 }  # fmt: skip
-"""How a cloud is written, by the end of its file's name."""
+"""Writers of clouds, by suffix."""

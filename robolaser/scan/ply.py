@@ -1,4 +1,4 @@
-"""Point clouds on disk: binary PLY, written piece by piece, whole or not at all."""
+"""Point clouds on disk: binary PLY, written piece by piece, completely or not at all."""
 
 import os
 from collections.abc import Iterable, Sequence
@@ -14,7 +14,7 @@ from robolaser.data.result_folder import write_streamed
 from robolaser.errors import DataError
 
 VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("std", "<f4"), ("pose", "<i4"), ("intensity", "<f4")])
-"""Place in the base frame [m]; scatter [m]; row of poses.csv, the first is 0; grey of the stripe, 0 to 255."""
+"""Position in the base frame [m]; scatter [m]; row of poses.csv, the first is 0; grey of the stripe, 0 to 255."""
 Vertices = NDArray[np.void]
 NORMALS = [(name, "<f4") for name in ("nx", "ny", "nz")]
 COLOURS = [(name, "u1") for name in ("red", "green", "blue")]
@@ -27,19 +27,19 @@ MOST_HEADER = 1 << 16  # bytes in which the header of a cloud of ours ends
 
 
 def write_ply(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype: np.dtype[Any] = VERTEX) -> int:
-    """Write a cloud as it comes.
+    """Write a cloud piece by piece.
 
     Args:
-        path: The file; what was there stays until all is written.
+        path: The file; a previous one stays until all is written.
         pieces: Vertices, each (n,).
-        comments: Lines for people at the head of the file.
+        comments: Lines of text at the head of the file.
         dtype: Of the vertices, where they have more than VERTEX.
 
     Returns:
-        How many vertices were written.
+        The number of vertices.
 
     Raises:
-        OutputError: The disk or the rights say no.
+        OutputError: Writing fails.
     """
     return write_streamed(path, lambda count: _header(count, comments, dtype), pieces)
 
@@ -57,9 +57,9 @@ def map_ply(path: Path) -> Vertices:
     except DataError as error:
         raise _unreadable(path, str(error).rstrip(".")) from None
     lines, end, _ = head.partition(b"end_header\n")
-    said = [line for line in lines.decode("ascii", "replace").splitlines() if not line.startswith("comment ")]
-    counts = [line.split()[-1] for line in said if line.startswith("element vertex ")]
-    dtype = next((one for one in _STORED if said == _head(counts[0] if counts else "0", one)), None)
+    header = [line for line in lines.decode("ascii", "replace").splitlines() if not line.startswith("comment ")]
+    counts = [line.split()[-1] for line in header if line.startswith("element vertex ")]
+    dtype = next((one for one in _STORED if header == _head(counts[0] if counts else "0", one)), None)
     if not end or dtype is None:
         raise _unreadable(path, "its header is not that of such a cloud")
     count, start = int(counts[0]), len(lines) + len(end)
@@ -78,17 +78,17 @@ def positions_of(vertices: Vertices) -> Array:
 
 
 def _head(count: str, dtype: np.dtype[Any]) -> list[str]:
-    """The header's lines but for comments and its end."""
+    """The header's lines without comments and end."""
     fields = [f"property {_TYPES[dtype[name].str]} {name}" for name in dtype.names or ()]
     return ["ply", "format binary_little_endian 1.0", f"element vertex {count}", *fields]
 
 
 def _header(count: int, comments: Sequence[str], dtype: np.dtype[Any]) -> bytes:
-    """The header, as long for one count as for any other: a comment makes up for its digits."""
+    """The header; a comment pads it to the same length for every count."""
     first, second, *rest = _head(str(count), dtype)
-    said = [f"comment {_plain(line)}" for line in comments]
+    texts = [f"comment {_plain(line)}" for line in comments]
     rest[0:0] = [f"comment {'.' * (_DIGITS - len(str(count)))}"]
-    return ("\n".join([first, second, *said, *rest, "end_header"]) + "\n").encode("ascii")
+    return ("\n".join([first, second, *texts, *rest, "end_header"]) + "\n").encode("ascii")
 
 
 def _plain(text: str) -> str:

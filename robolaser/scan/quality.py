@@ -1,4 +1,4 @@
-"""How good a cloud is: its scatter, and planes and spheres of known size: found by random samples, then fitted."""
+"""Quality of a cloud: its scatter, and planes and spheres of known size, found by random samples and fitted."""
 
 from dataclasses import dataclass, replace
 from typing import final
@@ -10,19 +10,19 @@ from robolaser.errors import ScanError
 from robolaser.geometry.mad_scale import mad_scale
 from robolaser.scan.ply import Vertices, positions_of
 
-STEP_SLACK = 0.5  # by which a step of known height may be off and still be taken for it
-FAR_OFF = 3.0  # times that scatter and prediction may differ without a warning: few points alone make two
+STEP_SLACK = 0.5  # relative tolerance of a step of known height
+FAR_OFF = 3.0  # factor between scatter and prediction without a warning: few points alone cause two
 TINY = 1e-12  # metres: a prediction of zero is no divisor
-LEVEL = 0.9  # share of points whose scatter is below what is reported beside the median
-DRAWS = 600  # samples of points: with a fifth of them on the primitive, one is clean in 99 of 100 cases
+LEVEL = 0.9  # quantile of scatter that is reported with the median
+DRAWS = 600  # samples of points: with a fifth of these on the primitive, one is clean in 99 of 100 cases
 JUDGES = 4000  # points by which samples are judged
-NEAR_STD = 3.0  # scatters from a primitive within which a point may belong to it
-LEAST_NEAR_M = 2e-4  # the same where points claim less: calibrations leave as much
+NEAR_STD = 3.0  # distance in scatters within which a point may belong to a primitive
+LEAST_NEAR_M = 2e-4  # least such distance: the usual error of calibrations
 ROUNDS = 10  # of fitting and leaving out
 FEWEST = 30  # points that determine a primitive
-FLOOR = 0.2  # of the median scatter: no point counts as if it had less
-CLEAR = 0.75  # of the points within three times as far: a primitive has them, a cut through another one does not
-RADIUS_SLACK = 0.3  # by which a sphere of known size may be off and still be taken for it
+FLOOR = 0.2  # of the median scatter: least scatter in a point's weight
+CLEAR = 0.75  # share of the points within three times the tolerance that are on a real primitive
+RADIUS_SLACK = 0.3  # relative tolerance of a sphere of known radius
 
 
 @final
@@ -33,8 +33,8 @@ class Primitive:
     # a plane's normal, of length one, the axis that it is nearest to positive; a sphere's centre [m], (3,)
     place: Array
     size: float  # the plane's offset along its normal: normal · P = offset; the sphere's radius [m]
-    size_std: float  # standard deviation, of points whose errors are independent [m]
-    on: Bools  # the points that lie on it, (n,)
+    size_std: float  # standard deviation, for independent errors of points [m]
+    on: Bools  # whether each point is on it, (n,)
     distance: Array  # of all points from it, (n,) [m]
 
     @property
@@ -46,37 +46,37 @@ class Primitive:
 @final
 @dataclass(frozen=True)
 class Measured:
-    """A primitive in the cloud compared with what is known of it."""
+    """A primitive in the cloud compared with its known size."""
 
     what: str  # "plane", "step" or "sphere"
     size_m: float | None  # height of the step or radius of the sphere; None for a plane
-    std_m: float | None  # its standard deviation, of points whose errors are independent
-    known_m: float | None  # what it is
+    std_m: float | None  # its standard deviation, for independent errors of points
+    known_m: float | None  # true size
     rms_m: float  # scatter of its points about it
-    predicted_m: float  # root-mean-square of these points' own `std`; NaN where that is not known
-    points: int  # how many of those looked at lie on it
+    predicted_m: float  # RMS of these points' `std`; NaN where that is not known
+    points: int  # number of its points
 
     @property
     def error_m(self) -> float | None:
-        """Size found less size known."""
+        """Measured less true size."""
         return None if self.size_m is None or self.known_m is None else self.size_m - self.known_m
 
 
 @final
 @dataclass(frozen=True)
 class Quality:
-    """What is known of how good a cloud is."""
+    """Measured quality of a cloud."""
 
-    vertices: Vertices  # the points looked at, (n,) of VERTEX
+    vertices: Vertices  # the sampled points, (n,) of VERTEX
     scatter_m: float  # median of their `std`; NaN where it is not known
-    most_m: float  # what LEVEL of them are below
-    primitives: tuple[Measured, ...] = ()  # what was measured
-    missing: tuple[ScanError, ...] = ()  # what was looked for in vain, and why, in the order wanted
-    plane: Primitive | None = None  # the largest plane, where one was looked for
+    most_m: float  # LEVEL quantile of them
+    primitives: tuple[Measured, ...] = ()  # measured ones
+    missing: tuple[ScanError, ...] = ()  # reasons for primitives that were not found, in order
+    plane: Primitive | None = None  # the largest plane, if requested
 
     @property
     def positions(self) -> Array:
-        """Where they are, (n, 3) [m]."""
+        """Positions of the points, (n, 3) [m]."""
         return positions_of(self.vertices)
 
     @property
@@ -93,14 +93,14 @@ def measure(
     sphere_m: float | None = None,
     seed: int = 1,
 ) -> Quality:
-    """Look for primitives of known size.
+    """Measure scatter and primitives of known size.
 
     Args:
         vertices: Points of a cloud, evenly taken.
-        plane: Look for the largest plane.
-        step_m: Look for a step of this height; it counts from the largest plane.
-        sphere_m: Look for a sphere of this radius, among the points of neither step nor plane.
-        seed: Of the samples drawn.
+        plane: Measure the largest plane.
+        step_m: Measure a step of this height on the largest plane.
+        sphere_m: Measure a sphere of this radius, among the points of neither step nor plane.
+        seed: Of the random samples.
     """
     rng = np.random.default_rng(seed)
     xyz, std = positions_of(vertices), vertices["std"].astype(np.float64)
@@ -128,8 +128,8 @@ def measure(
     if sphere_m:
         sphere = _find_sphere(xyz[left], std[left], sphere_m, rng)
         if sphere is None or not _stands_out(sphere.distance, sphere.on):
-            beside = f"of {int(left.sum())} points beside the planes too few lie on one of radius"
-            missing.append(_not_found("sphere", f"{beside} {1e3 * sphere_m:.3g} mm"))
+            few = f"of {int(left.sum())} points beside the planes too few lie on one of radius"
+            missing.append(_not_found("sphere", f"{few} {1e3 * sphere_m:.3g} mm"))
         else:
             primitives.append(_measured("sphere", sphere, std[left], sphere.size, sphere.size_std, sphere_m))
     return Quality(vertices, scatter, most, tuple(primitives), tuple(missing), largest)
@@ -143,7 +143,7 @@ def _not_found(what: str, reason: str) -> ScanError:
 
 
 def _step(xyz: Array, std: Array, plane: Primitive, height: float, rng: np.random.Generator) -> Primitive | None:
-    """The other plane, parallel to the first, about as far off as is known."""
+    """The other plane, parallel to the first, at about the known distance."""
     there = ~plane.on & (np.abs(np.abs(plane.distance) - height) < STEP_SLACK * height)
     found = _find_plane(xyz[there], std[there], rng, plane.place)
     if found is None:
@@ -157,7 +157,7 @@ def _step(xyz: Array, std: Array, plane: Primitive, height: float, rng: np.rando
 
 
 def _measured(what: str, found: Primitive, std: Array, *sizes: float) -> Measured:
-    """A primitive with its size, the standard deviation of that and what it is known to be, or without sizes."""
+    """A primitive with its size, standard deviation and true size, or without sizes."""
     predicted = float(np.sqrt(np.mean(std[found.on] ** 2)))
     size, size_std, known = sizes or (None, None, None)
     return Measured(what, size, size_std, known, found.rms_m, predicted, int(found.on.sum()))
@@ -168,17 +168,17 @@ def _doubt(body: Measured) -> str:
     if np.isnan(body.predicted_m) or 1 / FAR_OFF <= body.rms_m / max(body.predicted_m, TINY) <= FAR_OFF:
         return ""
     found = f"points scatter about the {body.what} by {1e3 * body.rms_m:.2g} mm"
-    said = f"{found}, their std predicts {1e3 * body.predicted_m:.2g} mm"
+    compared = f"{found}, their std predicts {1e3 * body.predicted_m:.2g} mm"
     if body.rms_m > body.predicted_m:
-        return f"{said}: the calibration does not fit this recording, or the surface does not have that shape."
+        return f"{compared}: the calibration does not fit this recording, or the surface does not have that shape."
     return (
-        f"{said}: more than noise. Errors of the calibrated model count there as noise of the joints, but are"
+        f"{compared}: more than noise. Errors of the calibrated model count there as noise of the joints, but are"
         " common to neighbouring points."
     )
 
 
 def _find_plane(xyz: Array, std: Array, rng: np.random.Generator, normal: Array | None = None) -> Primitive | None:
-    """The plane with the most points (n, 3), across a normal (3,) where one is given; None where too few lie on it."""
+    """The plane with the most points (n, 3), with a given normal (3,) or any; None where it has too few points."""
     if len(xyz) < FEWEST:
         return None
     _, near = _scales(std)
@@ -221,7 +221,7 @@ def _refined_plane(xyz: Array, std: Array, normal: Array, offset: float, *, free
 
 
 def _find_sphere(xyz: Array, std: Array, radius: float, rng: np.random.Generator) -> Primitive | None:
-    """The sphere of about a known radius [m] with the most points (n, 3); None where fewer than FEWEST lie on one."""
+    """The sphere of about a known radius [m] with the most points (n, 3); None where it has fewer than FEWEST."""
     if len(xyz) < FEWEST:
         return None
     from scipy.spatial import cKDTree  # noqa: PLC0415 - loaded when needed: scipy is slow to import
@@ -265,7 +265,7 @@ def _refined_sphere(xyz: Array, std: Array, centre: Array, radius: float) -> Pri
 
 
 def _stands_out(distance: Array, on: Bools) -> bool:
-    """Whether most points about a primitive are on it, by the distances of all that might have been, (n,) [m]."""
+    """Whether most points near a primitive are on it, by the distances of all candidates, (n,) [m]."""
     return bool(on.sum() > CLEAR * (np.abs(distance) < 3 * np.abs(distance[on]).max(initial=0.0)).sum())
 
 
@@ -289,9 +289,9 @@ def _through(fours: Array) -> tuple[Array, Array]:
 
 
 def _scales(std: Array) -> tuple[Array, Array]:
-    """How much each point counts, and how far from a primitive it may be and still belong to it [m], (n,) each.
+    """Weight of each point, and largest distance from a primitive that it belongs to [m], (n,) each.
 
-    None counts much more than the others; all are alike where their scatter is not known.
+    Weights are limited by FLOOR, and equal where the scatter is not known.
     """
     known = np.isfinite(std).all() and (std > 0).any()
     weight = 1.0 / np.maximum(std, FLOOR * np.median(std)) ** 2 if known else np.ones(len(std))

@@ -1,6 +1,6 @@
-"""What a calibrated scanner sees in a recording: the camera at each pose, and the point that a pixel shows.
+"""Model of a calibrated scanner in a recording: the camera at each pose, and the point of a pixel.
 
-Each effect says what becomes of it in another run (`Effect.carried_to`). Effects of the target do not matter to a scan.
+Effects are transferred to another run by `Effect.carried_to`. Effects of the target do not influence a scan.
 """
 
 from collections.abc import Iterable
@@ -23,24 +23,24 @@ from robolaser.parameters import Values
 from robolaser.scan.calibrated import Calibrated
 
 FARTHEST_M = 10.0  # from the camera: beyond, rays are nearly parallel to the laser plane
-VISIBLE_M = 1e-6  # smaller moves matter to nobody
+VISIBLE_M = 1e-6  # smaller shifts are negligible
 CLEAR = 99.0  # percentile of sizes that is reported as the largest
-BEYOND = 0.1  # of the calibrated rise of temperature: so far it may be extrapolated without a warning
+BEYOND = 0.1  # of the calibrated rise of temperature: largest extrapolation without a warning
 
 
 @final
 @dataclass(frozen=True)
 class ScannerModel:
-    """A recording's poses as a calibrated scanner and its effects have them."""
+    """The poses of a recording by a calibrated scanner and its effects."""
 
     dataset: Dataset  # the recording, with the calibrated scanner and its arm
     values: Values  # the fourteen parameters, (1,) each
-    effects: tuple[Effect, ...] = ()  # those that perturb what passes, in their order
-    # how far the run had come at each pose, where the recording does not count from its own beginning
+    effects: tuple[Effect, ...] = ()  # the active ones, in order
+    # share of the run at each pose, where the recording does not start at the run's beginning
     course: Course | None = None
 
     def perturb(self, points: Points) -> Perturbation:
-        """The effects as they act on some points of the recording."""
+        """The effects on given points of the recording."""
         return perturb_with(self.effects, Run(replace(self.dataset, points=points), self.course))
 
     @cached_property
@@ -69,9 +69,9 @@ class ScannerModel:
         return np.asarray(self.flange @ mount(self.dataset, self.values, self.perturb(self.at_poses))[0])
 
     def in_camera(self, points: Points) -> Array:
-        """Where the rays of some pixels meet the laser plane, in the camera frame, (m, 3) [m].
+        """Intersections of pixels' rays with the laser plane, in the camera frame, (m, 3) [m].
 
-        NaN where the ray does not meet it in front of the camera, within FARTHEST_M.
+        NaN where there is none in front of the camera within FARTHEST_M.
         """
         return self._in_front(self._seen(points, points["pixel"]))
 
@@ -88,7 +88,7 @@ class ScannerModel:
         return apply(self.camera[points.pose], self.in_camera(points))
 
     def slope(self, points: Points) -> Array:
-        """How far a point moves when its pixel moves across the stripe, (m,) [m/px]."""
+        """Sensitivity of a point to a shift of its pixel across the stripe, (m,) [m/px]."""
         across = np.array([0.0, 1.0] if self.dataset.stripe_axis == "u" else [1.0, 0.0])
         pixel = Dual(points["pixel"], np.broadcast_to(across, (1, len(points), 2)), (0,))
         seen: Any = self._seen(points, cast("Array", pixel))
@@ -96,12 +96,12 @@ class ScannerModel:
 
 
 def carried_over(calibrated: Calibrated, recording: Dataset, probe: Points) -> tuple[ScannerModel, tuple[str, ...]]:
-    """What the scanner sees in a recording, and what the user should know about it.
+    """The scanner's model in a recording, and warnings for the user.
 
     Args:
         calibrated: The scanner.
-        recording: Where it was taken to, as `Calibrated.fitted_to` gives it.
-        probe: Some pixels of the stripe, for which the sizes of doubts are worked out.
+        recording: From `Calibrated.fitted_to`.
+        probe: Some pixels of the stripe, for the sizes of possible errors.
     """
     run = _run_of(calibrated, recording)
     carried = tuple(_carried(calibrated, run))
@@ -139,7 +139,7 @@ def _carried(calibrated: Calibrated, run: Run) -> Iterable[tuple[Effect, CarryOv
 
 
 def _instead(scanner: ScannerModel, effect: Effect | None, alternative: Effect | None) -> ScannerModel:
-    """The same with an alternative instead of an effect; None stands for no effect."""
+    """The same with an alternative instead of an effect; None is no effect."""
     if effect is None:
         return scanner if alternative is None else replace(scanner, effects=(*scanner.effects, alternative))
     changed = (alternative if one is effect else one for one in scanner.effects)
@@ -147,7 +147,7 @@ def _instead(scanner: ScannerModel, effect: Effect | None, alternative: Effect |
 
 
 def _note(effect: Effect, carried: CarryOver, moves: list[Array], probe: Points) -> str:
-    """A sentence on a doubt, with its size; "" where nobody would see it."""
+    """A sentence on a possible error, with its size; "" where it is negligible."""
     name = f"{effect.name} at {effect.where}"
     if carried.effect is None:
         left_out = f"{name} is left out: {carried.doubt}."
@@ -162,7 +162,7 @@ def _note(effect: Effect, carried: CarryOver, moves: list[Array], probe: Points)
 
 
 def _apart(one: ScannerModel, other: ScannerModel, probe: Points) -> Array:
-    """How far the two put each probe from one another, (m,) [m]; zero where either does not see it."""
+    """Distance between the two models' points of each probe, (m,) [m]; zero where either has none."""
     return np.asarray(np.nan_to_num(np.linalg.norm(one.in_base(probe) - other.in_base(probe), axis=-1)))
 
 

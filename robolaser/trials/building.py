@@ -1,4 +1,4 @@
-"""Blind worlds, also random ones: an arm over a stepped target, a scanner off its drawing, a run of configurations."""
+"""Blind worlds, also random ones: an arm over a stepped target, a scanner with errors, a run of configurations."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,23 +22,23 @@ from robolaser.trials.synthetic.scanner import ScannerOptics
 @final
 @dataclass(frozen=True)
 class World:
-    """A cell and all that is not ideal in it, beside its faults."""
+    """A cell with all its imperfections other than faults."""
 
-    cell: ScannerCell | TrackerCell  # where everything truly is
+    cell: ScannerCell | TrackerCell  # the true cell
     blank: Dataset  # the data set without points
     noise: Noise  # of the readings, stated or not
     repeats: int = 1  # images at each pose
-    scatter: PoseScatter | None = None  # how well the arm repeats; None: exactly
-    image_px: float = 0.0  # by how much an image is off as a whole, one standard deviation [px]
+    scatter: PoseScatter | None = None  # the arm's repeatability; None: perfect
+    image_px: float = 0.0  # common error of an image, one standard deviation [px]
     growth: float = 0.0  # power of the range with which the noise of a pixel, or of a tracker's point, grows
-    background: tuple[FaultModel, ...] = ()  # what is off a little, whatever else is wrong
+    background: tuple[FaultModel, ...] = ()  # small errors in addition to the faults
 
     def exact(self, faults: Sequence[FaultModel]) -> Dataset:
-        """One row a point, without noise."""
+        """The data set with one row a point, without noise."""
         return replace(self.blank, points=self.cell.seen(faults))
 
     def read(self, faults: Sequence[FaultModel], rng: np.random.Generator) -> Dataset:
-        """All shots of the arm as it repeats, with its small errors, noise and gross errors."""
+        """The data set with all shots, scatter, small errors, noise and gross errors."""
         scatter = [] if self.scatter is None else [self.scatter]
         points = self.cell.seen([*scatter, *self.background, *faults])
         noise, m = self.noise, len(points)
@@ -64,7 +64,7 @@ class World:
     def sigmas(self, *, of_row: bool) -> dict[str, float]:
         """Standard deviations of the sources of noise, repeats averaged.
 
-        `of_row` counts an image that is off as a whole as an error of its rows' mean.
+        `of_row` counts a common error of an image as one of its rows' mean.
         """
         shared = self.image_px
         if shared and of_row:
@@ -78,17 +78,17 @@ class World:
 
 
 IMAGE_PX = (640, 480)
-WORKSHOP = {  # how far a scanner is from its drawing at most, SI
+WORKSHOP = {  # largest deviations of a scanner from nominal, SI
     "f": 1.5e-4, "s_u": 5e-8, "s_v": 5e-8, "u_0": 5.0, "v_0": 5.0, "k": 800.0, "b": 2e-3, "theta": 0.02,
     "w": 0.02, "phi": 0.02, "psi": 0.02, "t_x": 2e-3, "t_y": 2e-3, "t_z": 2e-3,
 }  # fmt: skip
 LEVELS_M = np.array([0.0, 0.03, 0.06])
 PAUSE_S = (50.0, 70.0)
-SPEED = 0.6  # at the exposure, where the arm does not rest [rad/s or m/s]
-AROUND = 0.5  # of one posture, where the run keeps to its surroundings [rad or m]
+SPEED = 0.6  # at the exposure of a moving arm [rad/s or m/s]
+AROUND = 0.5  # range around one posture, for runs near it [rad or m]
 DRAWS = 20_000
 ROUNDS = 6
-PAYLOAD_KG = (0.2, 0.8)  # scanner and bracket, which no URDF knows of
+PAYLOAD_KG = (0.2, 0.8)  # scanner and bracket, which are in no URDF
 MARGIN = 0.05  # of the image, left free
 LEAST_POINTS = 3  # of a pose: with fewer it is left out
 
@@ -96,7 +96,7 @@ LEAST_POINTS = 3  # of a pose: with fewer it is left out
 @final
 @dataclass(frozen=True)
 class Ranges:
-    """What is left to chance, least and most."""
+    """Ranges of random quantities, least and most."""
 
     poses: tuple[int, int] = (36, 72)  # of a run
     points: tuple[int, int] = (6, 12)  # of a pose
@@ -106,17 +106,17 @@ class Ranges:
     repeats: int = 2  # images at each pose
 
     def count(self, name: str, rng: np.random.Generator) -> int:
-        """A number of poses or points."""
+        """A random number of poses or points."""
         least, most = getattr(self, name)
         return int(rng.integers(least, most + 1))
 
     def noise(self, name: str, rng: np.random.Generator) -> float:
-        """A standard deviation, with three digits, as people state noise."""
+        """A random standard deviation with three digits."""
         return float(f"{rng.uniform(*getattr(self, name)):.3g}")
 
 
 def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> World:
-    """A cell of chance around any arm, which may be moving at the exposures.
+    """A random cell around any arm, which may be moving at the exposures.
 
     Raises:
         RobotError: The arm cannot look at a target often enough.
@@ -162,17 +162,17 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
 
 
 def velocities(q: Array, rng: np.random.Generator, *, moving: bool) -> Array:
-    """At the exposures of poses, (n, j) -> (n, j) [rad/s or m/s]."""
+    """Joint velocities at the exposures of poses, (n, j) -> (n, j) [rad/s or m/s]."""
     return rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
 
 
 def pause_times(n: int, rng: np.random.Generator) -> Array:
-    """Of the visits of n poses, (n,) [s]."""
+    """Times of n poses, (n,) [s]."""
     return np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
 
 
 def _postures(robot: Robot, view: View, n: int, rng: np.random.Generator) -> tuple[Array, float]:
-    """Postures that see the target: all over the workspace, or around one of them as cells usually have it."""
+    """Postures that see the target: all over the workspace, or around one of them as in usual cells."""
     wide, level = configurations_looking_down(robot, view, wanted=n, rng=rng)
     whole = wide[_sees(robot, wide, view, level)]
     chosen = wide = whole if len(whole) >= n else wide
@@ -201,7 +201,7 @@ def _sees(robot: Robot, q: Array, view: View, level: float) -> Bools:
 
 
 def in_sight(cell: ScannerCell, image_px: tuple[int, int]) -> ScannerCell:
-    """The same cell, points that the camera would not show left out."""
+    """The same cell without points that are invisible to the camera."""
     pixel = cell.seen(())["pixel"]
     with np.errstate(invalid="ignore"):
         good = (np.abs(pixel / (np.array(image_px) - 1.0) - 0.5) < 0.5 - MARGIN / 2).all(axis=1)

@@ -1,4 +1,4 @@
-"""How detectable a fault is in a cell's data, how large one of chance must be, and which effects are its aliases."""
+"""Detectability of a fault in a cell's data, the size of random faults, and effects that are their aliases."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -22,14 +22,14 @@ from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, OUTLIERS
 
 DETECTABLE = 80.0  # squared whitened misfit: some six standard deviations, after a search over places
-AS_WELL = 14.0  # what a rival may leave: not worth a few parameters' difference in any criterion
-WORTH_A_FIT = 40.0  # times what a rival may leave: what one linear step must promise
+AS_WELL = 14.0  # misfit that a rival may leave: less than a few parameters in any criterion
+WORTH_A_FIT = 40.0  # multiple of that which one linear step may leave for a fit
 TOL = 1e-5
-AT_LEAST = 2  # a rival may have so many parameters whatever the true effect has
-UNDETECTABLE = 0.08  # of the effects may stay below what can be seen
+AT_LEAST = 2  # parameters that a rival may always have
+UNDETECTABLE = 0.08  # share of the effects that may be undetectable
 TRIES = 6
-OVERSIZED = 1.5e5  # the squared misfit above which an effect is made smaller: nobody needs help with it
-CLEARLY = 2.0  # times detectable, at most, to which a faint effect is grown
+OVERSIZED = 1.5e5  # the squared misfit above which an effect is made smaller: it is obvious
+CLEARLY = 2.0  # largest multiple of detectable to which a faint effect is enlarged
 
 
 @final
@@ -38,13 +38,13 @@ class Detectability:
     """One fault's noise-free data, and the fit of the ordinary parameters to it."""
 
     dataset: Dataset  # one row a point, without noise
-    truth: Mapping[str, float]  # the ordinary parameters; those that follow from the data may be left out
+    truth: Mapping[str, float]  # the ordinary parameters; derived ones may be missing
     # standard deviations of the sources of a row's noise, repeats averaged, by name; those left out are zero
     sigmas: Mapping[str, float]
 
     @classmethod
     def of(cls, world: World, *faults: FaultModel) -> "Detectability":
-        """Of faults, through the noise of their world."""
+        """Detectability of faults under the noise of their world."""
         return cls(world.exact(faults), world.cell.truth, world.sigmas(of_row=True))
 
     @cached_property
@@ -55,7 +55,7 @@ class Detectability:
 
     @cached_property
     def noise(self) -> NoiseModel:
-        """Of the rows."""
+        """Noise of the rows."""
         sources = error_sources(Model(self.dataset), self._start)
         return NoiseModel(sources, {source.name: self.sigmas.get(source.name, 0.0) for source in sources})
 
@@ -71,11 +71,11 @@ class Detectability:
 
     @property
     def misfit(self) -> float:
-        """Squared whitened misfit that is left once the ordinary parameters are fitted."""
+        """Squared whitened misfit after the fit of the ordinary parameters."""
         return self._fit.cost
 
     def left_by(self, effect: CandidateEffect) -> float:
-        """What is left once one effect of the library is fitted together with the ordinary parameters."""
+        """The misfit after one effect of the library is fitted together with the ordinary parameters."""
         fit, start = self._fit, effect.parameters.nominal.copy()
         columns = fit.project(fit.columns(effect)[0])
         step, *_ = np.linalg.lstsq(columns, -fit.r, rcond=1e-10)
@@ -86,14 +86,14 @@ class Detectability:
         return min(fit.cost, self._fitted(np.concatenate([fit.x, start])[None], effect).cost)
 
     def nearest(self, effect: CandidateEffect, known: Mapping[str, float]) -> dict[str, float]:
-        """The parameters of an effect of the library that come closest to the fault, by their names there.
+        """The parameters of a library effect that are closest to the fault, by name.
 
-        A fault of the library's own form has its own; of another form these are what an estimate tends to as the noise
+        A fault of the library's form has its own; for another form these are the limit of an estimate as the noise
         vanishes (White 1982, Maximum likelihood estimation of misspecified models).
 
         Args:
             effect: Of the library.
-            known: Parameters that mean the same in the fault; from there they are looked for.
+            known: Equivalent parameters of the fault: the start of the search.
         """
         names = [*effect.effect.units()]
         inner = [each.name for each in effect.effect.nonlinear_parameters()]
@@ -106,24 +106,24 @@ class Detectability:
         return dict(zip(names, best.tolist(), strict=True))
 
     def rivals(self, effect: str, where: str) -> list[list[str]]:
-        """What of the library, with no more parameters than the true effect, explains it as well."""
+        """Library effects with no more parameters than the true one that explain the data as well."""
         sizes = {kind.name: len(kind.amplitudes()) for kind in EFFECTS}
         most = max(AT_LEAST, sizes.get(effect, 0))
         return [
-            [kind.name, place]
+            [kind.name, location]
             for kind in EFFECTS
             if sizes[kind.name] <= most
-            for place in kind.locations(self.dataset)
-            if (kind.name, place) != (effect, where) and self.left_by(CandidateEffect(kind, place)) <= AS_WELL
+            for location in kind.locations(self.dataset)
+            if (kind.name, location) != (effect, where) and self.left_by(CandidateEffect(kind, location)) <= AS_WELL
         ]
 
 
 def sized_fault(
     world: World, name: str, places: tuple[str, ...], rng: np.random.Generator, *, least_misfit: float = DETECTABLE
 ) -> tuple[FaultModel, Detectability]:
-    """A fault of chance, of a name of `FAULT_MODELS`, at one of some places, nearly always large enough to be seen.
+    """A random fault with a name of `FAULT_MODELS`, at one of some locations, nearly always detectable.
 
-    It should leave the least squared whitened misfit that is stated.
+    It should leave at least the stated squared whitened misfit.
     """
     model = FAULT_MODELS[name]
     least, most = model.sizes
@@ -145,7 +145,7 @@ def sized_fault(
 
 
 def noise_floor_m(world: World) -> float:
-    """Root-mean-square 3-D error that all noise makes, repeats averaged."""
+    """RMS 3-D error by all noise, repeats averaged."""
     noise = Detectability(world.exact(()), world.cell.truth, world.sigmas(of_row=False)).noise
     return float(np.sqrt(np.trace(noise.covariances, axis1=1, axis2=2).mean()))
 

@@ -1,4 +1,4 @@
-"""The kinds of worlds that a blind trial may have: their faults, and what is not ideal in them beside."""
+"""The kinds of worlds in a blind trial: their faults and other imperfections."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -18,34 +18,34 @@ from robolaser.trials.synthetic.mujoco_arm import mujoco
 
 SHIFT = (0.5, 2.0)  # of a whole image, over the noise of a pixel
 GROWTH = (2.0, 4.0)  # power of the range
-OFFSET_RAD, PLACEMENT, WINDUP_RAD = 1e-4, 1e-4, 1e-4  # of a calibrated arm; a placement counts in metres and radians
+OFFSET_RAD, PLACEMENT, WINDUP_RAD = 1e-4, 1e-4, 1e-4  # of a calibrated arm; placements are in metres and radians
 K2, DECENTRING = 0.02, 2e-4  # of a calibrated lens
-BESIDE_UNKNOWN = 0.4  # of the worlds with an unknown cause have an effect of the library too
+BESIDE_UNKNOWN = 0.4  # share of worlds with an unknown cause that also have a library effect
 
 
 @final
 @dataclass(frozen=True)
 class Kind:
-    """What chance decides of a kind of worlds."""
+    """Random properties of a kind of worlds."""
 
     number: tuple[int, int] = (0, 0)  # least and most number of faults
-    among: tuple[str, ...] = DRAWN  # names of the faults that they are drawn from
-    beside: float = 0.0  # how likely an effect of the library comes on top
-    outliers: float = 0.0  # how likely gross errors come on top
-    imperfection: Callable[[World, np.random.Generator], World] | None = None  # what is not ideal beside the faults
+    among: tuple[str, ...] = DRAWN  # names of possible faults
+    beside: float = 0.0  # probability of an additional library effect
+    outliers: float = 0.0  # probability of additional gross errors
+    imperfection: Callable[[World, np.random.Generator], World] | None = None  # other than faults
     misstated: bool = False  # whether the stated noise is wrong
-    tracked: bool = False  # whether a tracker sees the arm, instead of a scanner on it
-    share: float = 0.0  # of the worlds, where no kinds are asked for
+    tracked: bool = False  # whether a tracker measures the arm, instead of a scanner on it
+    share: float = 0.0  # of the worlds, where no kinds are requested
 
 
 def scattering(world: World, rng: np.random.Generator) -> World:
-    """An arm that repeats only so well, which nobody stated."""
+    """An arm with an unstated repeatability."""
     size = float(np.exp(rng.uniform(*np.log(PoseScatter.sizes))))
     return replace(world, scatter=PoseScatter.sample("arm", size, world.cell.run, rng))
 
 
 def small_errors(world: World, rng: np.random.Generator) -> World:
-    """What calibration leaves of an arm and a lens: everything is off a little, and the faults stand out of it."""
+    """Residual errors of a calibrated arm and lens, everywhere, smaller than the faults."""
     run = world.cell.run
     small: list[FaultModel] = []
     for joint in run.joints:
@@ -81,16 +81,16 @@ KINDS: dict[str, Kind] = {
     "tracker": Kind(tracked=True, share=0.05),
     "physics": Kind((0, 1), PHYSICAL),
 }
-"""By name. A fault's own name is a kind too: worlds with this fault alone. MuJoCo is an extra, so unasked for it has no
-share."""
-USUAL = {name: kind.share for name, kind in KINDS.items() if kind.share}  # share of each kind where none is asked for
-IN_IMAGES = ("outliers", "shared_noise")  # kinds that a tracker knows nothing of
+"""Kinds by name. A fault's name is a kind, too: worlds with this fault alone. MuJoCo is an extra, so its kinds have
+no share."""
+USUAL = {name: kind.share for name, kind in KINDS.items() if kind.share}  # share of each kind where none is requested
+IN_IMAGES = ("outliers", "shared_noise")  # kinds without a counterpart for trackers
 TRACKED = ("none", "single", "several", "repeatability", "growing_noise", "small_errors", "unknown")
-"""What may be wrong with an arm that a tracker sees."""
+"""Faults of an arm that a tracker measures."""
 
 
 def kinds_of(names: Iterable[str]) -> tuple[str, ...]:
-    """The same names, if all are kinds.
+    """The names, checked to be kinds.
 
     Raises:
         UsageError: Not one of `KINDS`, nor a fault.
@@ -105,7 +105,7 @@ def kinds_of(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def drawn(name: str, rng: np.random.Generator) -> Kind:
-    """What is to be decided by chance in a world of a kind; raises as `kinds_of`."""
+    """The random properties of a world of a kind; raises as `kinds_of`."""
     (name,) = kinds_of([name])
     kind = KINDS.get(name) or Kind((1, 1), (name,))
     return replace(KINDS[str(rng.choice(TRACKED))], tracked=True, outliers=0.0) if name == "tracker" else kind

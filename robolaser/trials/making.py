@@ -20,13 +20,13 @@ from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models import DRAWN, FAULT_MODELS, OUTLIERS
 from robolaser.trials.synthetic.fault_models.links import LinkGrowth
 
-MOVING = 0.55  # of the worlds have an arm that moves at the exposure, whether or not it matters
-UNTIMED = 0.15  # of the worlds lack velocities,
-MEASURED = 0.3  # and so many have the arm's temperature, whether or not it matters
+MOVING = 0.55  # share of worlds whose arm moves at the exposure, whether or not it matters
+UNTIMED = 0.15  # share of worlds without velocities,
+MEASURED = 0.3  # and with the arm's temperature, whether or not it matters
 ROOM_C, WARMER_C, THERMOMETER_C = 22.0, (3.0, 15.0), 0.1
 TAUS = (0.1, 1.0)  # of a warm-up, over the run
-STANDING_OUT, TIMES = 1000.0, 2.0  # squared misfit of an effect among small errors, at least, and over all of theirs
-WRONGLY = (0.4, 2.5)  # times the true noise is what is stated
+STANDING_OUT, TIMES = 1000.0, 2.0  # least squared misfit of an effect among small errors, and over that of all of them
+WRONGLY = (0.4, 2.5)  # factors of misstated noise
 
 _LIBRARY = {effect.name: effect for effect in EFFECTS}
 
@@ -36,8 +36,8 @@ _LIBRARY = {effect.name: effect for effect in EFFECTS}
 class BlindDataset:
     """A blind data set and its truth."""
 
-    dataset: Dataset  # as the cell gives it
-    truth: Mapping[str, Any]  # what is wrong with it, as plain numbers and texts
+    dataset: Dataset  # measured in the cell
+    truth: Mapping[str, Any]  # its faults, as plain numbers and texts
 
 
 def make(
@@ -49,15 +49,15 @@ def make(
     ranges: Ranges | None = None,
     tracked: bool = False,
 ) -> BlindDataset:
-    """One world.
+    """Make one world.
 
     Args:
         source: An arm, or a data set (see `reference_of`) whose arm, scanner, poses, target and noise are kept.
         kind: One of `KINDS`, or the name of a fault.
         seed: Same seed, same world.
-        name: Of the data set: it should say nothing.
-        ranges: What is left to chance.
-        tracked: Whether a tracker sees the arm, whatever the kind.
+        name: Of the data set: it should reveal nothing.
+        ranges: Of random quantities.
+        tracked: Whether a tracker measures the arm, whatever the kind.
 
     Raises:
         UsageError: There is no such kind.
@@ -66,22 +66,22 @@ def make(
         DependencyMissing: MuJoCo is not installed.
     """
     rng = np.random.default_rng(np.random.SeedSequence([seed, *kind.encode(), *_robot(source).name.encode()]))
-    asked = drawn(kind, rng)
+    properties = drawn(kind, rng)
     if tracked or (isinstance(source, ReferenceCell) and source.is_tracked):
-        asked = replace(asked, tracked=True, outliers=0.0)
+        properties = replace(properties, tracked=True, outliers=0.0)
     moving, ranges = bool(rng.random() < MOVING), ranges or Ranges()
-    if asked.tracked:
+    if properties.tracked:
         world = build_tracked(source, ranges, rng, moving=moving)
     elif isinstance(source, Robot):
         world = build(source, ranges, rng, moving=moving)
     else:
         world = build_like(source, ranges, rng)
-    if asked.imperfection is not None:
-        world = asked.imperfection(world, rng)
-    sized = _sized_faults(world, _fault_names(kind, asked, world, rng), rng)
+    if properties.imperfection is not None:
+        world = properties.imperfection(world, rng)
+    sized = _sized_faults(world, _fault_names(kind, properties, world, rng), rng)
     faults = [fault for fault, _ in sized]
-    stated = asked.misstated or bool(rng.random() < 0.5)
-    factor = float(rng.choice(WRONGLY)) if asked.misstated else 1.0
+    stated = properties.misstated or bool(rng.random() < 0.5)
+    factor = float(rng.choice(WRONGLY)) if properties.misstated else 1.0
     dataset = world.read(faults, rng)
     poses = _recorded(dataset.poses, world, faults, rng)
     true = world.noise
@@ -117,7 +117,7 @@ def _robot(source: Robot | ReferenceCell) -> Robot:
 
 
 def _locations(world: World, fault_name: str) -> tuple[str, ...]:
-    """Where a fault can be in a cell: a fault that the library knows only where the library can name it."""
+    """Locations of a fault in a cell: for a fault of the library, those that the library can name."""
     model = FAULT_MODELS[fault_name]
     if world.blank.kind == "point" and not model.is_tracked():
         return ()
@@ -126,10 +126,10 @@ def _locations(world: World, fault_name: str) -> tuple[str, ...]:
     return tuple(location for location in locations if location in known)
 
 
-def _fault_names(kind: str, asked: Kind, world: World, rng: np.random.Generator) -> list[str]:
-    """Faults of a kind, of those that have a place in this cell."""
-    possible = [name for name in asked.among if _locations(world, name)]
-    number = int(rng.integers(asked.number[0], asked.number[1] + 1))
+def _fault_names(kind: str, properties: Kind, world: World, rng: np.random.Generator) -> list[str]:
+    """Faults of a kind that are possible in this cell."""
+    possible = [name for name in properties.among if _locations(world, name)]
+    number = int(rng.integers(properties.number[0], properties.number[1] + 1))
     if number and not possible:
         raise TrialError(
             f"No world of the kind '{kind}' can be made with the arm '{world.blank.name}': "
@@ -137,17 +137,17 @@ def _fault_names(kind: str, asked: Kind, world: World, rng: np.random.Generator)
             "and in a URDF without masses nothing deflects."
         )
     names = [str(name) for name in rng.permutation(possible)[:number]]
-    if rng.random() < asked.beside:
+    if rng.random() < properties.beside:
         names += [str(name) for name in rng.permutation([name for name in DRAWN if _locations(world, name)])[:1]]
-    return names + ([OUTLIERS] if rng.random() < asked.outliers else [])
+    return names + ([OUTLIERS] if rng.random() < properties.outliers else [])
 
 
 def _sized_faults(
     world: World, names: Sequence[str], rng: np.random.Generator
 ) -> list[tuple[FaultModel, Detectability]]:
-    """Faults of chance, at different joints as long as there are any, and how well each is seen."""
+    """Random faults, at different joints as long as there are any, and the detectability of each."""
     least = DETECTABLE
-    if world.background:  # a fault stands out of small errors
+    if world.background:  # faults exceed small errors
         least = max(STANDING_OUT, TIMES * Detectability.of(world, *world.background).misfit)
     sized: list[tuple[FaultModel, Detectability]] = []
     for name in names:
@@ -159,7 +159,7 @@ def _sized_faults(
 
 
 def _recorded(poses: Poses, world: World, faults: Sequence[FaultModel], rng: np.random.Generator) -> Poses:
-    """What the cell's people wrote down of the poses: some no velocities, some a temperature."""
+    """The recorded columns of the poses: some lack velocities, some have a temperature."""
     run = world.cell.run
     if rng.random() < UNTIMED and not any(fault.effect == "latency" for fault in faults):
         poses = replace(poses, qd=None)
@@ -191,7 +191,7 @@ def _described(world: World, fault: FaultModel, seen: Detectability, poses: Pose
 def _values(
     world: World, fault: FaultModel, effect: CandidateEffect, seen: Detectability, poses: Poses
 ) -> dict[str, float]:
-    """Of the library's parameters, as the poses were recorded; small errors of the same kind and place are added."""
+    """True values of the library's parameters at the recorded poses, with small errors of the same kind and place."""
     recorded = replace(seen, dataset=replace(seen.dataset, poses=poses))
     values, run = recorded.nearest(effect, fault.values(world.cell.run)), world.cell.run
     same = [small for small in world.background if (small.effect, small.where) == (fault.effect, fault.where)]

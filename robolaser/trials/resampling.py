@@ -28,32 +28,32 @@ from robolaser.trials.synthetic.cell import ScannerCell, Target, TrackerCell
 from robolaser.trials.synthetic.fault_model import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
 
-OFF = 0.1  # of what a workshop leaves: the scanner of each world differs by this from the one that was found
-STEP_M = 5e-3  # between heights: less is one step of the target
+OFF = 0.1  # of the workshop's deviations: difference of each world's scanner from the calibrated one
+STEP_M = 5e-3  # least height of a step of the target
 ROUNDS = 4
 MINUTE_S = 60.0
 REFLECTORS = ("A", "B", "C")
-BASE_M = (2.5, -1.5, 1.2)  # from the tracker, some decimetres more or less
+BASE_M = (2.5, -1.5, 1.2)  # from the tracker, within some decimetres
 
 
 @final
 @dataclass(frozen=True)
 class ReferenceCell:
-    """A data set to be imitated, and where its sensor was found."""
+    """A data set to be imitated, and its calibration."""
 
     dataset: Dataset  # a placed stripe with joint angles, or a tracker's points of an arm whose joint angles are known
     found: Calibration
 
     @property
     def is_tracked(self) -> bool:
-        """Whether a tracker sees the arm."""
+        """Whether a tracker measures the arm."""
         return self.dataset.kind == Point.format.kind
 
     @property
     def visits(self) -> tuple[Robot, Array, Array, Array]:
         """The arm, its joint angles and velocities, (n, j) each, and the times of the poses, (n,) [s].
 
-        Velocities that are not known are zero, and poses whose order alone is known a minute apart.
+        Unknown velocities are zero, and poses with a known order only are a minute apart.
         """
         (robot, q), poses = self.dataset.arm, self.dataset.poses
         known = known_velocities(self.dataset)
@@ -64,10 +64,10 @@ class ReferenceCell:
 
 
 def reference_of(dataset: Dataset, *, seed: int) -> ReferenceCell:
-    """Find the scanner of a data set, or where its tracker and reflectors are.
+    """Calibrate the scanner of a data set, or its tracker and reflectors.
 
     Raises:
-        TrialError: Another sensor, no joint angles, or a target whose place is unknown.
+        TrialError: Another sensor, no joint angles, or a target in an unknown pose.
         RobolaserError: It cannot be calibrated.
     """
     tracked = dataset.kind == Point.format.kind
@@ -88,12 +88,12 @@ def _unsuitable(name: str, lacking: str) -> TrialError:
 
 
 def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -> World:
-    """A cell of chance around a user's own scanner, poses and target.
+    """A random cell around a user's scanner, poses and target.
 
     Args:
-        model: What to imitate. The scanner is off by a little; target, columns and noise are the data's.
-        ranges: Its noise takes the place of what the data set neither states nor shows by repeats.
-        rng: Where chance comes from.
+        model: To be imitated. The scanner differs a little; target, columns and noise are those of the data.
+        ranges: Of noise that the data set neither states nor shows by repeats.
+        rng: Of random draws.
     """
     dataset, points = model.dataset, model.dataset.points
     drawn = {item.name: item for item in model.found.model.parameters.items}
@@ -118,7 +118,7 @@ def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -
 
 
 def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> World:
-    """A tracker before an arm, which may be moving, or before the arm, the poses and the reflectors of a data set."""
+    """A tracker and an arm, which may be moving, or the arm, poses and reflectors of a data set."""
     if isinstance(source, ReferenceCell):
         robot, q, qd, time = source.visits
     else:
@@ -149,25 +149,25 @@ def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.
 
 
 def _found(source: ReferenceCell, run: SyntheticRun) -> TrackerCell:
-    """Tracker and reflectors where a calibration found them."""
+    """Tracker and reflectors by a calibration."""
     values = source.found.values
     names = dict.fromkeys(source.dataset.points.names)
     return TrackerCell(run, motion(values, "base")[0], {name: vector(values, f"tool.{name}")[0] for name in names})
 
 
 def _reflector(number: int, rng: np.random.Generator) -> Array:
-    """Around the flange's axis, some centimetres in front of it."""
+    """Reflectors around the flange's axis, some centimetres in front of it."""
     angle = 2 * np.pi * number / len(REFLECTORS) + rng.uniform(-0.3, 0.3)
     radius = rng.uniform(0.06, 0.14)
     return np.array([radius * np.cos(angle), radius * np.sin(angle), rng.uniform(0.02, 0.1)])
 
 
 def stepped(xyz: Array, seen_from: Array) -> tuple[Target, Array]:
-    """Find the flat steps that points lie on, all facing one way.
+    """Find the parallel flat steps of points.
 
     Args:
         xyz: (m, 3) in the base frame [m].
-        seen_from: Some place above them, (3,) [m].
+        seen_from: Any position above them, (3,) [m].
 
     Returns:
         The target, and the height of each point's step, (m,) [m].
@@ -181,7 +181,7 @@ def stepped(xyz: Array, seen_from: Array) -> tuple[Target, Array]:
 
 
 def _steps_facing(xyz: Array, axes: Array) -> tuple[Array, Ints, float]:
-    """Axes near others along which points lie on flat steps, the number of each one's step, and what is left.
+    """Axes near others along which points are on flat steps, the number of each point's step, and residuals.
 
     Steps are numbered from the lowest one.
     """

@@ -13,14 +13,14 @@ from robolaser.trials.detectability import DETECTABLE
 from robolaser.trials.synthetic.fault_models import OUTLIERS
 
 FORMAT = "robolaser-score/1"
-GROUPS = ("one", "confusable", "none", "outliers", "several", "unknown")  # of worlds, by what counts as right
+GROUPS = ("one", "confusable", "none", "outliers", "several", "unknown")  # of worlds, by the criterion of success
 COUNTED = ("stated", "stated_classes", "covered")  # over all worlds, and not listed for each
 BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)  # edges of the reliability curve
-FLOOR = 1.1  # times the noise floor: a gap that no reader would call one
-SURE = 0.9  # a probability by which people act
+FLOOR = 1.1  # times the noise floor: a negligible gap
+SURE = 0.9  # probability that counts as certain
 LIKELY = 0.5
 NORMAL_95 = 1.959964
-CHANCE = (OUTLIERS, "pose_scatter")  # named, but no cause that an effect models
+CHANCE = (OUTLIERS, "pose_scatter")  # named, but not modelled by effects
 UNKNOWN = "unknown"  # the class of causes that no effect of the library describes
 
 _CLASS_OF = {effect.name: effect.cause or effect.name for effect in EFFECTS}
@@ -32,21 +32,21 @@ LocatedEffect = tuple[str, str]
 @final
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one world."""
+    """The result for one world."""
 
     kind: str  # of the world
     # `none`, `outliers`, `one` (identifiable), `confusable`, `several`, `unknown`, or `faint`: with a known effect
-    # too small to be asked for
+    # too small to be required
     group: str
-    right: bool  # whether the diagnosis is what one may ask for in this group
-    # whether every true class is likely and no wrong one is sure; None where nothing may be asked for, or where the
+    right: bool  # whether the diagnosis meets the criterion of this group
+    # whether every true class is likely and no wrong one is certain; None where nothing is required, or where the
     # diagnosis states no classes
     class_right: bool | None
-    verdict_right: bool | None  # whether the verdict is; None where nothing may be asked for
-    sure_and_wrong: bool  # whether a wrong name is all but certain
-    site_first: bool | None  # whether `where` begins with a true site; None where there is nothing to find
-    truth: tuple[LocatedEffect, ...]  # effects and places, outliers left out
-    # those of the diagnosis, likewise, first things first; small errors that are truly there left out
+    verdict_right: bool | None  # whether the verdict is right; None where nothing is required
+    sure_and_wrong: bool  # whether a wrong name counts as certain
+    site_first: bool | None  # whether `where` begins with a true site; None without a fault
+    truth: tuple[LocatedEffect, ...]  # effects and locations without outliers
+    # the same of the diagnosis in order, without true small errors
     named: tuple[LocatedEffect, ...]
     verdict: str  # of the diagnosis
     stated: tuple[tuple[float, bool], ...]  # for each effect named, its probability and whether it is in the world
@@ -55,9 +55,9 @@ class Outcome:
 
 
 def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
-    """Hold a diagnosis (as in diagnosis.json) against the sealed truth of its data set.
+    """Compare a diagnosis (as in diagnosis.json) with the sealed truth of its data set.
 
-    Effects of the truth that were taken out of the library beforehand (`withheld`) count as unknown.
+    Effects of the truth that were removed from the library (`withheld`) count as unknown.
     """
     each = [item for item in truth["each"] if item["effect"] != OUTLIERS]
     true = tuple((item["effect"], item["where"]) for item in each)
@@ -76,11 +76,11 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
     sure_and_wrong = any(p >= SURE and not held for p, held in stated)
     sites = {site for item in each for site in item["sites"]}
     where = diagnosis["where"]
-    classes = [  # of which one must be likely, for each effect: those of its rivals are as good
+    classes = [  # for each effect, one must be likely: its own or a rival's
         {*item["classes"], *(_CLASS_OF[name] for name, _ in item["rivals"]), *([UNKNOWN] if _is_unknown(item) else [])}
         for item in each
     ]
-    left_small = bool(small) and verdict == "unexplained"  # `where` and `unknown` speak of what the small errors leave
+    left_small = bool(small) and verdict == "unexplained"  # `where` and `unknown` then describe small errors
     right_classes = {_CLASS_OF[effect] for effect, _ in small}.union(*classes)
     probabilities = {
         item["class"]: float(item["probability"])
@@ -122,7 +122,7 @@ def _is_unknown(item: Mapping[str, Any]) -> bool:
 
 
 def _verdict_right(group: str, verdict: str, *, at_floor: bool, small: bool) -> bool | None:
-    """Small errors may be left or explained, and may be all that there is."""
+    """Whether the verdict is right; small errors may remain or be explained, and may be the only ones."""
     if group == "faint" or (small and group == "none"):
         return None
     if small:
@@ -145,7 +145,7 @@ def _group(truth: Mapping[str, Any], each: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _matched(each: Sequence[Mapping[str, Any]], named: Sequence[LocatedEffect], alike: Sequence[set[Any]]) -> bool:
-    """Whether each true effect can be paired with one that was named: itself, or one of its class."""
+    """Whether each true effect can be paired with a named one: itself, or one of its class."""
 
     def is_same(item: Mapping[str, Any], i: int) -> bool:
         return (item["effect"], item["where"]) in alike[i] or list(named[i]) in item["rivals"]
@@ -156,7 +156,7 @@ def _matched(each: Sequence[Mapping[str, Any]], named: Sequence[LocatedEffect], 
 
 
 def _covered(each: Sequence[Mapping[str, Any]], findings: Mapping[LocatedEffect, Mapping[str, Any]]) -> list[bool]:
-    """Of every amplitude of a true effect that was found; what the data do not determine has no interval."""
+    """Whether intervals hold the true amplitudes of effects that were found; undetermined ones have no interval."""
     covered = []
     for item in each:
         found = findings.get((item["effect"], item["where"]), {"parameters": {}})["parameters"]
@@ -171,7 +171,7 @@ def _covered(each: Sequence[Mapping[str, Any]], findings: Mapping[LocatedEffect,
 
 
 def share(hits: Sequence[bool]) -> dict[str, Any]:
-    """How many of how many, and Wilson's 95 % interval of the share; null for none of none."""
+    """Counts, share and Wilson's 95 % interval of it; null for none of none."""
     right = int(sum(hits))
     found = wilson(right, len(hits))
     interval = None if found.value is None else [found.lower, found.upper]
@@ -179,7 +179,7 @@ def share(hits: Sequence[bool]) -> dict[str, Any]:
 
 
 def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
-    """The score of a trial, as score.json holds it, of the outcomes by data set."""
+    """The score of a trial for score.json, from the outcomes by data set."""
     every = list(outcomes.values())
     by_kind = {kind: [o for o in every if o.kind == kind] for kind in sorted({o.kind for o in every})}
     return {
@@ -200,7 +200,7 @@ def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
 
 
 def _shares(outcomes: Sequence[Outcome]) -> dict[str, Any]:
-    """How often class, verdict, place and intervals are right, and how often what is stated as sure is wrong."""
+    """Shares of right classes, verdicts, locations and intervals, and of certain but wrong statements."""
     return {
         "by_class": share([o.class_right for o in outcomes if o.class_right is not None]),
         "verdict": share([o.verdict_right for o in outcomes if o.verdict_right is not None]),

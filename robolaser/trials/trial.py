@@ -1,6 +1,6 @@
-"""A trial on disk: data sets made, diagnosed where no diagnosis is there yet, and scored.
+"""A trial on disk: data sets are made, diagnosed if they are not yet, and scored.
 
-The truth is in a folder of its own, under the SHA-256 that the trial states from the start.
+The truth is in a separate folder, under the SHA-256 that the trial states from the start.
 """
 
 import hashlib
@@ -34,7 +34,7 @@ DIAGNOSIS = "diagnosis/diagnosis.json"
 TRUTH = "robolaser-truth/1"
 SEAL = "seal.txt"  # of a trial: the SHA-256 of its truth, which has those of its data
 
-Claim = Callable[[Iterable[str]], None]  # is told the names of all files that will be written to a folder
+Claim = Callable[[Iterable[str]], None]  # receives the names of all files that will be written to a folder
 
 
 @final
@@ -45,27 +45,27 @@ class TrialPlan:
     count: int
     seed: int  # same seed, same trial
     kinds: Sequence[str] = ()  # in equal shares; none: those of `USUAL`, in theirs
-    ranges: Ranges = field(default_factory=Ranges)  # what else is left to chance
+    ranges: Ranges = field(default_factory=Ranges)  # of other random quantities
 
 
 def new(
-    folder: Path, truth: Path, sources: Sequence[Robot | Dataset], plan: TrialPlan, *, claim: Claim, tell: Progress
+    folder: Path, truth: Path, sources: Sequence[Robot | Dataset], plan: TrialPlan, *, claim: Claim, report: Progress
 ) -> list[str]:
     """Make blind data sets in a folder, and keep the truth about them in another.
 
     Args:
-        folder: Each data set is put into it under a name that says nothing; these names are returned.
+        folder: Of the data sets, whose names reveal nothing; these names are returned.
         truth: Of the truth.
         sources: Arms, or data sets to imitate; they take turns.
         plan: Which data sets.
         claim: Of the folder.
-        tell: Progress.
+        report: Progress.
 
     Raises:
         UsageError: Not one of `KINDS`, nor a fault.
         TrialError: A data set with another sensor, without joint angles, or without a placed target.
         DependencyMissing: MuJoCo moves some of the worlds, and is not installed.
-        OutputError: The disk or the rights say no.
+        OutputError: Writing fails.
     """
     kinds = dict.fromkeys(kinds_of(plan.kinds), 1.0)
     if not kinds:
@@ -79,7 +79,7 @@ def new(
     seeds = rng.integers(1 << 40, size=plan.count).tolist()
     truths, files = {}, {}
     for i, (name, kind, seed) in enumerate(zip(names, dealt, seeds, strict=True)):
-        tell("making worlds", i / plan.count)
+        report("making worlds", i / plan.count)
         source = patterns[i % len(patterns)]
         world = make(source, kind, seed=seed, name=name, ranges=plan.ranges)
         truths[name], files[name] = world.truth, texts_of(world.dataset)
@@ -91,7 +91,7 @@ def new(
 
 
 def deal(kinds: Mapping[str, float], count: int, rng: np.random.Generator) -> list[str]:
-    """Kinds in the shares that are asked for, as nearly as whole numbers go, in any order."""
+    """Kinds in the requested shares, rounded to whole numbers, in any order."""
     shares = np.array(list(kinds.values())) / sum(kinds.values()) * count
     whole = np.floor(shares).astype(int)
     for i in np.argsort(whole - shares, kind="stable")[: count - int(whole.sum())]:
@@ -100,11 +100,13 @@ def deal(kinds: Mapping[str, float], count: int, rng: np.random.Generator) -> li
 
 
 def diagnosis_files(folder: Path, names: Iterable[str], output: Path) -> dict[str, Path]:
-    """Where the diagnosis of each data set of a trial is, or in `output` is to be."""
+    """Paths of the diagnoses of a trial's data sets: existing ones, or in `output`."""
     return {name: (folder if (folder / name / DIAGNOSIS).exists() else output) / name / DIAGNOSIS for name in names}
 
 
-def diagnose_missing(folder: Path, files: Mapping[str, Path], *, seed: int, executor: Executor, tell: Progress) -> None:
+def diagnose_missing(
+    folder: Path, files: Mapping[str, Path], *, seed: int, executor: Executor, report: Progress
+) -> None:
     """Diagnose the data sets of a trial that have none of the files yet, which are named by data set.
 
     Raises:
@@ -113,7 +115,7 @@ def diagnose_missing(folder: Path, files: Mapping[str, Path], *, seed: int, exec
     missing = [name for name, path in files.items() if not path.exists()]
     futures = {executor.submit(_diagnosed, load(folder / name), seed): name for name in missing}
     for i, future in enumerate(as_completed(futures)):
-        tell("diagnosing", i / len(missing))
+        report("diagnosing", i / len(missing))
         path = files[futures[future]]
         try:
             text = future.result()
@@ -123,7 +125,7 @@ def diagnose_missing(folder: Path, files: Mapping[str, Path], *, seed: int, exec
 
 
 def score(truths: Mapping[str, Mapping[str, Any]], files: Mapping[str, Path]) -> dict[str, Any]:
-    """Score the diagnoses of a trial, as score.json holds it; truths and files are by data set.
+    """The contents of score.json for the diagnoses of a trial; truths and files are by data set.
 
     Raises:
         TrialError: A file is no diagnosis.
@@ -144,14 +146,14 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
         TrialError: It is none.
     """
     try:
-        said = read_json(path)
+        contents = read_json(path)
     except DataError as error:
         raise _no_diagnosis(path, str(error).rstrip(".")) from None
-    if not isinstance(said, dict) or said.get("format") != FORMAT:
-        raise _no_diagnosis(path, "it does not say that it is one")
-    if missing := [key for key in ("verdict", "gap_mm", "where", "effects") if key not in said]:
+    if not isinstance(contents, dict) or contents.get("format") != FORMAT:
+        raise _no_diagnosis(path, "its format is not that of a diagnosis")
+    if missing := [key for key in ("verdict", "gap_mm", "where", "effects") if key not in contents]:
         raise _no_diagnosis(path, f"it lacks {', '.join(missing)}")
-    return said
+    return contents
 
 
 def _diagnosed(dataset: Dataset, seed: int) -> str:
@@ -165,7 +167,7 @@ def _no_diagnosis(path: Path, why: str) -> TrialError:
 
 
 def truth_beside(folder: Path) -> Path:
-    """Where the truth of a trial is kept unless another folder is named: beside the trial, which may be given away."""
+    """Default folder of a trial's truth: next to the trial, which may be given away."""
     named = folder if folder.name not in ("", "..") else folder.resolve()
     return named.with_name(f"{named.name}.truth")
 
@@ -183,11 +185,11 @@ def keep_truth(
     Args:
         folder: Of the truth.
         truths: By data set.
-        files: What the files of each data set hold, by its name and theirs.
-        rng: Where the salt comes from, without which a guess could be checked against the hash.
+        files: Contents of each data set's files, by its name and theirs.
+        rng: Of the salt, without which a guess could be checked against the hash.
 
     Raises:
-        OutputError: The disk or the rights say no.
+        OutputError: Writing fails.
     """
     hashes = {
         name: _hash_of({file: text.encode() for file, text in texts.items() if text is not None})
@@ -202,10 +204,10 @@ def keep_truth(
 
 
 def unseal(folder: Path, truth: Path) -> dict[str, dict[str, Any]]:
-    """The truth about each data set of a trial, of its folder and that of its truth.
+    """The truth about each data set of a trial, from the folders of both.
 
     Raises:
-        TrialError: There is no trial, its truth is not there, or truth or data were changed.
+        TrialError: There is no trial, its truth is missing, or truth or data were changed.
     """
     if not (folder / SEAL).is_file():
         raise TrialError(
@@ -218,7 +220,7 @@ def unseal(folder: Path, truth: Path) -> dict[str, dict[str, Any]]:
     try:
         text = read_bytes(path)
     except DataError as error:
-        raise TrialError(f"{error} Whoever made the trial has its truth: --truth DIR.") from None
+        raise TrialError(f"{error} The maker of the trial has its truth: --truth DIR.") from None
     if hashlib.sha256(text).hexdigest() != number[1]:
         raise _changed(path, f"does not match the hash in {folder / SEAL}")
     worlds = json.loads(text)["worlds"]
@@ -230,7 +232,7 @@ def unseal(folder: Path, truth: Path) -> dict[str, dict[str, Any]]:
 
 
 def _hash_of(files: Mapping[str, bytes]) -> str:
-    """SHA-256 of a data set's files, names included."""
+    """SHA-256 of a data set's files with their names."""
     total = hashlib.sha256()
     for name in filter(files.__contains__, FOLDER):
         total.update(f"{name} {hashlib.sha256(files[name]).hexdigest()}\n".encode())

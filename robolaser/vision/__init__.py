@@ -1,1 +1,1 @@
-"""Images to points: the checkerboard's corners, the stripe's centres, and what they show of the board."""
+"""From images to points: the checkerboard's corners, and the stripe's centres on the board."""

@@ -10,38 +10,38 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Image
 from robolaser.data.board import lattice
 
-SEARCHED_PX = (640, 450, 320)  # long sides of the reduced images that are searched: few pixels blur the stripe and dirt
-SMALLEST_PX = 24  # short side of an image that is searched, at least: in smaller ones, neighbourhoods are nothing
-STRIPE_SHARES = (1 / 40, 1 / 20)  # of the longer side: breadths of a stripe that cuts squares apart, to be wiped off
+SEARCHED_PX = (640, 450, 320)  # long sides of the reduced images for the search, which blur stripe and dirt
+SMALLEST_PX = 24  # least short side of an image for the search: smaller ones have no neighbourhoods
+STRIPE_SHARES = (1 / 40, 1 / 20)  # of the longer side: widths of a stripe across squares that is removed
 WINDOW_PX = (2, 12)  # half sides of the window in which a corner is sharpened, least and most
-GLARE = 1.3  # grey of the stripe at least, against the image's light parts
-CELL_PX = 8  # side [px] of a square in the image straightened to look at the squares' colours
-LEAST_ALTERNATING = 0.8  # of the squares differ from their neighbours as a checkerboard's do; a stripe may hide some
+GLARE = 1.3  # least grey of the stripe relative to the image's light parts
+CELL_PX = 8  # side [px] of a square in the rectified image, for the squares' colours
+LEAST_ALTERNATING = 0.8  # share of squares that alternate with their neighbours; a stripe may hide some
 LARGEST_UNEVENNESS = 0.15
-"""Corners off a plane's perspective, median [squares]: beyond any lens, within a false grid's disorder."""
-STRAY_MEDIANS = 6.0  # of all corners' distances from the perspective, beyond which the stripe dragged one off
-STRAY_LEAST_PX = 0.7  # the same at least [px]
-LEAST_ON_PATTERN = 0.6  # share of the corners that must be left; a median judges no fewer than half
+"""Median distance of corners from a perspective [squares]: more than by any lens, less than in a false grid."""
+STRAY_MEDIANS = 6.0  # distance from the perspective, in medians, of a corner that the stripe has shifted
+STRAY_LEAST_PX = 0.7  # least such distance [px]
+LEAST_ON_PATTERN = 0.6  # least share of corners that are kept; a median needs more than half
 _SEARCH = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 
 
 @final
 @dataclass(frozen=True)
 class BoardCorners:
-    """A checkerboard as one image shows it."""
+    """A checkerboard in one image."""
 
-    # One grid of corners for each way to lay the frame that the colours allow, (rows, columns, 2) [px] as (u, v), the
-    # first with its x nearest to image u. Corners that something hides are NaN.
+    # One grid of corners for each frame that the colours allow, (rows, columns, 2) [px] as (u, v), the first with its
+    # x nearest to image u. Hidden corners are NaN.
     orientations: tuple[Array, ...]
-    white_level: float  # grey of the light squares where no stripe falls on them
+    white_level: float  # grey of the light squares away from the stripe
 
 
 def find_board(image: Image, *, columns: int, rows: int) -> BoardCorners | None:
     """Find a board's inner corners, to a fraction of a pixel.
 
     x runs along the columns, y along the rows, z into the board, the origin is a corner whose outward
-    diagonal square is dark. Some patterns look the same after a half or quarter turn: then each way to lay
-    the frame is given. (Where no corner has a dark square outside it, the colours choose nothing.)
+    diagonal square is dark. Some patterns look the same after a half or quarter turn: then each possible
+    frame is returned. (Where no corner has a dark square outside it, all frames are possible.)
 
     Args:
         image: Grey image, (height, width).
@@ -49,7 +49,7 @@ def find_board(image: Image, *, columns: int, rows: int) -> BoardCorners | None:
         rows: Inner corners along the board's y.
 
     Returns:
-        The board, or None where none is seen.
+        The board; None if it is not visible.
     """
     for reduced, scale in _reductions(image):
         found, corners = cv2.findChessboardCorners(reduced, (columns, rows), flags=_SEARCH)
@@ -76,20 +76,20 @@ def heading(grid: Array) -> complex:
 
 
 def off_pattern(H_pixel_board: Any, places: Array, pixel: Array) -> Array:
-    """Distance of pixels from where a perspective puts their places on the board, both (n, 2), (n,) [px]."""
+    """Distance of pixels from the projections of their positions on the board, both (n, 2), (n,) [px]."""
     shown = np.asarray(cv2.perspectiveTransform(places.reshape(-1, 1, 2), H_pixel_board)).reshape(-1, 2)
     return np.asarray(np.linalg.norm(shown - pixel, axis=-1))
 
 
 def sharpened(image: Image, pixel: Array, half: int) -> Array:
-    """Corners near pixels, (..., 2), where the edges cross in a window of so many pixels on either side, (..., 2)."""
+    """Refine corners, (..., 2), to crossings of edges in a window of so many pixels on either side, (..., 2)."""
     stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-3)
     fine = cv2.cornerSubPix(image, pixel.reshape(-1, 1, 2).astype(np.float32), (half, half), (-1, -1), stop)
     return np.asarray(fine, dtype=np.float64).reshape(pixel.shape)
 
 
 def quarter_turns(grid: Array) -> tuple[Array, ...]:
-    """Every turn of a grid in its plane that keeps its columns and rows, (rows, columns, ...) each."""
+    """All rotations of a grid in its plane that keep its columns and rows, (rows, columns, ...) each."""
     quarter = 1 if grid.shape[0] == grid.shape[1] else 2
     return tuple(np.ascontiguousarray(np.rot90(grid, k)) for k in range(0, 4, quarter))
 
@@ -101,7 +101,7 @@ def _pitch(grid: Array, axis: int) -> Array:
 
 
 def _reductions(image: Image) -> Iterator[tuple[Image, float]]:
-    """Give the image by several scales: as it is, without stripe, and with its contrast spread."""
+    """Yield the image at several scales: unchanged, without stripe, and with enhanced contrast."""
     sample = image[::4, ::4]
     dark, light = np.percentile(sample, (1, 90))
     gain = 255.0 / max(1.2 * light - dark, 8.0)
@@ -117,7 +117,7 @@ def _reductions(image: Image) -> Iterator[tuple[Image, float]]:
 
 
 def _wiped(image: Image, light: float) -> Iterator[Image]:
-    """Give the image with what is brighter than paper and narrow taken for what lies beside it, across either axis."""
+    """The image with bright narrow light replaced by its surroundings, across either axis."""
     bright = (image > GLARE * light).astype(np.uint8)
     glare = np.asarray(cv2.dilate(bright, np.ones((5, 5), np.uint8))) > 0
     for share in STRIPE_SHARES:
@@ -127,7 +127,7 @@ def _wiped(image: Image, light: float) -> Iterator[Image]:
 
 
 def _pattern(grid: Array) -> tuple[Array, Bools]:
-    """Find the perspective most corners share, (3, 3) from pixels to squares, and which corners do, (rows, columns)."""
+    """Find the perspective of most corners, (3, 3) from pixels to squares, and its inliers, (rows, columns)."""
     rows, columns = grid.shape[:2]
     squares = lattice(columns, rows).reshape(-1, 2)
     pixel = grid.reshape(-1, 2)
@@ -165,13 +165,13 @@ def _alternates(shades: Array) -> bool:
 
 
 def _even(shape: tuple[int, ...]) -> Bools:
-    """Squares of the colour of the first, in a checkerboard of this shape."""
+    """Squares with the colour of the first, in a checkerboard of this shape."""
     j, i = np.indices(shape)
     return np.asarray((i + j) % 2 == 0)
 
 
 def _orientations(grid: Array, shades: Array) -> tuple[Array, ...]:
-    """Turn a found grid into each frame that the contract allows; they differ by turns in the plane."""
+    """Rotate a grid into each allowed frame; these differ by rotations in the plane."""
     x, y = _pitch(grid, 1), _pitch(grid, 0)
     if x[0] * y[1] - x[1] * y[0] < 0:
         grid, shades = grid[:, ::-1], shades[:, ::-1]
@@ -181,6 +181,6 @@ def _orientations(grid: Array, shades: Array) -> tuple[Array, ...]:
 
 
 def _starts_dark(shades: Array) -> bool:
-    """Whether the square inward of the origin, and so the one outward across the corner, is dark."""
+    """Whether the square inside the origin, and so the one outside across the corner, is dark."""
     even = _even(shades.shape)
     return bool(np.median(shades[even]) < np.median(shades[~even]))

@@ -1,4 +1,4 @@
-"""One frame on one board through all images, where the squares' colours allow several."""
+"""One frame of a board in all images, where the squares' colours allow several."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -9,30 +9,30 @@ from robolaser.arrays import Array
 from robolaser.vision.board import heading
 from robolaser.vision.lens import Intrinsics, view_board
 
-ROUNDS: Final = 10  # in which images are laid anew against all others; two or three settle it
+ROUNDS: Final = 10  # of comparisons of each image with all others; two or three are usually enough
 LARGEST_MISFIT: Final = np.radians(5.0)
-"""By which an image may turn otherwise than the flange, on average: poses by hand are off by less. A judgement."""
+"""Largest mean difference between rotations of images and flange: manual poses differ by less. A judgement."""
 LEAST_MARGIN: Final = 2.0
 LEAST_TOLD: Final = np.radians(1.0)
-"""How many times the misfit of the best way, and how much more, every other way must have. Judgements."""
+"""Factor and difference by which all other orientations must misfit more than the best. Judgements."""
 
-MOST_BY_SIGHT: Final = 2  # ways to lay the frame, up to which sight or turns of the flange always tell them apart
+MOST_BY_SIGHT: Final = 2  # orientations that the image sequence or the flange's rotations always distinguish
 
-Orientations = Sequence[Array]  # ways to lay the frame on an image's board: grids, (rows, columns, 2) [px]
+Orientations = Sequence[Array]  # possible frames on an image's board: grids, (rows, columns, 2) [px]
 
 
 def oriented(orientations: Sequence[Orientations], R_base_flange: Array, lens: Intrinsics) -> tuple[list[Array], bool]:
-    """Choose for each image the way that lays the same frame on the board as in the others, (rows, columns, 2) [px].
+    """Choose for each image the orientation with the same frame as in the others, (rows, columns, 2) [px].
 
-    By the robot's turns where the lens is known, else by sight.
+    By the robot's rotations where the lens is known, else by the image sequence.
 
     Args:
-        orientations: The ways for each of n images, in the order taken.
-        R_base_flange: Turn of the flange in each, (n, 3, 3).
+        orientations: Of each of n images, in the order taken.
+        R_base_flange: Rotation of the flange in each, (n, 3, 3).
         lens: Of the camera.
 
     Returns:
-        One grid for each image, and whether nothing speaks for another way.
+        One grid for each image, and whether there is no evidence for another orientation.
     """
     few = max(map(len, orientations), default=0) <= MOST_BY_SIGHT
     if not lens.known or all(len(ways) == 1 for ways in orientations):
@@ -42,13 +42,13 @@ def oriented(orientations: Sequence[Orientations], R_base_flange: Array, lens: I
 
 
 def orient_by_continuity(orientations: Sequence[Orientations]) -> list[Array]:
-    """Let x point as nearly as can be as it did in the image before.
+    """Choose the x direction nearest to that in the previous image.
 
-    Right while the camera rolls by less than a quarter turn from one image to the next (an eighth for boards
-    that look alike after a quarter turn).
+    Correct while the camera rolls by less than a quarter turn between images (an eighth for boards that look the
+    same after a quarter turn).
 
     Args:
-        orientations: The ways for each image, in the order taken.
+        orientations: Of each image, in the order taken.
 
     Returns:
         One grid for each image.
@@ -63,18 +63,18 @@ def orient_by_continuity(orientations: Sequence[Orientations]) -> list[Array]:
 def orient_by_robot(
     orientations: Sequence[Orientations], R_base_flange: Array, lens: Intrinsics
 ) -> tuple[list[Array], bool]:
-    """Let the board turn before the camera from image to image by as much as the flange turned.
+    """Choose orientations so that the board rotates between images by the same angle as the flange.
 
-    The angle of a turn is the same seen from camera and flange, whatever the hand-eye is. Image by image is laid
-    against those before, and then each against all others, until none is laid anew.
+    The angle of a rotation is the same in camera and flange, whatever the hand-eye transformation. Each image is
+    compared with the previous ones, and then with all others, until no orientation changes.
 
     Args:
-        orientations: The ways for each of n images.
-        R_base_flange: Turn of the flange in each, (n, 3, 3).
+        orientations: Of each of n images.
+        R_base_flange: Rotation of the flange in each, (n, 3, 3).
         lens: A known lens; the side of a square does not matter here.
 
     Returns:
-        One grid for each image, and whether the flange's turns leave no other way for any of them.
+        One grid for each image, and whether the flange's rotations exclude all other orientations.
     """
     seen = [np.stack([view_board(way, 1.0, lens).R_camera_board for way in ways]) for ways in orientations]
     turned = np.array([[_angle(one.T @ other) for other in R_base_flange] for one in R_base_flange])

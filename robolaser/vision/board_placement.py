@@ -1,4 +1,4 @@
-"""The part of a stripe that lies on the board's plane: there, and only there, it is straight."""
+"""The part of a stripe on the board's plane: there, and only there, it is straight."""
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -7,40 +7,40 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.geometry.mad_scale import mad_scale
 from robolaser.vision.runs import LineCentres, best_of_each
 
-STRATA = 20  # lines tried are drawn through centres in this many parts of the image
-WIDEST_GATE_PX = 3.0  # beyond, no centre is kept, however much the board bows, nor speaks for a line that is tried
-NARROWEST_GATE_PX = 1.0  # distance [px] within which a centre is always kept: no board is perfectly flat
-GATE_SIGMAS = 3.0  # the same in standard deviations of the centres kept
-JUMP_LEAST_PX = 0.1  # distance from the neighbours' median [px] that no centre is dropped for
-JUMP_SIGMAS = 4.0  # from the neighbours' median, in its own standard deviations, beyond which a centre is a stray
-NEIGHBOURS = 15  # lines of pixels on either side that are asked whether the stripe is straight here
-LEAST_SUPPORT = 0.5  # share of those that must agree: a stripe on something else crosses the straight line only briefly
-CHANGE_SPAN = 10  # lines of pixels on either side between which the stripe's width is compared
-MOST_CHANGE = 0.12  # relative, of width between them, beyond which a square's edge or a shadow bites into the stripe
-ROUNDS = 6  # fits of the straight line at most, each to the centres near the one before; mostly two settle it
-APART = 0.8  # two centres that a line is tried through, at least, in the parts' lengths: nearer ones tell no slope
-JURY = 200  # centres that judge a line, at least, where there are as many: more tell no more
+STRATA = 20  # parts of the image whose centres define trial lines
+WIDEST_GATE_PX = 3.0  # largest distance of an inlier, however much the board bows
+NARROWEST_GATE_PX = 1.0  # distance [px] of a certain inlier: no board is perfectly flat
+GATE_SIGMAS = 3.0  # the same in standard deviations of the inliers
+JUMP_LEAST_PX = 0.1  # allowed distance from the neighbours' median [px]
+JUMP_SIGMAS = 4.0  # the same in standard deviations of the centre
+NEIGHBOURS = 15  # lines of pixels on either side that show whether the stripe is straight
+LEAST_SUPPORT = 0.5  # share of these that must agree: a stripe on another surface crosses the line only briefly
+CHANGE_SPAN = 10  # lines of pixels on either side for a comparison of the stripe's width
+MOST_CHANGE = 0.12  # relative change of width between them; more is a square's edge or a shadow
+ROUNDS = 6  # largest number of fits, each to the centres near the previous line; two are usually enough
+APART = 0.8  # least distance of two centres on a trial line, in lengths of a part: nearer ones give no slope
+JURY = 200  # centres that a trial line is tested on, if there are as many
 
 
-STEP_LEAST_PX = 0.3  # of the stripe beside the squares, up to which it lies on the board: 0.2 mm of height or so
+STEP_LEAST_PX = 0.3  # largest step of a stripe on the board, beside the squares: about 0.2 mm of height
 STEP_SIGMAS = 5.0  # the same in standard deviations of the difference of two medians
-FEWEST_LINES = 20  # lines of pixels that must show the stripe on the board, for a straight line to mean something
+FEWEST_LINES = 20  # least lines of pixels with the stripe on the board for a straight line
 
 
 def on_plane(
     centres: LineCentres, along: Array, across: Array, nearness: Array, on_squares: Bools
 ) -> tuple[Bools, Array]:
-    """Pick the centres that lie on one straight line, one at most in each line of pixels.
+    """Select the centres on one straight line, one at most in each line of pixels.
 
-    Where the stripe crosses the board's squares the line is theirs, and goes on beside them up to a step: there the
-    board ends, and the stripe lies on the table below it.
+    Where the stripe crosses the board's squares the line is fitted there, and continues beside them up to a step: there
+    the board ends, and the stripe is on the table below it.
 
     Args:
         centres: The candidates of an image.
         along: Their coordinate along the stripe, without the lens's distortion, (n,) [px].
         across: The other coordinate, (n,) [px].
-        nearness: Weight of each, (n,): a stripe beside the board more likely lies on its plane than one far off.
-        on_squares: Whether each shows a place among the board's squares, (n,).
+        nearness: Weight of each, (n,): a stripe near the board is more likely on its plane than one far off.
+        on_squares: Whether each is among the board's squares, (n,).
 
     Returns:
         Whether each candidate is kept, (n,), and its distance from the line, (n,) [px].
@@ -65,7 +65,7 @@ def crosses_squares(centres: LineCentres, on_squares: Bools) -> bool:
 
 
 def _from_line(along: Array, across: Array, weight: Array) -> tuple[Array, float]:
-    """Distance of each centre from the likeliest straight line, (n,), and the gate within which it is kept [px]."""
+    """Distance of each centre from the likeliest straight line, (n,), and the gate for inliers [px]."""
     off = _distance(along, across, *_likeliest(along, across, weight))
     gate = WIDEST_GATE_PX
     for _ in range(ROUNDS):
@@ -78,7 +78,7 @@ def _from_line(along: Array, across: Array, weight: Array) -> tuple[Array, float
 
 
 def _up_to_a_step(line: Ints, off: Array, kept: Bools, on_squares: Bools) -> tuple[int, int]:
-    """First and last line of pixels between which the stripe goes on from the board's squares without a step."""
+    """First and last line of pixels between which the stripe continues from the board's squares without a step."""
     at = np.flatnonzero(kept)
     inside = np.flatnonzero(on_squares[at])
     if len(inside) < FEWEST_LINES:
@@ -94,7 +94,7 @@ def _up_to_a_step(line: Ints, off: Array, kept: Bools, on_squares: Bools) -> tup
 
 
 def jumps(off: Array) -> Array:
-    """Give each distance from the straight line, (n,), against the median of its neighbours': noise without bow."""
+    """Distance of each centre from the line, (n,), less the median of its neighbours': noise without bow."""
     return off - np.asarray(median_filter(off, 2 * NEIGHBOURS + 1, mode="nearest"), dtype=np.float64)
 
 
@@ -103,7 +103,7 @@ def _distance(along: Array, across: Array, slope: float, start: float) -> Array:
 
 
 def _likeliest(along: Array, across: Array, weight: Array) -> tuple[float, float]:
-    """Try lines through pairs of candidates and give slope and start of the one with the most weight near it."""
+    """Slope and start of the line with the most weight near it, among lines through pairs of candidates."""
     able = np.flatnonzero(weight > 0)
     if len(able) < 2:
         return 0.0, float(np.median(across))
@@ -131,12 +131,12 @@ def _likeliest(along: Array, across: Array, weight: Array) -> tuple[float, float
 
 
 def _nearest(line: Ints, distance: Array, able: Bools) -> Bools:
-    """Keep of each line of pixels the candidate nearest to the straight line."""
+    """Keep the candidate nearest to the straight line in each line of pixels."""
     return best_of_each(line, np.where(able, -distance, -np.inf)) & able
 
 
 def _undisturbed(centres: LineCentres, off: Array, kept: Bools) -> Bools:
-    """Drop centres that jump out of their neighbours, or where the stripe's width changes along it."""
+    """Drop centres that jump against their neighbours, or where the stripe's width changes."""
     at = np.flatnonzero(kept)
     if len(at) <= 2 * NEIGHBOURS:
         return kept
@@ -152,7 +152,7 @@ def _undisturbed(centres: LineCentres, off: Array, kept: Bools) -> Bools:
 
 
 def _supported(line: Ints, kept: Bools) -> Bools:
-    """Whether around each candidate most lines of pixels that show light show it on the straight line."""
+    """Whether most lit lines of pixels around each candidate have light on the straight line."""
     height = int(line.max()) + 1
     lit, good = np.zeros(height), np.zeros(height)
     lit[line] = 1.0

@@ -1,4 +1,4 @@
-"""From images to points: which pixels of the stripe show which places on the board."""
+"""From images to points: pixels of the stripe with their positions on the board."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,31 +19,31 @@ from robolaser.vision.stripe_trace import StripeSearch
 from robolaser.vision.target import target_in
 from robolaser.vision.target_corners import Frame
 
-BRIGHTER = 1.2  # than light squares a stripe is at least: it adds light, which light squares between dark do not
-LIGHT_PERCENT = 80.0  # of a board's pixels that are darker than most of its paper: marks and ink cover two thirds
-MUCH = 0.05  # share of a stripe that was left out from which on it is said: the image's rim and a shadow cost as much
-SQUARES_BEYOND = 0.9  # squares beyond the inner corners that surely are the board: it has a whole one there
+BRIGHTER = 1.2  # least grey of a stripe relative to light squares: it adds light to them
+LIGHT_PERCENT = 80.0  # percentile of a board's pixels that is paper: marks and ink cover two thirds
+MUCH = 0.05  # excluded share of a stripe that is reported: the image's rim and a shadow cause as much
+SQUARES_BEYOND = 0.9  # squares beyond the inner corners that certainly belong to the board: it has a whole one there
 
 
 @final
 @dataclass(frozen=True)
 class Extraction:
-    """Pixels of the stripe and the places on the board they show."""
+    """Pixels of the stripe with their positions on the board."""
 
-    # pixels with the lens's distortion and places in the board's frame; a point's name is the line of pixels it was
-    # found in, `repeat` the number of the image at its pose, from 1
+    # pixels with the lens's distortion and positions in the board's frame; a point's name is its line of pixels,
+    # `repeat` the number of the image at its pose, from 1
     points: Points
-    frames: tuple[Frame, ...]  # what became of each pose, in the order given
-    lens: Intrinsics  # the lens that was taken off before planes were laid
+    frames: tuple[Frame, ...]  # the result for each pose, in order
+    lens: Intrinsics  # whose distortion was removed before planes were fitted
     pixel_noise_px: float  # scatter of the stripe's centre about its smooth course [px]
-    channel: str = "grey"  # name of the channel in which the light was looked for
+    channel: str = "grey"  # name of the channel for the detection of the light
 
     def __len__(self) -> int:
         return len(self.points)
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What the user should know of where the stripe lies."""
+        """Warnings on the position of the stripe."""
         used = [frame for frame in self.frames if not frame.skipped]
         cut = [frame.left_out for frame in used if frame.left_out > MUCH]
         beside = sum(frame.beside for frame in used)
@@ -64,14 +64,14 @@ class Extraction:
 @final
 @dataclass(frozen=True)
 class Look:
-    """What the images of a pose show."""
+    """Board and stripe in the images of a pose."""
 
     board: BoardCorners | None
     centres: tuple[LineCentres, ...]
 
 
 def look(shots: PoseImages, search: StripeSearch, board: Board) -> Look:
-    """Look for the board, without the laser where there is such an image, and for what may be the stripe.
+    """Detect the board, without the laser where there is such an image, and candidates for the stripe.
 
     Raises:
         ImageError: A file is missing, no image, or of another size.
@@ -102,13 +102,13 @@ def _board_in(image: Image, board: Board) -> BoardCorners | None:
 @final
 @dataclass(frozen=True)
 class OnBoard:
-    """The stripe in one image, as far as it is on the board's plane."""
+    """The stripe on the board's plane in one image."""
 
     repeat: int  # number of the image at its pose, from 1
     line: Ints  # lines of pixels of the points, (n,)
     pixel: Array  # (n, 2) [px]
     place: Array  # (n, 3) [m]
-    off: Array  # distance of each of its centres from a straight line, whether it is a point or not, (k,) [px]
+    off: Array  # distance of all its centres from a straight line, (k,) [px]
     crosses: bool  # whether it crosses the board's squares
     left_out: float  # share of its lines of pixels beyond a step beside the squares
 
@@ -145,13 +145,13 @@ def on_board(
 
 
 def _every(line: Ints, step: int) -> Ints:
-    """Of lines of pixels (n) those that lie `step` apart in the image, (k,); the one in the centre where none does."""
+    """Lines of pixels (n) at multiples of `step` in the image, (k,); the central one where there is none."""
     chosen = np.flatnonzero(line % step == step // 2)
     return chosen if len(chosen) else np.arange(len(line))[len(line) // 2 :][:1]
 
 
 def frame_of(pose: str, shots: tuple[LineCentres, ...], view: BoardPlane | None, found: Sequence[OnBoard]) -> Frame:
-    """A word on the images of a pose."""
+    """The result for the images of a pose."""
     if view is None:
         return Frame(pose, skipped="no board")
     if not found:
@@ -168,13 +168,13 @@ def frame_of(pose: str, shots: tuple[LineCentres, ...], view: BoardPlane | None,
 
 
 def _beyond(centres: LineCentres, kept: Bools) -> float:
-    """Share of the lines of pixels with a stripe's light that lie before the first or after the last that is kept."""
+    """Share of the lines of pixels with a stripe's light before the first or after the last kept one."""
     lines = np.unique(centres.line[centres.is_symmetric])
     first, last = centres.line[kept].min(), centres.line[kept].max()
     return float(((lines < first) | (lines > last)).mean())
 
 
 def _nearness(place: Array, size: Array) -> Array:
-    """Weigh places, (n, 2) [m], by how far beyond the corners they are, in sizes of the board, (2,) [m], (n,)."""
+    """Weights (n,) of positions, (n, 2) [m], by their distance beyond the corners, in sizes of the board, (2,) [m]."""
     beyond = np.linalg.norm(np.maximum(np.abs(place - size / 2) - size / 2, 0.0), axis=-1) / size.max()
     return np.asarray(1.0 / (1.0 + beyond**2))

@@ -1,4 +1,4 @@
-"""Image files as arrays of grey, and what a laser alone lights in them."""
+"""Image files as arrays of grey, and the light of the laser alone in them."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
 from robolaser.errors import DataError, ImageError
 from robolaser.vision.runs import FULL
 
-DEPTHS = (8, 10, 12, 14, 16)  # bits of grey that cameras tell apart; files of sixteen bits hold any of them
-PEDESTAL = 16  # least grey of a difference where nothing was added, so that noise below nothing is not cut off
-BRIGHTEST_ROOM = 200  # grey without the laser from which on a pixel is a lamp, full by itself
-SATURATED_FULL = 95.0  # percentage of the pixels that the laser saturated which are to be full in the difference
+DEPTHS = (8, 10, 12, 14, 16)  # bits of grey of cameras; files of sixteen bits hold any of them
+PEDESTAL = 16  # grey of a difference of zero, so that negative noise is not cut off
+BRIGHTEST_ROOM = 200  # least grey without the laser of a pixel that a lamp saturates
+SATURATED_FULL = 95.0  # percentage of the pixels saturated by the laser that are full in the difference
 
 
 Weights = tuple[float, float, float]  # of blue, green and red in a channel
@@ -28,14 +28,14 @@ Raw = NDArray[Any]
 @final
 @dataclass(frozen=True)
 class CameraImages:
-    """How the image files of one camera are read."""
+    """Format of the image files of one camera."""
 
-    size_px: tuple[int, int]  # width and height that each must have
-    depth: int = 8  # bits of grey that the camera tells apart
+    size_px: tuple[int, int]  # width and height of each
+    depth: int = 8  # bits of grey of the camera
 
     @classmethod
     def of(cls, files: Iterable[Path], size_px: tuple[int, int]) -> "CameraImages":
-        """The depth is what all files together need: a dark image of twelve bits does not show that it has them.
+        """The format with the depth that all files together need: a dark image of twelve bits does not show its depth.
 
         Raises:
             ImageError: A file is missing, no image, or of another size.
@@ -43,7 +43,7 @@ class CameraImages:
         raw = (read_image(file, size_px, cv2.IMREAD_UNCHANGED) for file in files)
         deep = takewhile(
             lambda image: image.dtype != np.uint8, raw
-        )  # they are of one camera: one of eight bits will do
+        )  # they are of one camera: one of eight bits is enough
         return cls(size_px, max(map(depth_of, deep), default=8))
 
     def grey(self, file: Path) -> Image:
@@ -56,7 +56,7 @@ class CameraImages:
 
 
 def read_image(path: Path, size_px: tuple[int, int], colours: int) -> Raw:
-    """An image as its file has it: 8 or 16 bits, grey (height, width) or blue, green and red, (height, width, 3)."""
+    """An image as in its file: 8 or 16 bits, grey (height, width) or blue, green and red, (height, width, 3)."""
     try:
         coded = read_bytes(path, IMAGE_BYTES)
     except DataError as error:
@@ -83,7 +83,7 @@ def depth_of(image: Raw) -> int:
 
 
 def eight_bits(image: Raw, depth: int) -> Image:
-    """An image of a camera of some depth as eight bits; brighter than that depth is full."""
+    """An image of a camera with a given depth as eight bits; brighter values are full."""
     if image.dtype == np.uint8:
         return np.asarray(image, np.uint8)
     return np.asarray(np.minimum(image >> (depth - 8), FULL), np.uint8)
@@ -118,7 +118,7 @@ def _of_another_size(path: Path, here: tuple[int, int], stated: tuple[int, int])
 
 
 def laser_alone(lit: Image, unlit: Image) -> Image:
-    """What the laser adds to an image, on an even ground; what it saturated is full here too."""
+    """The laser's light in an image, on an even background; pixels that it saturated are full."""
     room = unlit[lit == FULL]
     room = room[room < BRIGHTEST_ROOM]
     ground = max(PEDESTAL, int(np.percentile(room, SATURATED_FULL)) if len(room) else 0)

@@ -1,4 +1,4 @@
-"""The lens that distorted the images of a recording, and where the board's plane lay in each of them."""
+"""The lens of a recording, and the board's plane in each image."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,16 +12,16 @@ from robolaser.data.board import lattice
 from robolaser.geometry.board_views import one_thread
 from robolaser.vision.board import off_pattern
 
-FEWEST_VIEWS = 3  # boards from which focal length and distortion are told apart at all
-MOST_VIEWS = 40  # boards, spread over the recording, that the lens is found from; more cost much and add little
+FEWEST_VIEWS = 3  # boards from which focal length and distortion are distinguishable
+MOST_VIEWS = 40  # boards, spread over the recording, for the lens; more cost much and add little
 FREED_SIGMAS = 5.0
-"""Standard deviations by which what a freer lens frees must leave the place where a stiffer one holds it.
+"""Standard deviations by which a released parameter must differ from its fixed value.
 
-That many, since a print's errors are alike in all views and look surer than chance would let them.
+That many, since a print's errors are the same in all views and make parameters look more certain than they are.
 """
-FOCAL_RANGE = (0.3, 30.0)  # focal lengths [image widths] that lenses have; a fit outside them saw too little tilt
-STRAY_MEDIANS = 5.0  # of all corners' distances from where the plane puts them, beyond which the stripe dragged one off
-STRAY_LEAST_PX = 0.3  # the same at least [px]
+FOCAL_RANGE = (0.3, 30.0)  # focal lengths of lenses [image widths]; a fit outside had too little tilt
+STRAY_MEDIANS = 5.0  # distance from the fitted plane, in medians, of a corner that the stripe has shifted
+STRAY_LEAST_PX = 0.3  # least such distance [px]
 _ALWAYS = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
 _CENTRE, _K2 = (2, 3), (5,)  # among OpenCV's intrinsics: fx fy cx cy k1 k2 ...
 MODELS: tuple[tuple[int, tuple[int, ...]], ...] = (
@@ -29,21 +29,21 @@ MODELS: tuple[tuple[int, tuple[int, ...]], ...] = (
     (_ALWAYS | cv2.CALIB_FIX_K2, _CENTRE),
     (_ALWAYS, _K2),
 )
-"""From stiff to free, each with the intrinsics that it frees. The focal lengths are two: prints are often longer one
-way by a part in some hundreds."""
+"""Lens models by number of released intrinsics. There are two focal lengths: prints are often longer in one direction
+by a few tenths of a per cent."""
 
 
 @final
 @dataclass(frozen=True)
 class Intrinsics:
-    """A pinhole and its radial distortion, as OpenCV writes them."""
+    """A pinhole camera with radial distortion, in OpenCV's form."""
 
     matrix: Array  # camera matrix, (3, 3) [px]
-    distortion: Array  # k1, k2, p1, p2, k3; all zero for a lens that nothing is known of
-    known: bool  # whether it was found from the boards
+    distortion: Array  # k1, k2, p1, p2, k3; all zero for an unknown lens
+    known: bool  # whether it was estimated from the boards
 
     def undistort(self, pixel: Array) -> Array:
-        """Move pixels, (n, 2), to where a lens without distortion shows them, (n, 2) [px]."""
+        """Undistort pixels, (n, 2) -> (n, 2) [px]."""
         if not self.known or len(pixel) == 0:
             return pixel
         distorted = np.ascontiguousarray(pixel, dtype=np.float64).reshape(-1, 1, 2)
@@ -54,22 +54,22 @@ class Intrinsics:
 @final
 @dataclass(frozen=True)
 class BoardPlane:
-    """The board's plane as one image shows it."""
+    """The board's plane in one image."""
 
-    H_board_pixel: Array  # homography from straightened pixels to the board's x and y, (3, 3) [m]
-    R_camera_board: Array  # turn of the board in the camera, (3, 3); NaN where the lens is not known
-    corner_rms_px: float  # corners against the board's pattern [px]
+    H_board_pixel: Array  # homography from undistorted pixels to the board's x and y, (3, 3) [m]
+    R_camera_board: Array  # rotation of the board in the camera, (3, 3); NaN where the lens is not known
+    corner_rms_px: float  # RMS distance of corners from the board's pattern [px]
 
     def intersect(self, straight: Array) -> Array:
-        """Cut the rays of straightened pixels, (n, 2), with the board's plane: x and y, (n, 2) [m]."""
+        """Intersect the rays of undistorted pixels, (n, 2), with the board's plane: x and y, (n, 2) [m]."""
         if len(straight) == 0:
             return straight
-        place = cv2.perspectiveTransform(straight.reshape(-1, 1, 2), self.H_board_pixel)
-        return np.asarray(place, dtype=np.float64).reshape(-1, 2)
+        xy = cv2.perspectiveTransform(straight.reshape(-1, 1, 2), self.H_board_pixel)
+        return np.asarray(xy, dtype=np.float64).reshape(-1, 2)
 
 
 def _seen(grid: Array, square_m: float) -> tuple[Array, Array]:
-    """Give the corners that are there, by place on the board, (n, 2) [m], and pixel, (n, 2)."""
+    """The visible corners, by position on the board, (n, 2) [m], and pixel, (n, 2)."""
     rows, columns = grid.shape[:2]
     board = square_m * lattice(columns, rows).reshape(-1, 2)
     there = np.isfinite(grid).all(axis=-1).ravel()
@@ -77,7 +77,7 @@ def _seen(grid: Array, square_m: float) -> tuple[Array, Array]:
 
 
 def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px: int) -> Intrinsics:
-    """Find the lens from all boards seen.
+    """Estimate the lens from all visible boards.
 
     Args:
         grids: Corners of each image, (rows, columns, 2) [px]; NaN where one is hidden.
@@ -86,7 +86,7 @@ def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px:
         height_px: Image height [px].
 
     Returns:
-        The lens; not known where there are too few boards or they do not tell.
+        The lens; not known where the boards are too few or do not determine it.
     """
     guess = np.array([[2.0 * width_px, 0, (width_px - 1) / 2], [0, 2.0 * width_px, (height_px - 1) / 2], [0, 0, 1]])
     unknown = Intrinsics(guess, np.zeros(5), known=False)
@@ -122,8 +122,8 @@ def _intrinsics(lens: Intrinsics) -> Array:
 def view_board(grid: Array, square_m: float, lens: Intrinsics) -> BoardPlane:
     """Find the plane of a board in one image from its corners, (rows, columns, 2) [px].
 
-    With a known lens the plane has the six freedoms of a rigid board, which carries further beyond the
-    corners than the eight of a homography.
+    With a known lens the plane has the six degrees of freedom of a rigid board, which extrapolates beyond the corners
+    better than the eight of a homography.
     """
     board, pixel = _seen(grid, square_m)
     straight = lens.undistort(pixel)
@@ -146,7 +146,7 @@ def _loose(board: Array, straight: Array, lens: Intrinsics) -> tuple[Array, Arra
 def _rigid(board: Array, straight: Array, lens: Intrinsics) -> tuple[Array, Array]:
     flat = np.pad(board, ((0, 0), (0, 1)))
     pixel = straight.reshape(-1, 1, 2)
-    # Not SOLVEPNP_IPPE: for a board tilted about one of its own axes it gives NaN, as rounding has it.
+    # Not SOLVEPNP_IPPE: by rounding it may give NaN for a board tilted about one of its axes.
     _, turn, shift = cv2.solvePnP(flat, pixel, lens.matrix, None, flags=cv2.SOLVEPNP_ITERATIVE)
     R = np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64)
     return lens.matrix @ np.column_stack([R[:, 0], R[:, 1], np.ravel(shift)]), R

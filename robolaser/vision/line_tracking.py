@@ -1,4 +1,4 @@
-"""The course of one stripe through an image of anything: which bright runs are it, and which are its mirror images."""
+"""The course of one stripe through any image: the bright runs that belong to it, and those of its mirror images."""
 
 import numpy as np
 
@@ -8,31 +8,31 @@ from robolaser.vision.runs import LineCentres, best_of_each
 
 STEEPEST = 3.0  # from one line of pixels to the next [px]; more is a step in depth, or another light
 MISSING = 2  # lines without light that a piece of a stripe bridges
-SHORTEST = 6  # lines that a piece of a stripe has at least: glints and noise are shorter
+SHORTEST = 6  # least lines of a piece of a stripe: glints and noise are shorter
 WINNING = 0.5
-"""Share of a piece's lines in which it is the strongest light, at least; a mirror image shows alone only where the
-stripe is hidden."""
-BREADTHS = (1 / 3, 3.0)  # width of a run over the typical one, within which it may be the stripe
-ROUGHEST_PX = 0.7  # mean distance of a piece's centres from where their neighbours see them; more is texture
-MOST_JUMP_PX = 3.0  # distance [px] beyond which a centre does not speak more against its piece
-BESIDE = 5  # lines on either side that say where a centre should be
-STRAY_SIGMAS = 5.0  # from there, as the stripe shows them, beyond which a centre is a stray
-STRAY_LEAST_PX = 0.3  # the same at least [px]: surfaces are not smooth
-OF_JUMP = 1.08  # scatter of a centre against the median of five pairs about it, over its own
+"""Least share of a piece's lines in which it is the strongest light; a mirror image is alone only where the stripe is
+hidden."""
+BREADTHS = (1 / 3, 3.0)  # range of a stripe's width over the typical one
+ROUGHEST_PX = 0.7  # mean distance of a piece's centres from their neighbours' prediction; more is texture
+MOST_JUMP_PX = 3.0  # largest distance [px] that a centre contributes to that mean
+BESIDE = 5  # lines on either side that predict a centre
+STRAY_SIGMAS = 5.0  # distance from the prediction, in the stripe's standard deviations, of an outlier
+STRAY_LEAST_PX = 0.3  # least such distance [px]: surfaces are not smooth
+OF_JUMP = 1.08  # scatter of a centre less the median of five pairs around it, over its own scatter
 
 
 def track_stripe(centres: LineCentres) -> tuple[Bools, float]:
     """Choose the centres of one stripe, one at most in each line.
 
-    Light that goes on from line to line makes pieces; steps in depth, edges and gaps end them. Of pieces side by side
-    the one with more light stands, longer ones before shorter.
+    Light that continues from line to line forms pieces; steps in depth, edges and gaps end them. Of pieces side by side
+    the one with more light is chosen, longer ones before shorter.
 
     Args:
         centres: The candidates of an image (n), by line.
 
     Returns:
-        Whether each candidate is chosen, (n,), and by how much their scatter along the stripe exceeds what they say of
-        themselves, at least 1.
+        Whether each candidate is chosen, (n,), and the ratio of their scatter along the stripe to their stated standard
+        deviation, at least 1.
     """
     likely = _fitting(centres)
     at = np.flatnonzero(likely)
@@ -54,21 +54,21 @@ def track_stripe(centres: LineCentres) -> tuple[Bools, float]:
     relative = jump / (OF_JUMP * centres.std[at])
     excess = max(1.0, mad_scale(relative[np.isfinite(relative)])) if np.isfinite(relative).any() else 1.0
     stray = np.abs(jump) > np.maximum(STRAY_SIGMAS * excess * OF_JUMP * centres.std[at], STRAY_LEAST_PX)
-    chosen[at[~stray & ~_beside_a_step(piece[calm])]] = True
+    chosen[at[~stray & ~_next_to_step(piece[calm])]] = True
     return chosen, excess
 
 
-def _beside_a_step(piece: Ints) -> Bools:
-    """Whether a centre, by line, has another piece's next to it: there, a pixel sees both surfaces."""
-    beside = np.zeros(len(piece), dtype=np.bool_)
+def _next_to_step(piece: Ints) -> Bools:
+    """Whether a centre, by line, is next to one of another piece: there, a pixel sees both surfaces."""
+    is_next = np.zeros(len(piece), dtype=np.bool_)
     change = piece[1:] != piece[:-1]
-    beside[1:] |= change
-    beside[:-1] |= change
-    return beside
+    is_next[1:] |= change
+    is_next[:-1] |= change
+    return is_next
 
 
 def _fitting(centres: LineCentres) -> Bools:
-    """Whether each run is even, and about as wide as those that carry most light."""
+    """Whether each run is symmetric, and about as wide as those with most light."""
     order = np.argsort(centres.width)
     heavy = np.cumsum(centres.light[order])
     if len(heavy) == 0:
@@ -80,11 +80,11 @@ def _fitting(centres: LineCentres) -> Bools:
 
 
 def pieces(line: Ints, x: Array) -> Ints:
-    """Number the pieces that runs make, (n,): each goes on in the nearest run of the next line, if that agrees.
+    """Number the pieces of runs, (n,): each continues in the nearest run of the next line, if that is mutual.
 
     Args:
         line: Line of each run, ascending, (n,).
-        x: Its place in the line, (n,) [px].
+        x: Its position in the line, (n,) [px].
     """
     n = len(line)
     slot = np.arange(n) - np.searchsorted(line, line)
@@ -108,7 +108,7 @@ def pieces(line: Ints, x: Array) -> Ints:
 
 
 def _jumps(line: Ints, x: Array, piece: Ints) -> Array:
-    """Distance of each centre from where pairs on either side see it, (n,) [px]; NaN where it has none."""
+    """Distance of each centre from its prediction by pairs on either side, (n,) [px]; NaN where it has none."""
     n = len(line)
     seen = np.full((BESIDE, n), np.nan)
     for k in range(1, BESIDE + 1):

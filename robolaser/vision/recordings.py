@@ -20,23 +20,23 @@ from robolaser.vision.lens import find_lens, view_board
 from robolaser.vision.stripe_trace import StripeSearch
 from robolaser.vision.target_corners import Frame, corner_points, no_points, points_of_target
 
-POINTS_PER_IMAGE = 170  # about, along a whole one: the scatter of neighbouring lines is alike, more say no more
+POINTS_PER_IMAGE = 170  # about, along a whole one: neighbouring lines share their scatter, so more add nothing
 
 
 def points_from_images(
     recording: Dataset, *, progress: Progress | None = None, known: dict[object, Any] | None = None
 ) -> tuple[Extraction, Dataset]:
-    """Find board and stripe in every image.
+    """Detect board and stripe in every image.
 
     Args:
         recording: A data set on disk with [board], [image] and a column `image` in poses.csv. A column `image_off`
             holds images with the laser off; `image_2`, `image_3` ... hold repeats.
-        progress: Called with what is being done and the share that is done.
-        known: What images showed earlier; what these show is added, and nothing is looked for twice.
+        progress: Called with the current step and its finished share.
+        known: Earlier detections; new ones are added, and no image is searched twice.
 
     Returns:
-        What was found in each image, and the data set with the points of two sensors, stripe and camera, and the
-        scatter of the stripe's centre as its noise; frames without board or stripe have none.
+        The result for each image, and the data set with the points of two sensors, stripe and camera, and the scatter
+        of the stripe's centre as its noise; frames without board or stripe have no points.
 
     Raises:
         DataError: poses.csv does not name the first image of a pose, or a path leaves the folder.
@@ -89,7 +89,7 @@ def points_from_images(
 def points_of_images(
     recording: Dataset, *, progress: Progress | None = None, known: dict[object, Any] | None = None
 ) -> tuple[Extraction | Sequence[Frame], Dataset]:
-    """What the images of a stripe scanner or a camera show: see `points_from_images` and `points_of_target`."""
+    """The points in images of a stripe scanner or a camera: see `points_from_images` and `points_of_target`."""
     look = points_from_images if sensor_class(recording.kind).has_laser_plane() else points_of_target
     return look(recording, progress=progress, known=known)
 
@@ -107,14 +107,14 @@ def _with_noise_stated(dataset: Dataset, pixel_px: float) -> Dataset:
 
 
 def stripes_from_images(recording: Dataset, *, progress: Progress | None = None) -> Iterator[Stripes]:
-    """Trace the stripe in every image, whatever it lies on, an image at a time.
+    """Trace the stripe in every image, on any surface, an image at a time.
 
     Args:
         recording: A data set on disk with [image] and a column `image` in poses.csv, and others as for points.
-        progress: Called with what is being done and the share that is done.
+        progress: Called with the current step and its finished share.
 
     Yields:
-        The centres of each image, repeats among them, (n,) of STRIPE.
+        The centres of each image, with repeats, (n,) of STRIPE.
 
     Raises:
         DataError: poses.csv does not name the first image of a pose, or a path leaves the folder.
@@ -137,7 +137,7 @@ def stripes_from_images(recording: Dataset, *, progress: Progress | None = None)
 
 
 def _images(recording: Dataset) -> tuple[list[PoseImages], StripeSearch]:
-    """The images of each pose that has any, and how the stripe is looked for in them."""
+    """The images of each pose that has any, and the search for the stripe in them."""
     if not sensor_class(recording.kind).has_laser_plane() or recording.folder is None or recording.image_px is None:
         raise no_points("only stripe scanners take images")
     shots = images_of_poses(recording)

@@ -1,4 +1,4 @@
-"""Bright runs, pixels next to each other in one line that a stripe may have lit, and the profile of each."""
+"""Bright runs, adjacent pixels in one line that a stripe may have lit, and the profile of each."""
 
 from dataclasses import dataclass, fields
 from typing import Any, Literal, final
@@ -10,23 +10,23 @@ from robolaser.arrays import Array, Bools, Image, Ints
 from robolaser.geometry.mad_scale import mad_scale
 
 ImageAxis = Literal["u", "v"]
-BACKGROUND_SHARE = 1 / 6  # width of the box that blurs the stripe into its background, as a share of the line's length
+BACKGROUND_SHARE = 1 / 6  # width of the box filter for the background, as a share of the line's length
 WIDEST_SHARE = 1 / 8  # widest stripe, as a share of the line's length; wider light is a lamp or a polished part
 FAINTEST = 8.0  # least height [grey] of a stripe above its blurred surroundings
 FAINTEST_NOISES = 6.0  # the same in standard deviations of the image's texture
-FAINTEST_SHARE = 0.3  # the same as a share of what is brightest in its line
+FAINTEST_SHARE = 0.3  # the same as a share of the brightest pixel in its line
 MOST_PER_LINE = 4  # candidates kept in one line, the strongest: the stripe, its mirror images, glints
-ROUNDING = 0.29  # noise [grey] that whole numbers bring, 1/√12: no image has less
+ROUNDING = 0.29  # noise [grey] of whole numbers, 1/√12: no image has less
 LEAST_NOISE = 1e-3  # the same of grey with fractions: a thousandth of a camera's sixteen bits
-NOISE_EVERY = 8  # lines of pixels from one that is asked for the noise to the next
+NOISE_EVERY = 8  # spacing of the lines of pixels that the noise is estimated from
 ONE_SIGMA = 0.6827  # share of a Gaussian within one standard deviation
-FULL = 255  # grey of a saturated pixel: it was at least as bright
+FULL = 255  # grey of a saturated pixel
 LEVEL = 0.6  # height, from background (0) to peak (1), above which light counts: on the steep flanks, above the halo
-FOOT = 0.3  # height at which a second centre is taken; its distance from the other shows an asymmetric profile
+FOOT = 0.3  # height for a second centre; its distance from the first shows an asymmetric profile
 LEAST_SECOND_MOMENT = 0.1  # sum of squared distances of pixels from the centre [px²], at least
-MOST_ASYMMETRY = 0.15  # shift from foot to top, as a share of the width, beyond which a profile is no stripe's
+MOST_ASYMMETRY = 0.15  # largest shift from foot to top of a stripe's profile, as a share of the width
 FLANK_PX = 0.05
-"""Error [px] of a saturated centre beside the noise's: its flanks are steep, and no line goes from pixel to pixel."""
+"""Error [px] of a saturated centre in addition to noise: its steep flanks are not linear between pixels."""
 
 
 @final
@@ -42,7 +42,7 @@ class BrightRuns:
     noise: float  # standard deviation of a pixel [grey]
 
     def room(self) -> tuple[Ints, Ints]:
-        """First and last pixel of each line that belong to no other run, as far as the image goes, (n,) each."""
+        """First and last pixel around each run that belong to no other one, within the image, (n,) each."""
         alone = np.diff(self.line) != 0
         before, after = np.zeros_like(self.first), np.full_like(self.last, self.across.shape[1] - 1)
         before[1:] = np.where(alone, 0, self.last[:-1] + 1)
@@ -51,7 +51,7 @@ class BrightRuns:
 
 
 def find_runs(image: Image, axis: ImageAxis) -> BrightRuns:
-    """Find what is brighter than its surroundings, narrow enough for a stripe, and strong in its line."""
+    """Find runs that are brighter than their surroundings, narrow enough for a stripe, and strong in their line."""
     across = image if axis == "v" else np.asarray(cv2.transpose(image), dtype=image.dtype)
     length = across.shape[1]
     smooth = cv2.blur(across, (3, 1))
@@ -73,7 +73,7 @@ def find_runs(image: Image, axis: ImageAxis) -> BrightRuns:
 
 
 def best_of_each(line: Ints, worth: Array, most: int = 1) -> Bools:
-    """Whether each of n things is among those in its line, (n,), that are worth the most, (n,)."""
+    """Whether each of n items is among the best in its line, (n,), by its score, (n,)."""
     order = np.lexsort((-worth, line))
     ranked, best = line[order], np.zeros(len(line), dtype=np.bool_)
     best[order[np.arange(len(line)) - np.searchsorted(ranked, ranked) < most]] = True
@@ -81,7 +81,7 @@ def best_of_each(line: Ints, worth: Array, most: int = 1) -> Bools:
 
 
 def _noise(across: Image) -> float:
-    """Standard deviation of a pixel as second differences along some lines tell it [grey]."""
+    """Standard deviation of a pixel by second differences along some lines [grey]."""
     whole = across.dtype == np.uint8
     some: Any = across[NOISE_EVERY // 2 :: NOISE_EVERY].astype(np.int16 if whole else np.float32)
     curve = np.abs(some[:, 2:] - 2 * some[:, 1:-1] + some[:, :-2])
@@ -120,21 +120,21 @@ class LineCentres:
 
     @property
     def is_symmetric(self) -> Bools:
-        """Whether each profile is as even as a stripe's, (n,)."""
+        """Whether each profile is as symmetric as a stripe's, (n,)."""
         return np.asarray(np.abs(self.asymmetry) <= MOST_ASYMMETRY * self.width)
 
     def at(self, kept: Bools | Ints) -> "LineCentres":
-        """Give some of them, by mask or index."""
+        """Select centres by mask or index."""
         return LineCentres(
             self.axis, **{item.name: getattr(self, item.name)[kept] for item in fields(self) if item.name != "axis"}
         )
 
 
 def measure(runs: BrightRuns) -> LineCentres:
-    """Measure each run's profile; its centre is that of gravity above LEVEL.
+    """Measure each run's profile; its centre is the centre of gravity above LEVEL.
 
-    Integrated over heights, the centre of gravity above a level is the mean of the midpoints between the flanks, so it
-    serves peaks and saturated plateaus alike.
+    Integrated over heights, the centre of gravity above a level is the mean of the midpoints between the flanks: it is
+    valid for peaks and saturated plateaus.
     """
     before, after = runs.room()
     margin = 3 + (runs.last - runs.first) // 4
@@ -156,7 +156,7 @@ def _cut_out(runs: BrightRuns, reach: int) -> tuple[Array, Ints, Array, Ints, In
 
     Returns:
         Grey, infinite outside the image, (n, 2 reach + 1); the middle's column in the image, (n,); the run's brightest
-        grey, where it is in the first array, and how many of the run's pixels are saturated, (n,).
+        grey, its index in the first array, and the number of the run's saturated pixels, (n,).
     """
     length = runs.across.shape[1]
     middle = (runs.first + runs.last) // 2
@@ -171,7 +171,7 @@ def _cut_out(runs: BrightRuns, reach: int) -> tuple[Array, Ints, Array, Ints, In
 
 
 def _above_level(level: Array, grey: Array, peak_column: Ints) -> tuple[Array, Array, Array, Array]:
-    """Integrate the profile, straight between pixels, from flank to flank where it crosses the level.
+    """Integrate the profile, linear between pixels, from flank to flank where it crosses the level.
 
     Args:
         level: Height, (n,) [grey].

@@ -1,4 +1,4 @@
-"""A laser stripe in an image: where its centre lies, in every line of pixels that crosses it."""
+"""A laser stripe in an image: its centre in every line of pixels that crosses it."""
 
 from dataclasses import replace
 
@@ -7,21 +7,21 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Image, Ints
 from robolaser.vision.runs import FOOT, FULL, LEVEL, BrightRuns, ImageAxis, LineCentres, find_runs, measure
 
-BEYOND_SIGMAS = 3.0  # that are fitted beyond a flank: to the gaussian's end, and ground enough to know its slope
+BEYOND_SIGMAS = 3.0  # fitted range beyond a flank: the whole Gaussian, and enough background for its slope
 BEYOND_FULL_SIGMAS = 2.0
-"""The same for saturated profiles, whose ground is taken for level: flanks alone tell its slope from a shift badly."""
-BROADEST_FULL = 12  # saturated pixels, beyond which light is glare: the centre of gravity between the flanks stands
-FARTHEST = 0.5  # that a fit's centre is from the centre of gravity at most, and its deviation [widths]
+"""The same for saturated profiles, whose background is assumed level: flanks hardly distinguish slope and shift."""
+BROADEST_FULL = 12  # saturated pixels of a fit; more are glare, and the centre of gravity between the flanks is kept
+FARTHEST = 0.5  # largest distance of a fit's centre from the centre of gravity, and its deviation [widths]
 STEPS = 4  # Gauss-Newton steps; the start is good to a tenth of the width
 DAMPING = 1e-3  # added to the normal equations' diagonal while stepping, as a share
-SETTLED = 1e-9  # added always, so that the equations have a solution where pixels carry no information
-STILL = 1e-3  # change of centre and breadth, in breadths, below which a fit has converged
-LONGEST = (-0.4, 0.6)  # steps of the Gaussian's breadth at most, as shares; its centre moves by less than one breadth
-FEWEST = 7  # pixels that are needed for a Gaussian's five unknowns
+SETTLED = 1e-9  # always added, so that the equations have a solution where pixels have no information
+STILL = 1e-3  # largest change of centre and width, in widths, of a converged fit
+LONGEST = (-0.4, 0.6)  # largest steps of the Gaussian's width, as shares; its centre moves by less than one width
+FEWEST = 7  # pixels for a Gaussian's five unknowns
 
 
 def find_line_centres(image: Image, axis: ImageAxis) -> LineCentres:
-    """Find every bright run that may be the stripe and the middle of each, to a fraction of a pixel.
+    """Find every bright run that may be the stripe, and its centre to a fraction of a pixel.
 
     Runs cut by the image's border have no centre and are left out.
 
@@ -30,7 +30,7 @@ def find_line_centres(image: Image, axis: ImageAxis) -> LineCentres:
         axis: Image axis that the stripe runs along: one centre per row for "v", per column for "u".
 
     Returns:
-        The candidates, by line and then by place in the line.
+        The candidates, by line and then by position in the line.
     """
     runs = find_runs(image, axis)
     found = _gaussian_fit(runs, measure(runs))
@@ -40,8 +40,8 @@ def find_line_centres(image: Image, axis: ImageAxis) -> LineCentres:
 def _gaussian_fit(runs: BrightRuns, profiles: LineCentres) -> LineCentres:
     """Fit A exp(-(x - m)² / 2 s²) + c + d x to each run by least squares, saturated pixels left out.
 
-    Where no gaussian fits, the centre of gravity stands. A centre's deviation is by the image's noise, or by what the
-    fit leaves where that is more.
+    Where no Gaussian fits, the centre of gravity is kept. A centre's deviation is by the image's noise, or by the fit's
+    residuals where these are larger.
     """
     whole = np.isfinite(profiles.centre) & np.isfinite(profiles.foot)
     at = np.flatnonzero(whole & (profiles.full <= BROADEST_FULL))
@@ -65,7 +65,7 @@ def _gaussian_fit(runs: BrightRuns, profiles: LineCentres) -> LineCentres:
 
 
 def _start(profiles: LineCentres, at: Ints, origin: Ints) -> Array:
-    """Height, centre, breadth, ground and its slope that two widths of a profile speak for, (n, 5)."""
+    """Height, centre, width, background and its slope by two widths of a profile, (n, 5)."""
     width, rise = profiles.width[at], profiles.peak[at] - profiles.ground[at]
     breadth = np.sqrt(np.maximum(profiles.foot[at] ** 2 - width**2, 0.0) / (8 * np.log(LEVEL / FOOT)))
     breadth = np.clip(breadth, width / 6, width / 1.5)
@@ -75,7 +75,7 @@ def _start(profiles: LineCentres, at: Ints, origin: Ints) -> Array:
 
 
 def _pixels(runs: BrightRuns, at: Ints, low: Ints, high: Ints, origin: Ints) -> tuple[Array, Array, Array]:
-    """Distances x from `origin` (k,), and the grey of the pixels there and whether they are fitted, 1 or 0, (n, k)."""
+    """Distances x from `origin` (k,), and grey of the pixels there and whether they are fitted, 1 or 0, (n, k)."""
     reach = np.maximum(origin - low, high - origin).max(initial=0)
     x = np.arange(-reach, reach + 1)
     column = origin[:, None] + x
@@ -88,15 +88,15 @@ def _fitted(x: Array, grey: Array, used: Array, start: Array, full: Bools) -> tu
     """Damped Gauss-Newton steps for each profile until it has converged.
 
     Args:
-        x: Places of the pixels, (k,) [px].
+        x: Positions of the pixels, (k,) [px].
         grey: (n, k).
         used: 1 for the pixels that are fitted, else 0, (n, k).
         start: A, m, s, c and d to start from, (n, 5).
         full: Whether the profile is saturated; then d stays 0, (n,).
 
     Returns:
-        A, m, s, c and d, (n, 5); the variance of m for pixels of variance 1, the variance of what the fit leaves, and
-        how many pixels were fitted, (n,).
+        A, m, s, c and d, (n, 5); the variance of m for pixels of variance 1, the variance of the residuals, and the
+        number of fitted pixels, (n,).
     """
     gaussian, diagonal = start.copy(), np.arange(5)
     moving = np.arange(len(start))

@@ -1,4 +1,4 @@
-"""One stripe traced through an image of anything, in the channel in which the laser's light stands out."""
+"""One stripe traced through any image, in the channel in which the laser is the most visible."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -29,16 +29,16 @@ CHANNELS: Mapping[str, Weights | None] = MappingProxyType(
     }
 )
 """Weights of blue, green and red by name; an excess is half of 2R - G - B, 2G - R - B or 2B - R - G. None: grey."""
-LOOKED_AT = 3  # poses, evenly taken, by which a channel is chosen
-COLOURFUL = 12  # difference of two channels [grey of 255] from which on a pixel has a colour
-BETTER = 1.1  # times as long as in grey a stripe must be in a channel that is taken instead: grey has the least noise
+LOOKED_AT = 3  # poses, evenly taken, for the choice of a channel
+COLOURFUL = 12  # least difference of two channels [grey of 255] in a coloured pixel
+BETTER = 1.1  # least length of a stripe in another channel over that in grey, which has the least noise
 
 
 def trace(image: Image, axis: ImageAxis) -> Stripes:
     """Find the stripe in an image, one centre at most in each line of pixels.
 
-    A centre's standard deviation is what the image's noise makes of it, or what the scatter along the stripe shows
-    where that is more (speckle, rough surfaces).
+    A centre's standard deviation is that by the image's noise, or by the scatter along the stripe where that is larger
+    (speckle, rough surfaces).
 
     Args:
         image: Grey image of the laser's light, (height, width).
@@ -60,26 +60,26 @@ def trace(image: Image, axis: ImageAxis) -> Stripes:
 @final
 @dataclass(frozen=True)
 class StripeSearch:
-    """How the stripe is looked for in the images of a recording."""
+    """The search for the stripe in the images of a recording."""
 
     camera: CameraImages
     axis: ImageAxis  # image axis that the stripe runs along
-    channel: str = "grey"  # name of the channel in which the light stands out, one of CHANNELS
+    channel: str = "grey"  # name of the channel with the most visible light, one of CHANNELS
 
     @classmethod
     def of(cls, recording: Dataset, shots: Sequence[PoseImages]) -> "StripeSearch":
-        """How to look in the images of a stripe scanner's recording: in the channel in which the light stands out.
+        """The search in a stripe scanner's recording, in the channel with the most visible light.
 
         Raises:
             ImageError: An image is missing, broken or of another size.
         """
-        assert recording.image_px is not None  # a stripe's data set has a size
+        assert recording.image_px is not None  # data sets of stripes have an image size
         camera = CameraImages.of((file for one in shots for file in one.files), recording.image_px)
         axis: ImageAxis = "u" if recording.stripe_axis == "u" else "v"
         return cls(camera, axis, find_channel(shots, camera, axis))
 
     def lights(self, shots: PoseImages) -> Iterator[tuple[Image, Image]]:
-        """Give each image of a pose with the laser on as eight bits of grey, and in it the laser's light, if known.
+        """Yield each image of a pose with the laser on as eight bits of grey, and the laser's light in it, if known.
 
         Both are (height, width). The light of deeper images has fractions of an eight-bit grey.
 
@@ -96,7 +96,7 @@ class StripeSearch:
             yield image, one if shots.unlit is None else laser_alone(one, light[lit])
 
     def traces(self, shots: PoseImages) -> Iterator[Stripes]:
-        """Trace the stripe in each image of a pose with the laser on, repeats among them, (n,) of STRIPE.
+        """Trace the stripe in each image of a pose with the laser on, with repeats, (n,) of STRIPE.
 
         Raises:
             ImageError: An image is missing, broken or of another size.
@@ -110,11 +110,11 @@ class StripeSearch:
 def find_channel(shots: Sequence[PoseImages], camera: CameraImages, axis: ImageAxis) -> str:
     """Name of the channel in which the stripe is the longest in some of the images; "grey" of grey images.
 
-    Where the laser was also off, that is taken away in each channel first.
+    An image with the laser off is subtracted in each channel first.
 
     Args:
         shots: Images of all poses.
-        camera: How they are read.
+        camera: Their format.
         axis: Image axis that the stripe runs along.
 
     Raises:
@@ -135,7 +135,7 @@ def _is_colourful(image: Image) -> bool:
 
 
 def _length(shots: PoseImages, search: StripeSearch) -> float:
-    """Lines of pixels that show the stripe, each as much as its centre is sure to a tenth of a pixel or so."""
+    """Number of lines of pixels with the stripe, each weighted by its certainty relative to about 0.1 pixel."""
     _, light = next(search.lights(shots))
     centres = find_line_centres(light, search.axis)
     chosen, excess = track_stripe(centres)

@@ -9,13 +9,13 @@ from robolaser.arrays import Array, Bools, Image
 from robolaser.data.board import Board, dictionary, lattice
 from robolaser.vision.board import LARGEST_UNEVENNESS, find_board, off_pattern, quarter_turns, sharpened
 
-FEWEST = 4  # corners of which an image must show at least so many: fewer say nothing of where the board stands
-WINDOW_PX = (2, 8)  # half sides of the window in which a ChArUco board's corner is sharpened, least and most
-LARGER = 1.15  # times the usual diameter, from which a circle is the one that marks the origin
+FEWEST = 4  # least corners in an image: fewer do not determine the board's pose
+WINDOW_PX = (2, 8)  # half sides of the window for the refinement of a ChArUco board's corner, least and most
+LARGER = 1.15  # least diameter over the usual one of the circle that marks the origin
 
 
 def target_in(image: Image, board: Board) -> tuple[Array, ...]:
-    """Every way to lay the frame on the target in a grey image, (rows, columns, 2) [px] each; () where it is not seen.
+    """All possible frames of the target in a grey image, (rows, columns, 2) [px] each; () where it is not visible.
 
     Raises:
         DataError: OpenCV has no dictionary of that name.
@@ -37,12 +37,12 @@ def corners_there(grid: Array) -> Bools:
 
 
 def _is_telling(there: Bools) -> bool:
-    """Whether the corners that are seen, (rows, columns), are enough and not all in one line."""
+    """Whether the visible corners, (rows, columns), are enough and not all in one line."""
     return bool(there.sum() >= FEWEST and there.any(axis=0).sum() > 1 and there.any(axis=1).sum() > 1)
 
 
 def _charuco(image: Image, board: Board) -> Array | None:
-    """Corners by their names, (rows, columns, 2) [px] as (u, v), NaN where one is not seen; None where none is.
+    """Corners by their names, (rows, columns, 2) [px] as (u, v), NaN where one is not visible; None where none is.
 
     Boards of OpenCV before 4.6, with a light first square where their rows are even, are read too.
     """
@@ -52,7 +52,7 @@ def _charuco(image: Image, board: Board) -> Array | None:
 
 
 def _sharpened(image: Image, grid: Array, board: Board) -> Array:
-    """The corners where the squares' edges cross, looked at no farther than the markers leave room."""
+    """The corners refined to crossings of the squares' edges, in windows that exclude the markers."""
     steps = [np.linalg.norm(np.diff(grid, axis=axis), axis=-1) for axis in (0, 1)]
     pitch = np.concatenate([step[np.isfinite(step)] for step in steps])
     there = np.isfinite(grid).all(axis=-1)
@@ -81,13 +81,13 @@ def _seen(image: Image, board: Board, *, legacy: bool) -> Array:
         row, column = np.divmod(np.ravel(names), board.columns)
         grid[row, column] = np.reshape(corners, (-1, 2))
         grid = _sharpened(image, grid, board)
-    # The origin's outward diagonal square is dark: with a light first one, that of the last corner may be.
+    # The origin's outward diagonal square is dark: with a light first square, the last corner's may be.
     first_is_light = legacy and board.rows % 2 == 1
     return grid[::-1, ::-1] if first_is_light and board.columns % 2 == 0 else grid
 
 
 def _circles(image: Image, board: Board) -> tuple[Array, ...]:
-    """Middles of the circles, dark or light, (rows, columns, 2) [px] as (u, v), once for each way to lay the frame."""
+    """Centres of the circles, dark or light, (rows, columns, 2) [px] as (u, v), once for each possible frame."""
     for ground in (image, cv2.bitwise_not(image)):
         for clustering in (0, cv2.CALIB_CB_CLUSTERING):
             flags = cv2.CALIB_CB_SYMMETRIC_GRID | clustering
@@ -102,7 +102,7 @@ def _circles(image: Image, board: Board) -> tuple[Array, ...]:
 
 
 def _is_even(grid: Array) -> bool:
-    """Whether the circles lie as a plane's perspective puts them, and were not put together from others."""
+    """Whether the circles agree with a plane's perspective, and are not a false combination."""
     rows, columns = grid.shape[:2]
     places, pixel = lattice(columns, rows).reshape(-1, 2), grid.reshape(-1, 2)
     H, _ = cv2.findHomography(places, pixel)
@@ -113,7 +113,7 @@ def _is_even(grid: Array) -> bool:
 
 
 def _from_the_largest(ways: tuple[Array, ...], ground: Image) -> tuple[Array, ...]:
-    """The way that has the circle larger than the others first; () where no circle is."""
+    """The frame whose first circle is larger than the others; () where there is none."""
     spots = cv2.SimpleBlobDetector.create().detect(ground)
     if not spots:
         return ()
@@ -130,7 +130,7 @@ def _from_the_largest(ways: tuple[Array, ...], ground: Image) -> tuple[Array, ..
 
 
 def _ways(grid: Array) -> tuple[Array, ...]:
-    """Every turn of a grid in its plane after which it looks the same, the frame right-handed with z into the board."""
+    """All rotations of a grid in its plane after which it looks the same, right-handed with z into the board."""
     x, y = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
     if x[0] * y[1] - x[1] * y[0] < 0:
         grid = grid[:, ::-1]

@@ -1,4 +1,4 @@
-"""From images to the points of a target: which pixels show which corners or circles of a board."""
+"""From images to the points of a target: pixels of the corners or circles of a board."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,24 +16,24 @@ from robolaser.vision.images import CameraImages
 from robolaser.vision.lens import find_lens, view_board
 from robolaser.vision.target import corners_there, target_in
 
-ENOUGH = 8  # corners from which an image helps to find the lens, and is told how well it fits the pattern
+ENOUGH = 8  # least corners of an image for the lens, and for a misfit against the pattern
 
 
 @final
 @dataclass(frozen=True)
 class Frame:
-    """What became of one image, or, of a stripe's, of the images of one pose."""
+    """The result for one image, or, for a stripe, the images of one pose."""
 
     pose: str  # its name
-    skipped: str = ""  # why they gave no points; empty if they did
-    points: int = 0  # points they gave
-    # corners of the board, or circles, against its pattern [px]; NaN where that was not looked at
+    skipped: str = ""  # reason why they have no points; empty if they have
+    points: int = 0  # number of points
+    # RMS distance of corners or circles from the board's pattern [px]; NaN where it was not computed
     corner_rms_px: float = float("nan")
-    # stripe against a straight line, all its lines of pixels that were kept [px]; NaN without
+    # RMS distance of the stripe from a straight line, over kept lines of pixels [px]; NaN without a stripe
     line_rms_px: float = float("nan")
-    # whether the stripe crosses none of the board's squares: it is taken to lie on the board's plane
+    # whether the stripe crosses none of the board's squares: it is assumed to be on the board's plane
     beside: bool = False
-    # share of the stripe's lines of pixels beyond a step beside the squares: it lies on something else
+    # share of the stripe's lines of pixels beyond a step beside the squares, on another surface
     left_out: float = 0.0
 
 
@@ -48,20 +48,20 @@ class _Found:
 def points_of_target(
     recording: Dataset, *, progress: Progress | None = None, known: dict[object, Any] | None = None
 ) -> tuple[list[Frame], Dataset]:
-    """Find the target in every image.
+    """Detect the target in every image.
 
     Args:
         recording: A data set on disk with [board], [image] and a column `image` in poses.csv.
-        progress: Called with what is being done and the share that is done.
-        known: What images showed earlier; what these show is added, and nothing is looked for twice.
+        progress: Called with the current step and its finished share.
+        known: Earlier detections; new ones are added, and no image is searched twice.
 
     Returns:
-        A word on each image, and the data set with the points; images without the target have none.
+        The result for each image, and the data set with the points; images without the target have none.
 
     Raises:
         DataError: poses.csv does not name the first image of a pose, or a path leaves the folder.
         ImageError: The recording has no board or images; an image is missing, broken or of another size; the target is
-            in none; it looks the same from more sides than can be told apart.
+            in none; it has more symmetries than the images can distinguish.
     """
     board, size, shots = recording.board, recording.image_px, images_of_poses(recording)
     if board is None or size is None:
@@ -115,7 +115,7 @@ def _never_seen(board: Board, turned: Sequence[_Found], images: int) -> ImageErr
 
 def _as_points(recording: Dataset, board: Board, found: Sequence[_Found]) -> tuple[list[Frame], Dataset]:
     seen = [one for one in found if one.ways]
-    assert recording.image_px is not None  # was asked for before any image
+    assert recording.image_px is not None  # was checked before any image
     whole = [one.ways[0] for one in seen if corners_there(one.ways[0]).sum() >= ENOUGH]
     lens = find_lens(whole, board.square_m, *recording.image_px)
     turns = recording.flange()[[one.row for one in seen], :3, :3]
@@ -140,12 +140,12 @@ def _as_points(recording: Dataset, board: Board, found: Sequence[_Found]) -> tup
 
 
 def corner_points(board: Board, poses: Sequence[int], grids: Sequence[Array]) -> Points:
-    """The corners or circles that images show as points of a data set, named by column and row: `3_0`.
+    """The corners or circles in images as points of a data set, named by column and row: `3_0`.
 
     Args:
-        board: Whose they are.
+        board: The board.
         poses: Rows of poses.csv, one for each image.
-        grids: Where they are seen, (rows, columns, 2) [px] each; NaN where one is hidden.
+        grids: Their pixels, (rows, columns, 2) [px] each; NaN where one is hidden.
     """
     pixel = np.reshape(grids, (-1, board.rows, board.columns, 2))
     image, row, column = np.nonzero(corners_there(pixel))

@@ -43,7 +43,7 @@ def test_an_er_vii_counts_its_joints_one_by_one() -> None:
 def test_an_er_vii_that_is_taken_for_an_er_v_plus_is_not_opened(tmp_path: Path) -> None:
     """The controller itself says the hand's pitch."""
     rig = bench.bench_for(bench.cell(tmp_path))
-    with pytest.raises(ArmError, match=r"pitch is .* Check \[arm\] axes"):
+    with pytest.raises(ArmError, match=r"hand pitch of .* Check \[arm\] axes"):
         bench.arm_on(rig, bench.cell(tmp_path, "er5plus"))
 
 

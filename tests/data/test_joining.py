@@ -70,7 +70,7 @@ def test_further_poses_may_be_of_another_session() -> None:
 def test_further_poses_of_an_unknown_session_are_refused() -> None:
     first, second = parts(tracked(sessions=2))
     nameless = replace(second, sessions=None, poses=replace(second.poses, session=None))
-    with pytest.raises(DataError, match="which session"):
+    with pytest.raises(DataError, match="the session of each pose"):
         with_poses_of(first, nameless)
 
 

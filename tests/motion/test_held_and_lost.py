@@ -70,8 +70,8 @@ def held(values: np.ndarray, rows: int = 2) -> np.ndarray:
     [
         ("q", 2, "only repeat"),
         ("q", 3, "only repeat"),
-        ("command", 2, "between them they are guessed"),
-        ("command", 4, "between them they are guessed"),
+        ("command", 2, "between them they are interpolated"),
+        ("command", 4, "between them they are interpolated"),
     ],
 )
 def test_readings_that_repeat_add_no_delay_and_commands_that_repeat_shorten_no_lag(

@@ -127,7 +127,7 @@ def test_calibrate_finds_the_numbers_of_what_is_asked(folder: Path, capsys: pyte
     [
         ("lagg", 2, "'lag'"),
         ("lag:lif", 2, "'lift'"),
-        ("clock_shift:lift", 2, "no place 'lift'"),
+        ("clock_shift:lift", 2, "no location 'lift'"),
         ("range_limit:pan", 1, "range_limit at pan"),
     ],
 )

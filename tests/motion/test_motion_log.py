@@ -188,11 +188,11 @@ def test_rows_in_which_the_arm_stands_show_no_torques_but_the_rest(log: MotionLo
         **{name: np.repeat(getattr(log, name)[[0, 60]], count, axis=0) for name in QUANTITIES},
     )  # fmt: skip
     still = replace(still, load=np.full_like(still.q, np.nan))
-    assert check_motion(still).not_tested["coulomb_friction"] == "the arm stands, or jerks, in all rows"
-    assert plan_motion(still).untestable["coulomb_friction"] == "the arm stands, or jerks, in all rows"
+    assert check_motion(still).not_tested["coulomb_friction"] == "the arm stands still, or jerks, in all rows"
+    assert plan_motion(still).untestable["coulomb_friction"] == "the arm stands still, or jerks, in all rows"
     found = diagnose_motion(still, ["offset", "coulomb_friction"])
     assert any("Torque rows are set aside: the arm stands" in remark for remark in found.remarks)
-    assert any("told to stand still" in remark for remark in found.remarks)
+    assert any("commanded to stand still" in remark for remark in found.remarks)
 
 
 def test_a_log_is_not_saved_as_poses(log: MotionLog, tmp_path: Path) -> None:

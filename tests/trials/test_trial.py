@@ -73,7 +73,7 @@ def test_one_letter_changed_breaks_the_seal(trial):
     seal, truth = trial / "seal.txt", truth_beside(trial)
     text, (kept,) = seal.read_text(), truth.iterdir()
     seal.write_text(text[:-2] + ("0" if text[-2] != "0" else "1") + "\n")
-    with pytest.raises(TrialError, match="Whoever made the trial has its truth"):
+    with pytest.raises(TrialError, match="The maker of the trial has its truth"):
         unseal(trial, truth)
     seal.write_text("sha256 ../../truth\n")
     with pytest.raises(TrialError, match="does not state a SHA-256"):

@@ -1,4 +1,4 @@
-"""The solvers of a benchmark, by name or as a user's own."""
+"""The solvers of a benchmark, by name or from a user."""
 
 import inspect
 from collections.abc import Callable, Mapping
@@ -20,11 +20,11 @@ SOLVERS: Mapping[str, str] = {  # titles of ours by name
     **{name: one.title for name, one in SEARCHES.items()},
 }
 DEFAULT: tuple[str, ...] = tuple(SOLVERS)  # solvers that take part if none are named
-ARGUMENTS = 2  # of a function that searches: the evaluator and the seed. A function that makes an algorithm needs none.
+ARGUMENTS = 2  # of a search function: the evaluator and the seed. A function that makes an algorithm needs none.
 
 
 def solver_titles() -> Mapping[str, str]:
-    """Titles of all solvers by name, those of installed packages last."""
+    """Titles of all solvers by name, with those of installed packages last."""
     return {**SOLVERS} | {
         name: algorithm.title for name, algorithm in registry.algorithms().items() if name not in SOLVERS
     }
@@ -57,7 +57,7 @@ def find(given: Any, name: str = "") -> Solver:
 
 
 def _own(spec: AlgorithmSpec, found: Any, name: str = "") -> Solver:
-    """A user's own: a function that searches, or a pymoo algorithm."""
+    """A user's solver: a search function, or a pymoo algorithm."""
     name = name or spec.text
     if callable(found) and not inspect.isclass(found) and _needs(found) == ARGUMENTS:
         check_settings(spec, spec.settings, found, ARGUMENTS)
@@ -69,6 +69,6 @@ def _own(spec: AlgorithmSpec, found: Any, name: str = "") -> Solver:
 def _needs(function: Callable[..., Any]) -> int:
     try:
         parameters = inspect.signature(function).parameters.values()
-    except ValueError:  # some built-in functions do not say
+    except ValueError:  # some built-in functions have no signature
         return 0
     return sum(p.default is p.empty and p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters)

@@ -11,7 +11,7 @@ from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.solver import ONE_OBJECTIVE, REAL, Search, Solver, within
 from robolaser.errors import AlgorithmError, UsageError
 
-IDLE_ROUNDS = 1000  # iterations without a candidate after which a search is taken to loop for ever
+IDLE_ROUNDS = 1000  # iterations without a candidate that count as an endless loop
 COLLAPSED = 1e-9  # of the distance between the bounds: candidates as near are the same; J changes with its square
 FOR_REALS = ("FloatRandomSampling", "LatinHypercubeSampling", "LHS")
 
@@ -32,7 +32,7 @@ def restarted(search: Search, evaluator: BudgetedEvaluator, seed: int) -> None:
     """Search with global generators seeded, and again with another seed whenever the search returns.
 
     Raises:
-        AlgorithmError: It returns again and again without a candidate: it would never use up its budget.
+        AlgorithmError: It returns repeatedly without a candidate: it would never use up its budget.
     """
     from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
 
@@ -41,7 +41,7 @@ def restarted(search: Search, evaluator: BudgetedEvaluator, seed: int) -> None:
         while idle < IDLE_ROUNDS:
             before = evaluator.evaluations
             search(evaluator, seed)
-            if not evaluator.left:  # it has swallowed the end
+            if not evaluator.left:  # it caught the end of the budget
                 return
             idle = idle + 1 if evaluator.evaluations == before else 0
             seed = int(rng.integers(1, 2**31))
@@ -60,7 +60,7 @@ def _search(make: Maker, evaluator: BudgetedEvaluator, seed: int) -> None:
 
 
 def _refuses(make: Maker, problem: BenchmarkProblem) -> str | None:
-    """Those that know one objective only say so, those that need several, and those that only make real numbers."""
+    """Reasons of algorithms for one objective only, for several only, and for real numbers only."""
     try:
         made = make(problem.n_obj)
     except UsageError as error:
@@ -76,20 +76,20 @@ def _refuses(make: Maker, problem: BenchmarkProblem) -> str | None:
 
 
 def _has_a_schedule(algorithm: Any) -> bool:
-    """Does the budget change how it searches, by its mutation's k/T or, in RVEA, by its adaptation?"""
+    """Whether its search depends on the budget, by its mutation's k/T or, in RVEA, by its adaptation."""
     mutation = getattr(getattr(algorithm, "mating", None), "mutation", None) or getattr(algorithm, "mutation", None)
     scheduled = getattr(mutation, "progress_of", None) is not None and getattr(mutation, "progress", None) is None
     return scheduled or any(kind.__name__ == "RVEA" for kind in type(algorithm).__mro__)
 
 
 def _counted(evaluator: BudgetedEvaluator) -> Any:
-    """The problem as pymoo sees it: same variables, objectives and constraints, but every evaluation counts."""
+    """The problem for pymoo: same variables, objectives and constraints, but every evaluation counts."""
     from pymoo.core.problem import Problem  # noqa: PLC0415 - pymoo takes a second to import
 
     problem, question = evaluator.problem, evaluator.problem.question
 
     class Counted(Problem):  # type: ignore[misc]
-        """Notices when candidates no longer differ."""
+        """Detects when candidates no longer differ."""
 
         def __init__(self) -> None:
             shape = {"n_var": problem.dimension, "xl": question.xl, "xu": question.xu}
@@ -106,7 +106,7 @@ def _counted(evaluator: BudgetedEvaluator) -> Any:
 
         @property
         def collapsed(self) -> bool:
-            """Whether the last candidates, more than a simplex has corners, were all equal."""
+            """Whether the last candidates, more than the corners of a simplex, were all equal."""
             return self._equal >= 20 + 2 * problem.dimension
 
         def _evaluate(self, X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:

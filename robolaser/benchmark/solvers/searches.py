@@ -1,6 +1,6 @@
 """Searches besides pymoo's algorithms: SciPy's, pycma, random candidates, and `calibrate`'s own.
 
-Each is a function of an evaluator and a seed, as those of users are, with the settings of its library.
+Each is a function of an evaluator and a seed, as a user's search, with the settings of its library.
 """
 
 import warnings
@@ -16,7 +16,7 @@ from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.solver import Solver, one_objective_of_reals, within
 
 SILENT = -9  # pycma's setting for no output, neither on the terminal nor in files
-SIGMA, RESTARTS = 0.3, 9  # its initial step in the unit box, as its authors advise; restarts until it begins anew
+SIGMA, RESTARTS = 0.3, 9  # its initial step in the unit box, as its authors advise; restarts before a new start
 BATCH = 100  # random candidates that are evaluated together
 TOL = 1e-12  # of least squares: SciPy's default, 1e-8, stops in a flat valley before the optimum
 
@@ -74,7 +74,7 @@ def pycma(evaluator: BudgetedEvaluator, seed: int) -> None:
 def least_squares(evaluator: BudgetedEvaluator, seed: int) -> None:
     """Run `scipy.optimize.least_squares` within the bounds, with its differences, from one random start after another.
 
-    More exact derivatives would not help: descents that find nothing then go on for five times as many candidates.
+    More exact derivatives would not help: unsuccessful descents then take five times as many candidates.
     """
     from scipy import optimize  # noqa: PLC0415 - half a second to import
 
@@ -100,7 +100,7 @@ def least_squares(evaluator: BudgetedEvaluator, seed: int) -> None:
 def screening(evaluator: BudgetedEvaluator, seed: int) -> None:
     """Run `robolaser.estimation.multistart` until descents agree; each round is counted, with J of all rows.
 
-    `calibrate` also starts a descent from the nominal values. Here it must not: no other solver knows them.
+    `calibrate` also starts a descent from the nominal values. Here it does not: no other solver has them.
     """
     from robolaser.estimation.multistart import multistart  # noqa: PLC0415 - test functions need no models
 

@@ -10,15 +10,15 @@ from robolaser.arrays import Array
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import BenchmarkProblem
 
-ROUNDING = 1e-12  # of the distance between the bounds: a candidate outside by no more was meant to lie on the bound
+ROUNDING = 1e-12  # of the distance between the bounds: a candidate outside by no more counts as on the bound
 ONE_OBJECTIVE = "it minimises one objective, and the problem has several"
 REAL = "its candidates are real numbers, and the problem's variables are not"
 
 Search = Callable[[BudgetedEvaluator, int], None]
-"""Looks for the lowest cost until done or until the evaluator raises `BudgetExhausted`, which it never catches.
+"""Searches the lowest cost until done or until the evaluator raises `BudgetExhausted`, which it never catches.
 
-Costs and residuals come from the evaluator and from nothing else, all randomness from the seed, at least 1: the same
-seed evaluates the same candidates in the same order.
+Costs and residuals come from the evaluator only, all randomness from the seed, at least 1: the same seed evaluates the
+same candidates in the same order.
 """
 RefusalReason = Callable[[BenchmarkProblem], str | None]  # why a solver does not apply to a problem; None if it does
 
@@ -40,15 +40,15 @@ def one_objective_of_reals(problem: BenchmarkProblem) -> str | None:
 class Solver:
     """A search method with all its settings."""
 
-    name: str  # as the user named it, `de` or `rcga:b=2`; unique in a benchmark
-    title: str  # a description for a person
+    name: str  # given by the user, `de` or `rcga:b=2`; unique in a benchmark
+    title: str  # a description
     search: Search  # the method
-    refuses: RefusalReason = applies_to_all  # which problems it does not apply to, and why
-    # does it search differently with another budget, so that no run of it is a part of a longer one?
+    refuses: RefusalReason = applies_to_all  # reason why it does not apply to a problem
+    # whether its search depends on the budget, so that no run is a part of a longer one
     knows_budget: bool = False
 
 
 def within(x: Array, problem: BenchmarkProblem) -> Array:
-    """Candidates (c, d) with those meant to lie on a bound moved onto it; the others stay, even outside."""
+    """Candidates (c, d), moved onto a bound if outside by rounding only; others are unchanged, even outside."""
     inside = np.clip(x, problem.lower, problem.upper)
     return np.where(np.abs(x - inside) <= ROUNDING * (problem.upper - problem.lower), inside, x)

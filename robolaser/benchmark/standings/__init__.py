@@ -1,1 +1,1 @@
-"""Rankings of solvers: which is better, by how much, and how certain that is."""
+"""Rankings of solvers: which is better, by how much, and with which certainty."""

@@ -1,4 +1,4 @@
-"""The ranking in a sentence or two: which solver is better, by how much, and how certain that is."""
+"""The ranking in a sentence or two: which solver is better, by how much, and with which certainty."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ MANY = 3  # names that a sentence lists before it counts the others
 
 
 def answer(standings: Sequence[Standing], *, problems: int, runs: int, comparisons: int) -> str:
-    """Put an order into words, given the smallest number of runs of any ranked solver on any problem."""
+    """A ranking in words, given the smallest number of runs of any ranked solver on any problem."""
     ranked = [standing for standing in standings if standing.rank is not None]
     left_out = [standing.algorithm for standing in standings if standing.rank is None]
     failed = [standing.algorithm for standing in standings if 0 < standing.runs == standing.failed]
@@ -70,7 +70,7 @@ def _several(ranked: list[Standing], *, problems: int, runs: int, comparisons: i
 
 
 def _by_how_much(first: Standing, pair: PairwiseComparison, *, problems: int, comparisons: int) -> str:
-    """The second against the first."""
+    """The comparison of the second with the first."""
     how = f"{pair.other} comes next"
     if pair.ratio.value is not None:
         solved = len(pair.ratio_problems)

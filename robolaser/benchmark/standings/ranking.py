@@ -19,8 +19,8 @@ from robolaser.benchmark.statistics.intervals import IntervalEstimate, finite, w
 from robolaser.errors import UsageError
 
 ENOUGH = 0.5
-"""A solver is ranked if it has this share of the largest number of runs on each problem: a block (problem, seed) that
-one solver lacks is lost for all."""
+"""Share of the largest number of runs on each problem that a ranked solver needs: a block (problem, seed) that one
+solver lacks is lost for all."""
 SCOPE = (
     "Intervals and tests say what new seeds would change on these very problems, with this budget and on this machine. "
     "They do not say how algorithms do on other problems: for that, compare them on more problems."
@@ -117,7 +117,7 @@ class _Ranking:
         arrays, final = self.arrays, self.arrays.final[p, a][self.arrays.there[p, a]]
         infeasible, feasible = final[(final >= INFEASIBLE) & np.isfinite(final)], final < INFEASIBLE
         ends: Sequence[float] = ()
-        if len(final):  # always ends that were seen: those that found nothing are infinite
+        if len(final):  # all are observed values: runs without a result have infinity
             levels = np.linspace(0.0, 1.0, len(table.FINAL))
             ends = np.quantile(np.where(feasible, final, np.inf), levels, method="inverted_cdf").tolist()
         return table.ResultOnProblem(
@@ -135,7 +135,7 @@ class _Ranking:
     def _pairs(
         self, at: list[int], ordered: list[int], runs: Ints, p: Array, adjusted: Array
     ) -> dict[tuple[int, int], table.PairwiseComparison]:
-        """Each with each, the one that stands before first."""
+        """All pairs, the better-ranked solver first."""
         names, solved = self.arrays.algorithms, np.isfinite(self.times[at]).sum(axis=2) > 0
         better, ratios = difference.superiority(self.places[at]), running_time.mean_ratios(self.expected[at], runs)
         found = {}
@@ -155,7 +155,7 @@ class _Ranking:
 
 
 def _unranked(arrays: ResultArrays, at: list[int], runs: Ints, refused: Reasons) -> dict[str, str]:
-    """Who lacks so many runs that the others would have to be ranked on what little is left, and why."""
+    """Solvers that lack too many runs for a ranking on common blocks, with reasons."""
     found: dict[str, str] = {}
     for i, p in enumerate(at):
         problem, most = arrays.problems[p], int(runs[i].max(initial=0))
@@ -167,11 +167,11 @@ def _unranked(arrays: ResultArrays, at: list[int], runs: Ints, refused: Reasons)
 
 
 def _operator_effects(algorithms: Sequence[str], places: Array, expected: Array) -> tuple[table.OperatorEffect, ...]:
-    """The effect of each part that is exchanged in one of the algorithms and in another is not.
+    """The effect of each part that is exchanged in one algorithm and not in another.
 
-    Runs with the part are compared with runs without it that are alike in all else: same problem, same other operators.
+    Runs with the part are compared with otherwise equal runs without it: same problem, same other operators.
     The effect is the mean of A12 over these strata, the geometric mean of the ratios of running times, and the p of van
-    Elteren's test of the strata. Places of runs (p, a, s), expected running times to the headline target, of all runs
+    Elteren's test of the strata. Ranks of runs (p, a, s), expected running times to the headline target, of all runs
     and of bootstrap samples (p, a, 1 + b).
     """
     found = []
@@ -191,13 +191,13 @@ def _operator_effects(algorithms: Sequence[str], places: Array, expected: Array)
 
 
 def _strata(of: Array, one: Ints, other: Ints) -> Array:
-    """What two columns of algorithms have, (p, a, ...) -> (problems and pairs, 2, ...)."""
+    """Columns of pairs of algorithms, (p, a, ...) -> (problems and pairs, 2, ...)."""
     paired: Array = np.stack([of[:, one], of[:, other]], axis=2)
     return paired.reshape(-1, 2, *of.shape[2:])
 
 
 def _pairs(algorithms: Sequence[str]) -> Mapping[tuple[str, str, str], list[tuple[int, int]]]:
-    """Which two algorithms differ in one part only, that with it first, by stock, slot and operator."""
+    """Pairs of algorithms that differ in one part only, that with it first, by stock, slot and operator."""
     found: dict[tuple[str, str, str], list[tuple[int, int]]] = {}
     keys = {key: i for i, name in enumerate(algorithms) if (key := _parted(name)) is not None}
     for (stock, parts), i in keys.items():
@@ -209,7 +209,7 @@ def _pairs(algorithms: Sequence[str]) -> Mapping[tuple[str, str, str], list[tupl
 
 
 def _parted(name: str) -> tuple[str, frozenset[tuple[str, str]]] | None:
-    """The stock algorithm and its exchanged parts; None of a name that somebody gave."""
+    """The stock algorithm and its exchanged parts; None for a name given by the user."""
     try:
         spec = AlgorithmSpec.of(name)
     except UsageError:

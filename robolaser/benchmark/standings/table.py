@@ -1,6 +1,6 @@
-"""What is known of solvers: standings, running times, how sure both are, and a sentence that says so.
+"""Standings and running times of solvers with their uncertainties, and a sentence on them.
 
-Plain values throughout, ready for JSON: None stands for a number that there is none of, never NaN or infinity.
+Plain values throughout, ready for JSON: None is a missing number, never NaN or infinity.
 """
 
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from typing import final
 from robolaser.benchmark.statistics.intervals import IntervalEstimate
 
 FINAL = ("best", "lower_quartile", "median", "upper_quartile", "worst")
-"""Of what runs ended with, in units of the problem's scale; None is infinite."""
+"""Quantiles of final costs, in units of the problem's scale; None is infinite."""
 
 
 @final
@@ -22,7 +22,7 @@ class ResultOnProblem:
     algorithm: str
     runs: int
     failed: int
-    successes: int  # runs that reached the target by which solvers are ranked
+    successes: int  # runs that reached the target for the ranking
     final: Mapping[str, float | None] | None  # `FINAL` of the lowest costs, over the best known; None without runs
     violation: float | None  # median of the lowest violations of runs that found no feasible candidate
     evaluations: IntervalEstimate  # expected running time (ERT) to the target, unsuccessful runs repeated
@@ -32,27 +32,27 @@ class ResultOnProblem:
 @final
 @dataclass(frozen=True)
 class PairwiseComparison:
-    """Two solvers against each other."""
+    """Comparison of two solvers."""
 
     one: str
     other: str
-    superiority: IntervalEstimate  # A12: how often a run of the one does better; over several problems the mean
-    ratio: IntervalEstimate  # ERT of the other over that of the one; geometric mean; None unless both reached it
+    superiority: IntervalEstimate  # A12: probability that a run of `one` is better; over several problems the mean
+    ratio: IntervalEstimate  # ERT of `other` over that of `one`; geometric mean; None unless both reached it
     ratio_problems: tuple[str, ...]  # on which both reached the target
-    p: float | None  # of runs as different as these if the two were the same
-    p_adjusted: float | None  # by Holm for all comparisons made
+    p: float | None  # of equal solvers
+    p_adjusted: float | None  # by Holm for all comparisons
     significant: bool
 
 
 @final
 @dataclass(frozen=True)
 class OperatorEffect:
-    """What an exchanged part does, among runs that are alike in all else: same problem, same other parts."""
+    """Effect of an exchanged part, among otherwise equal runs: same problem, same other parts."""
 
     stock: str
     slot: str
     operator: str
-    strata: int  # problems and pairs of algorithms that it rests on
+    strata: int  # number of problems and pairs of algorithms
     superiority: IntervalEstimate  # mean A12 of runs with the part over runs without it; 0.5 is no effect
     ratio: IntervalEstimate  # ERT with the part over that without it; below 1 is faster
     p: float  # of van Elteren's test of the strata
@@ -62,10 +62,10 @@ class OperatorEffect:
 @final
 @dataclass(frozen=True)
 class Standing:
-    """Where a solver stands."""
+    """The standing of a solver."""
 
     algorithm: str
-    rank: int | None  # from 1, equal mean ranks sharing one; None where it cannot be ranked
+    rank: int | None  # from 1, with ties; None where it cannot be ranked
     mean_rank: float | None  # over blocks (problem, seed)
     runs: int
     failed: int
@@ -73,7 +73,7 @@ class Standing:
     running_time: IntervalEstimate  # to it, in evaluations; None over several problems
     solved: int  # problems on which any run reached it
     against_first: PairwiseComparison | None  # the first as `one`; None for the first itself and the unranked
-    unranked: str  # why it is not ranked; empty if it is
+    unranked: str  # reason why it is not ranked; empty if it is
 
 
 @final
@@ -83,15 +83,15 @@ class Order:
 
     problems: tuple[str, ...]
     places: tuple[Standing, ...]  # those that cannot be ranked last
-    pairs: tuple[PairwiseComparison, ...]  # all of them, `one` standing before `other`
+    pairs: tuple[PairwiseComparison, ...]  # all of them, `one` ranked before `other`
     blocks: int  # pairs (problem, seed) in which each ranked solver has a run
-    answer: str  # which is better, by how much, and how sure is that: a sentence or two
+    answer: str  # the ranking in a sentence or two
 
 
 @final
 @dataclass(frozen=True)
 class OnProblem:
-    """How solvers stand on one problem."""
+    """Standings on one problem."""
 
     problem: str
     order: Order
@@ -101,12 +101,12 @@ class OnProblem:
 @final
 @dataclass(frozen=True)
 class Standings:
-    """How solvers stand on a family of problems."""
+    """Standings on a family of problems."""
 
     family: str
-    tolerance: float  # of the target by which they are ranked
+    tolerance: float  # of the target for the ranking
     seeds: int
     order: Order
     by_problem: tuple[OnProblem, ...]
     effects: tuple[OperatorEffect, ...]  # of exchanged parts
-    scope: str  # what such results speak of, and what not
+    scope: str  # validity of such results

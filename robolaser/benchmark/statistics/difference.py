@@ -1,8 +1,8 @@
-"""How often is a run of one algorithm better than one of another, and could chance alone have made them so different?
+"""Probability that a run of one algorithm is better than one of another, and tests of such differences.
 
-Runs with one seed have at best their first candidates in common, and many algorithms not even these: too little luck to
-be taken out. So all runs of the one are compared with all of the other rather than seed by seed. The result for a pair
-does not depend on who else takes part, as that of tests on mean ranks does: Benavoli, Corani & Mangili 2016.
+Runs with one seed share at best their first candidates, and in many algorithms not even these: too little for a paired
+test. So all runs of one are compared with all of the other rather than seed by seed. The result for a pair does not
+depend on other algorithms, unlike tests on mean ranks: Benavoli, Corani & Mangili 2016.
 """
 
 from itertools import combinations
@@ -15,17 +15,17 @@ from robolaser.benchmark.statistics.intervals import CONFIDENCE, Intervals
 
 LEVEL = 0.05
 """Adjusted p below which two solvers differ significantly. In at most one of twenty benchmarks of equal solvers a pair
-is called different over a whole family in one measure; the same holds for all pairs on its single problems."""
-MOST_SEEDS = 100  # more than anybody needs: what is not significant then is not a matter of seeds
+differs significantly over a whole family in one measure; the same holds for all pairs on its single problems."""
+MOST_SEEDS = 100  # largest number of seeds that is recommended
 
 
 def superiority(outcomes: Array) -> Intervals:
     """A12 of each pair of algorithms, the mean over problems where both have runs, outcomes (p, a, s) -> (a, a).
 
-    How often a run of the one does better than a run of the other, ties counting half, NaN where there are none: Vargha
-    & Delaney 2000; Arcuri & Briand 2011 ask for it beside every test of randomised algorithms. The interval on each
-    problem is Newcombe's fifth (2006), which unlike a bootstrap's does not shrink to a point where one algorithm wins
-    always; that of the mean is made of these: Zou & Donner 2008 (MOVER).
+    Probability that a run of one is better than a run of the other, with ties as half, NaN without runs: Vargha &
+    Delaney 2000; Arcuri & Briand 2011 recommend it with every test of randomised algorithms. The interval on each
+    problem is Newcombe's fifth (2006), which unlike a bootstrap's does not shrink to a point where one algorithm always
+    wins; that of the mean is combined from these: Zou & Donner 2008 (MOVER).
     """
     one, other = outcomes[:, :, None, :, None], outcomes[:, None, :, None, :]
     won = (one < other).sum(axis=(3, 4)) + 0.5 * (one == other).sum(axis=(3, 4))
@@ -56,7 +56,7 @@ def stratified(outcomes: Array) -> Array:
     """Two-sided p of each pair over all problems together, none compared with another, (p, a, s) -> (a, a).
 
     Van Elteren 1960: rank sums of the problems, weighted for the greatest power, with correction for ties and
-    continuity. Where there is but one problem it is Mann & Whitney's test. Symmetric, NaN on the diagonal and where no
+    continuity. For one problem it is Mann & Whitney's test. Symmetric, NaN on the diagonal and where no
     problem has runs of both.
     """
     there = ~np.isnan(outcomes).all(axis=(1, 2))
@@ -73,7 +73,7 @@ def stratified(outcomes: Array) -> Array:
 
 
 def smallest(runs: int, problems: int) -> float:
-    """P of two algorithms with so many runs each on each problem, all runs of the one better than all of the other."""
+    """P if all runs of one algorithm are better than all of another, with so many runs each on each problem."""
     return float(stratified(np.tile(np.arange(2.0 * runs).reshape(2, runs), (problems, 1, 1)))[0, 1])
 
 
@@ -87,7 +87,7 @@ def fewest_runs(problems: int, comparisons: int) -> int | None:
 
 
 def holm(p: Array) -> Array:
-    """P after correction for all comparisons made, so that any is wrong in no more than so many. Holm 1979.
+    """P after correction for all comparisons, which limits the probability of any wrong one. Holm 1979.
 
     NaN is no comparison; each comparison counts once: give an upper triangle, not a symmetric matrix.
     """
@@ -107,11 +107,11 @@ def holm_pairs(p: Array) -> Array:
 
 
 def _bound(value: Array, n: Ints, m: Ints, end: float) -> Array:
-    """Where between A12 and an end of the scale it would be `CONFIDENCE` that A12 of n and m runs is no farther."""
+    """Bound of A12 of n and m runs at `CONFIDENCE`, between the estimate and an end of the scale."""
     z = norm.ppf(0.5 + CONFIDENCE / 2)
     others, pairs = (n + m) / 2 - 1, np.where(n * m > 0, n * m, 1)
     outside, inside = np.full_like(value, end), value
-    for _ in range(50):  # halvings: to the last digit
+    for _ in range(50):  # bisections: to the last digit
         middle = (outside + inside) / 2
         spread = 1 + others * ((1 - middle) / (2 - middle) + middle / (1 + middle))
         far = (value - middle) ** 2 > z**2 * middle * (1 - middle) * spread / pairs

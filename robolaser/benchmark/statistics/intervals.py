@@ -1,4 +1,4 @@
-"""Numbers that runs estimate, and the bounds of what they could be as well."""
+"""Estimates from runs, with intervals."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ CONFIDENCE = 0.95  # level of every interval
 @final
 @dataclass(frozen=True)
 class IntervalEstimate:
-    """A number and its interval; None where the runs give none, or leave an end open."""
+    """An estimate and its interval; None where the runs give none, or leave an end open."""
 
     value: float | None
     lower: float | None = None
@@ -27,23 +27,23 @@ class Intervals:
     """Estimates, and the intervals that hold the truth with `CONFIDENCE`; all of one shape."""
 
     value: Array  # NaN where there is none, infinite where no run reached a target
-    lower: Array  # NaN where there are too few runs to say
-    upper: Array  # NaN where there are too few runs to say, infinite where they leave it open
+    lower: Array  # NaN where there are too few runs
+    upper: Array  # NaN where there are too few runs, infinite where they leave it open
 
     def at(self, *index: int) -> IntervalEstimate:
-        """One of them."""
+        """One of the estimates."""
         return IntervalEstimate(finite(self.value[index]), finite(self.lower[index]), finite(self.upper[index]))
 
 
 def finite(number: float) -> float | None:
-    """A number for JSON, which knows neither NaN nor infinity."""
+    """A number for JSON, which has neither NaN nor infinity."""
     return float(number) if math.isfinite(number) else None
 
 
 def wilson(reached: int, runs: int) -> IntervalEstimate:
     """Share of the runs that reached a target, with its score interval. Wilson 1927; Brown, Cai & DasGupta 2001.
 
-    Pooled over problems of different difficulty the interval is a little wider than it need be.
+    Pooled over problems of different difficulty the interval is a little too wide.
     """
     if not runs:
         return IntervalEstimate(None)

@@ -1,11 +1,11 @@
-"""The expected running time to a target, ERT, its ratios between algorithms, and targets reached by when.
+"""The expected running time to a target, ERT, its ratios between algorithms, and reached targets over time.
 
-What an algorithm pays on average until it reaches a target if it is begun anew, with another seed, as often as it
-fails: all that all runs paid up to the target or their end, over the number of those that reached it. Auger & Hansen
+ERT is the mean cost until an algorithm reaches a target if it is restarted with another seed as often as it fails: the
+sum over all runs up to the target or their end, divided by the number of those that reached it. Auger & Hansen
 2005; Hansen, Auger, Ros, Mersmann, Tusar & Brockhoff 2021 (COCO), section 5.
 
-Intervals are of the expanded percentile bootstrap over seeds: Efron 1979; Hesterberg 2015, section 5.3, since plain
-percentiles of few runs are too narrow.
+Intervals are those of the expanded percentile bootstrap over seeds: Efron 1979; Hesterberg 2015, section 5.3, since
+plain percentiles of few runs are too narrow.
 """
 
 from itertools import permutations
@@ -16,19 +16,19 @@ from scipy.stats import norm, t
 from robolaser.arrays import Array, Ints
 from robolaser.benchmark.statistics.intervals import CONFIDENCE, Intervals
 
-SAMPLES = 2000  # bootstrap samples: expanded percentiles of five runs lie a thousandth from the ends
+SAMPLES = 2000  # bootstrap samples: expanded percentiles of five runs are a thousandth from the ends
 BUDGETS = 200  # of a curve
 FEWEST, FEWEST_RUNS = 4, 3
-"""Degrees of freedom, five runs on one problem or three on each of two, and runs on a problem, below which there is no
-interval: few runs, drawn again and again, give the same handful of numbers. With these, intervals that should hold the
-truth 95 times in a hundred do so at least 92 times."""
+"""Least degrees of freedom (five runs on one problem, or three on each of two) and runs on a problem for an interval:
+resamples of fewer runs have too few different values. With these, 95 % intervals hold the truth at least 92 times in
+a hundred."""
 
 
 def expected(running_times: Array, totals: Array) -> Array:
     """ERT to a target, times and totals of the whole runs (p, a, s) -> (p, a, 1 + b): of all runs, then of samples b.
 
-    A sample is of as many seeds, drawn on each problem anew, and the same for all algorithms: what may be common to
-    runs with one seed stays so. Infinite where no run reached the target, NaN where there are no runs.
+    A sample has as many seeds, drawn for each problem, and the same for all algorithms, which preserves correlations of
+    runs with one seed. Infinite where no run reached the target, NaN where there are no runs.
     """
     problems, _, seeds = running_times.shape
     drawn = np.random.default_rng(1).multinomial(seeds, np.full(seeds, 1.0 / seeds), size=(problems, SAMPLES))
@@ -40,7 +40,7 @@ def expected(running_times: Array, totals: Array) -> Array:
 
 
 def mean_ratios(expected: Array, runs: Ints) -> Intervals:
-    """How many times longer the other takes than the one: geometric mean over problems on which both succeeded.
+    """Ratios of running times: geometric mean over problems on which both algorithms succeeded.
 
     ERT of all runs and of samples (p, a, 1 + b), and runs (p, a) -> (a, a), the second algorithm's over the first's;
     NaN where there is no such problem.
@@ -59,7 +59,7 @@ def mean_ratios(expected: Array, runs: Ints) -> Intervals:
 
 
 def budgets(running_times: Array, totals: Array) -> Array:
-    """Some budgets (b,) from the first target that any run reached to the end of the longest, evenly in logarithms.
+    """Budgets (b,) from the first target that any run reached to the end of the longest, evenly in logarithms.
 
     Empty if no run reached any.
     """
@@ -85,7 +85,7 @@ def shares(running_times: Array, budgets: Array) -> Array:
 def bounded(found: Array, runs: Ints, freedoms: Ints) -> Intervals:
     """Numbers of all runs and of samples (..., 1 + b), of so many runs (...), with intervals.
 
-    A sample without an answer could be anything.
+    A sample without a value could have any.
     """
     value, samples = found[..., 0], found[..., 1:]
     enough = (freedoms >= FEWEST) & (runs >= FEWEST_RUNS) & ~np.isnan(value)

@@ -1,4 +1,4 @@
-"""Importers, one file each: from files that people have to a data set.
+"""Importers, one file each: from files of other programs to a data set.
 
 A new file in this folder takes part without an edit; an installed package announces its importers by entry points in
 the group `robolaser.importers`.
@@ -23,7 +23,7 @@ def importers() -> Mapping[str, type[Importer]]:
     """Every importer by name: ours and those that installed packages announce.
 
     Raises:
-        PluginError: What a package announces cannot be used.
+        PluginError: A package's importer cannot be used.
     """
     for module in pkgutil.iter_modules(__path__):
         importlib.import_module(f"{__name__}.{module.name}")
@@ -33,12 +33,12 @@ def importers() -> Mapping[str, type[Importer]]:
 
 
 def importer_for(paths: Sequence[Path], kind: str | None = None) -> Importer:
-    """The importer of that name or, without one, the only one that recognises all files.
+    """The importer of that name or, without a name, the only one that recognises all files.
 
     Raises:
         DataError: A file is not there.
         UsageError: There is no such importer, or more than one.
-        PluginError: What an installed package announces cannot be used.
+        PluginError: An installed package's importer cannot be used.
     """
     known = importers()
     for path in paths:

@@ -1,4 +1,4 @@
-"""Which column of a file becomes which column of poses.csv and points.csv, and how it is read."""
+"""The columns of poses.csv and points.csv in a file, and how they are read."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ POSES: Final = "poses"
 POINTS: Final = "points"
 EULER = ("euler_1", "euler_2", "euler_3")
 ROTATION_VECTOR = ("rotvec_x", "rotvec_y", "rotvec_z")
-ORIENTATIONS = (QUATERNION, EULER, ROTATION_VECTOR)  # ways to state how the flange is turned, any one of them
+ORIENTATIONS = (QUATERNION, EULER, ROTATION_VECTOR)  # alternative forms of the flange's orientation
 Chosen = Mapping[str, str]  # column of a file by the column of the data set
 TEXT: Final = None  # in place of a quantity: the column holds texts
 
@@ -49,7 +49,7 @@ def point_quantities(declared: SensorFormat, *, timed: bool = False) -> ColumnQu
 
     Args:
         declared: The sensor's format.
-        timed: Whether times say in which pose a point was measured, rather than the pose's name.
+        timed: Whether a point's pose is determined by its time rather than by its name.
     """
     columns = [column for group in declared.columns.values() for column in group]
     when: dict[str, str | None] = {"time_s": TIME} if timed else {"pose": TEXT}
@@ -70,7 +70,7 @@ class ColumnReader:
     options: ImportOptions
 
     def read(self, *, number_poses: bool) -> tuple[CsvTable, dict[str, str]]:
-        """The columns by their names in the data set, in SI units; and what each is read from, with its unit."""
+        """The columns by their names in the data set, in SI units; and the source of each, with its unit."""
         units = stated_units(self.options.units_in(self.file.file))
         columns: dict[str, Cells] = {}
         read_from: dict[str, str] = {}
@@ -109,12 +109,12 @@ class ColumnReader:
         for i in np.flatnonzero(~np.isfinite(values))[:1]:
             sign = self.options.decimal
             other = "," if sign == "." else "."
-            hint = f" with the decimal sign {sign!r} (--decimal says another)" if other in cells[i] else ""
+            hint = f" with the decimal sign {sign!r} (--decimal states another)" if other in cells[i] else ""
             raise bad_cell(self.file.file, self.file.lines[i], source, cells[i], f"a finite number{hint}")
         return values
 
     def _plain(self, cell: str) -> str:
-        """A cell with a decimal point; one that had a point beside another sign is no number."""
+        """A cell with a decimal point; one with a point and another sign is no number."""
         sign = self.options.decimal
         return cell if sign == "." else f"'{cell}'" if "." in cell else cell.replace(sign, ".")
 
@@ -122,9 +122,9 @@ class ColumnReader:
 def choose(
     files: Mapping[str, CsvTable], known: Mapping[str, ColumnQuantities], options: ImportOptions
 ) -> tuple[dict[str, ColumnReader], tuple[str, ...]]:
-    """Choose by `--column`, and where a file's column has the name of the data set's already, or numbers its joints.
+    """Choose by `--column`, by equal names in the file and the data set, or by numbered joints.
 
-    `poses.` or `points.` before a name says which table is meant, where both have such a column.
+    `poses.` or `points.` before a name selects the table, where both have such a column.
 
     Args:
         files: The file with the poses and, where points are read, that with the points, which may be the same.
@@ -147,8 +147,8 @@ def choose(
         for owner in owners:
             if source not in files[owner]:
                 hint = near(source, files[owner].columns)
-                said = f"{files[owner].file} has no column '{source}', which --column {name}={source} names.{hint}"
-                raise DataError(said, file=files[owner].file, column=source)
+                message = f"{files[owner].file} has no column '{source}', which --column {name}={source} names.{hint}"
+                raise DataError(message, file=files[owner].file, column=source)
             chosen[owner][column] = source
     shared = known[POSES].keys() & known[POINTS].keys() - {"pose"} if poses is points else set()
     for owner, file in files.items():
@@ -161,7 +161,7 @@ def choose(
             chosen[POSES] |= joint_columns(poses, joints)
     _check_poses(poses, chosen[POSES], options)
     if points is not None:
-        places = {f"{axis}_m": axis for axis in "xyz"}  # of points: the arm's joints say where its flange is
+        places = {f"{axis}_m": axis for axis in "xyz"}  # of points: the flange's pose follows from the joints
         left = known[POINTS].keys() - chosen[POINTS].keys()
         if options.robot is not None and places.keys() <= left and all(axis in points for axis in "xyz"):
             chosen[POINTS] |= places
@@ -174,7 +174,7 @@ def choose(
 
 
 def joint_columns(table: CsvTable, joints: Sequence[str]) -> dict[str, str]:
-    """The columns with the readings of joints, by `q_JOINT`, where they are called otherwise; else none.
+    """The columns with the readings of joints, by `q_JOINT`, where they have other names; else none.
 
     By the names of the joints, or A1 … An, J1 … Jn, joint_1 … and the like.
     """
@@ -191,7 +191,7 @@ def joint_columns(table: CsvTable, joints: Sequence[str]) -> dict[str, str]:
 
 
 def _owners(name: str, known: Mapping[str, ColumnQuantities]) -> tuple[list[str], str]:
-    """The tables that a name of `--column` is of, and the column's name there."""
+    """The tables of a name in `--column`, and the column's name there."""
     table, _, column = name.partition(".")
     if table == POSES and column:
         return [POSES], column  # any further column is kept
@@ -212,7 +212,7 @@ def _check_poses(file: CsvTable, chosen: Chosen, options: ImportOptions) -> None
     if options.robot is not None:
         _all_there(file, [f"q_{joint}" for joint in options.robot.joints], chosen)
         return
-    _all_there(file, XYZ, chosen, "poses.", "the place of the flange (or name the arm with --robot)")
+    _all_there(file, XYZ, chosen, "poses.", "the position of the flange (or name the arm with --robot)")
     stated = [columns for columns in ORIENTATIONS if chosen.keys() & set(columns)]
     if len(stated) != 1:
         ways = "; ".join(", ".join(columns) for columns in ORIENTATIONS)
@@ -256,7 +256,7 @@ def with_quaternions(table: CsvTable, sequence: str | None) -> CsvTable:
     """The table with quaternions, if it has Euler angles or rotation vectors [rad] instead.
 
     Raises:
-        UsageError: There are Euler angles, and the sequence is none.
+        UsageError: There are Euler angles, and the sequence is invalid.
     """
     if EULER[0] in table:
         try:

@@ -18,15 +18,15 @@ SUFFIXES = (".samples", ".calib", ".yaml", ".yml", ".json")
 KEYS = ("tracking_base_frame", "hand_world_samples", "samples:", '"samples"')
 SAMPLES, RESULTS = ("samples", "hand_world_samples"), ("transform", "transformation")
 MOUNTS: Mapping[object, Mount] = {"eye_in_hand": "flange", "eye_on_base": "base", True: "flange", False: "base"}
-"""What `calibration_type` (easy_handeye2) and `eye_on_hand` (easy_handeye) say."""
+"""Mounts by `calibration_type` (easy_handeye2) and `eye_on_hand` (easy_handeye)."""
 
 
 @final
 class EasyHandeye(Importer):
-    """A file of samples and, where there is one, the result that easy_handeye found.
+    """A file of samples and, where there is one, the result of easy_handeye.
 
     easy_handeye2 saves samples as `NAME.samples` and the result as `NAME.calib`; the older easy_handeye saves the
-    result as YAML, and prints its samples when its service is asked for them. With the camera in the cell, samples
+    result as YAML, and prints its samples on request. With the camera in the cell, samples
     state the base as seen from the effector, and are inverted.
     """
 
@@ -54,8 +54,8 @@ class EasyHandeye(Importer):
                 raise UsageError(f"{holders[what][0]} and {file} both hold {what}: import one after the other.")
             holders[what] = file, contents
         if "samples" not in holders:
-            said = "is a result without its samples. Give the samples too (easy_handeye2: NAME.samples)."
-            raise DataError(f"{paths[0].name} {said}", file=paths[0].name)
+            message = "is a result without its samples. Give the samples too (easy_handeye2: NAME.samples)."
+            raise DataError(f"{paths[0].name} {message}", file=paths[0].name)
         file, contents = holders["samples"]
         result_file, result = holders.get("result", ("", {}))
         mount = mount_of(options, file, _stated(contents) or _stated(result))
@@ -67,7 +67,7 @@ class EasyHandeye(Importer):
 
 
 def _pairs(contents: Mapping[str, Any], file: str) -> tuple[Array, Array, tuple[str, str]]:
-    """Of each sample T_base_effector, inverted where the camera stands in the cell, and T_camera_marker."""
+    """T_base_effector of each sample, inverted where the camera is fixed in the cell, and T_camera_marker."""
     holder = contents if "hand_world_samples" in contents else contents["samples"]
     if isinstance(holder, Mapping):
         fields = ("hand_world_samples", "camera_marker_samples")
@@ -87,7 +87,7 @@ def _pairs(contents: Mapping[str, Any], file: str) -> tuple[Array, Array, tuple[
 
 
 def _stated(contents: Mapping[str, Any]) -> Mount | None:
-    """What the parameters that a file was saved with say of the camera; easy_handeye2 leaves them empty in samples."""
+    """The camera's mount by the parameters in a file; easy_handeye2 leaves them empty in samples."""
     parameters = contents.get("parameters")
     if not isinstance(parameters, Mapping):
         return None

@@ -1,4 +1,4 @@
-"""Pairs of a flange's pose and of what a camera saw then, as a data set of 6-D poses: A X = X B and A X = Z B alike."""
+"""Pairs of flange pose and target pose in the camera, as a data set of 6-D poses: A X = X B and A X = Z B."""
 
 import re
 from dataclasses import dataclass, replace
@@ -16,22 +16,22 @@ from robolaser.geometry.rigid_motion import from_quaternion, inverse, pose, to_a
 from robolaser.parameters import Parameter
 
 MOUNTS: tuple[Mount, ...] = ("flange", "base")
-MOUNT: Final = "mount"  # option that says what carries the camera
-BODIES: dict[Mount, str] = {"flange": "camera", "base": "target"}  # what the flange carries, whose poses are measured
-SPAN = {"m": 1.0, "rad": np.pi}  # how far a start value may be off
+MOUNT: Final = "mount"  # option with the camera's mount
+BODIES: dict[Mount, str] = {"flange": "camera", "base": "target"}  # the body on the flange, whose poses are measured
+SPAN = {"m": 1.0, "rad": np.pi}  # largest error of a start value
 
 
 @final
 @dataclass(frozen=True)
 class Pairs:
-    """What was read, one entry a pose (n)."""
+    """Imported pairs, one entry a pose (n)."""
 
-    file: str  # where from
+    file: str  # their file
     poses: Poses  # of the flange, or joint readings in the order of the robot's
-    T_camera_target: Array  # the target as the camera saw it, (n, 4, 4)
-    flange_from: str  # the field that the flange's pose or the joint readings are from
-    target_from: str  # the field that the target's pose is from
-    guess: Array | None = None  # T_flange_camera or T_base_camera as another tool found it, (4, 4)
+    T_camera_target: Array  # measured by the camera, (n, 4, 4)
+    flange_from: str  # source field of the flange's pose or the joint readings
+    target_from: str  # source field of the target's pose
+    guess: Array | None = None  # T_flange_camera or T_base_camera by another tool, (4, 4)
 
 
 def flange_poses(T_base_flange: Array) -> Poses:
@@ -40,16 +40,16 @@ def flange_poses(T_base_flange: Array) -> Poses:
 
 
 def mount_of(options: ImportOptions, file: str, known: Mount | None = None) -> Mount:
-    """What carries the camera: as the file says, or as a person does.
+    """The camera's mount, by the file or the user.
 
     Raises:
-        UsageError: Neither does, or they contradict each other.
+        UsageError: Neither states it, or they contradict each other.
     """
     stated = options.further.get(MOUNT)
     if stated is not None and stated not in MOUNTS:
         raise UsageError(f"--set mount={stated}: expected flange (eye in hand) or base (eye to hand).")
     if stated is not None and known is not None and stated != known:
-        raise UsageError(f"--set mount={stated}: {file} says that the camera is mounted on the {known}.")
+        raise UsageError(f"--set mount={stated}: {file} states that the camera is mounted on the {known}.")
     if known is None and stated is None:
         raise UsageError(
             f"{file}: is the camera on the flange or fixed in the cell? State it with --set mount=flange (eye in"
@@ -61,7 +61,7 @@ def mount_of(options: ImportOptions, file: str, known: Mount | None = None) -> M
 def pairs_dataset(pairs: Pairs, mount: Mount, options: ImportOptions, left_out: tuple[str, ...] = ()) -> Imported:
     """The data set of pairs.
 
-    A camera on the flange is a body that is seen from the target; a target on the flange one that is seen from the
+    A camera on the flange is a body whose poses are measured in the target; a target on the flange one measured in the
     camera.
 
     Raises:
@@ -97,7 +97,7 @@ def pairs_dataset(pairs: Pairs, mount: Mount, options: ImportOptions, left_out: 
 def seen_by_tags(dataset: Dataset) -> Dataset:
     """The poses of tags in a camera on the flange, as poses of the camera in each tag: a sensor for each.
 
-    What they share is the camera's place on the flange, `tool.camera.*`; each tag has `TAG.base.*` of its own.
+    They share the hand-eye parameters `tool.camera.*`; each tag has its own `TAG.base.*`.
     """
     points, tags = dataset.points, tuple(dict.fromkeys(dataset.points.names))
     T = inverse(pose(from_quaternion(points["quaternion"]), points["xyz"]))
@@ -114,7 +114,7 @@ def seen_by_tags(dataset: Dataset) -> Dataset:
 
 
 def placed_camera(T: Array, prefix: str) -> dict[str, Parameter]:
-    """Nominal values of the six parameters of a motion (4, 4) that another tool found, within wide bounds."""
+    """Nominal values of the six parameters of a motion (4, 4) by another tool, with wide bounds."""
     values = [*T[:3, 3].tolist(), *map(float, to_angles(T[:3, :3]))]
     return {
         f"{prefix}.{part}": Parameter(f"{prefix}.{part}", unit, value, value - SPAN[unit], value + SPAN[unit])

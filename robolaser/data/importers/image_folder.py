@@ -21,9 +21,9 @@ from robolaser.errors import DataError, UsageError, near
 from robolaser.geometry.units import FACTORS, LENGTH
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
-BOARD: Final = "board"  # option that says what is printed on the board
+BOARD: Final = "board"  # option that describes the board's print
 FORM = "--set board=checkerboard,7x6,10mm or --set board=charuco,4x6,36mm,18mm,DICT_6X6_250 (inner corners in x and y)"
-DIGITS = 12  # 36 mm are 0.036 m, and not 0.036000000000000004
+DIGITS = 12  # 36 mm are 0.036 m, not 0.036000000000000004
 _LENGTH = re.compile(r"(?P<number>[0-9.eE+-]+)(?P<unit>[a-z]+)")
 
 
@@ -48,7 +48,7 @@ def camera_recording(
 
 
 def board_of(further: Mapping[str, str], file: str) -> Board:
-    """The board that `--set board=KIND,COLUMNSxROWS,SQUARE[,MARKER,DICTIONARY]` states.
+    """The board by `--set board=KIND,COLUMNSxROWS,SQUARE[,MARKER,DICTIONARY]`.
 
     Raises:
         UsageError: None is stated, or it is no board.
@@ -84,13 +84,13 @@ def _metres(text: str, stated: str) -> float:
 
 
 def image_files(files: Sequence[Path | None]) -> tuple[tuple[str, ...], dict[str, Contents], tuple[int, int]]:
-    """Images on disk, under their own names in the data set's folder `images`.
+    """Images on disk, under their names in the data set's folder `images`.
 
     Args:
         files: Of each pose; None where there is none.
 
     Returns:
-        The path of each pose's image in the data set, "" where there is none; what each holds, by path; and the width
+        The path of each pose's image in the data set, "" where there is none; the contents, by path; and the width
         and height of all [px].
 
     Raises:
@@ -108,8 +108,8 @@ def image_files(files: Sequence[Path | None]) -> tuple[tuple[str, ...], dict[str
         here = _size(file)
         size = size or here
         if here != size:
-            said = f"{file.name} has {here[0]} x {here[1]} pixels, but the image before it {size[0]} x {size[1]}."
-            raise DataError(said, file=file)
+            message = f"{file.name} has {here[0]} x {here[1]} pixels, but the image before it {size[0]} x {size[1]}."
+            raise DataError(message, file=file)
     if size is None:
         raise DataError("There is no image.")
     return tuple(paths), {path: written_later(file.read_bytes) for path, file in origin.items()}, size
@@ -146,7 +146,7 @@ class ImageFolder(Importer):
         return path.is_dir() and not (path / CAL_DATA).exists() and bool(_images(path)) and len(_tables(path)) == 1
 
     def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
-        """Read the table, and see that every image is one."""
+        """Read the table and check every image."""
         if len(paths) > 2 or not paths[0].is_dir() or (len(paths) == 1 and len(_tables(paths[0])) != 1):
             raise UsageError("Name a folder with images and one table, or the folder of images and then the table.")
         folder, file = paths[0], paths[1] if len(paths) == 2 else _tables(paths[0])[0]
@@ -191,7 +191,7 @@ def _files(table: CsvTable, column: str, folder: Path) -> list[Path | None]:
 
 
 def _images(folder: Path) -> list[Path]:
-    """The images of a folder and of those in it."""
+    """The images of a folder and its subfolders."""
     return sorted(path for path in (*folder.iterdir(), *folder.glob("*/*")) if path.suffix.lower() in SUFFIXES)
 
 

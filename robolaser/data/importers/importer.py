@@ -1,4 +1,4 @@
-"""The abstract importer: what reads files of some kind that people have, what they state of them, and what was read."""
+"""The abstract importer of files of one kind, its options, and its result."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -24,7 +24,7 @@ GENERAL: Final = ("name", "path_known", "further")  # the options that every imp
 
 
 def stated_units(names: Sequence[str], option: str = "--units") -> dict[str, str]:
-    """The unit of lengths, angles and times, as far as a list of units states it.
+    """The units of lengths, angles and times that a list of units states.
 
     Args:
         names: Of at most one unit for each quantity.
@@ -45,7 +45,7 @@ def stated_units(names: Sequence[str], option: str = "--units") -> dict[str, str
 
 
 def unit_of(stated: Mapping[str, str], quantity: str, column: str) -> str:
-    """The unit of a quantity; times are in seconds unless it is said otherwise, "" is that of pure numbers.
+    """The unit of a quantity; times are in seconds unless stated, "" is that of pure numbers.
 
     Raises:
         UsageError: It was not stated.
@@ -77,7 +77,7 @@ class ImportOptions:
         euler: Sequence of axes of Euler angles: "ZYX" about rotating axes, "zyx" about fixed ones.
         point: Name of the measured point, if no column names it.
         ordered: Whether the rows are in the order of measurement, if no column has the times.
-        further: Options of an importer of one's own, by name; see `Importer.further`.
+        further: Options of a single importer, by name; see `Importer.further`.
 
     Examples:
         >>> robolaser.ImportOptions(units=("mm", "deg"), robot=robolaser.find_robot("ur5e")).sensor
@@ -107,36 +107,36 @@ class ImportOptions:
 @final
 @dataclass(frozen=True)
 class Imported:
-    """What was read, before anything is written."""
+    """The result of an importer, before anything is written."""
 
     dataset: Dataset  # in SI units
-    # what each column was read from, with its unit, by table and column; under "" what all further columns of a table
-    # were read from. Of dataset.toml, what parameters or tables were read from
+    # the source of each column, with its unit, by table and column; under "" that of all further columns of a table;
+    # for dataset.toml, that of parameters or tables
     read_from: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    # columns, fields and rows of the files that were not taken, and why where that is not plain
+    # unused columns, fields and rows of the files, with a reason where it is not obvious
     left_out: tuple[str, ...] = ()
-    images: Mapping[str, Contents] = field(default_factory=dict)  # what each image holds, by its path in the data set
+    images: Mapping[str, Contents] = field(default_factory=dict)  # each image's contents, by its path in the data set
 
     def checked(self) -> Dataset:
         """The data set as `load` reads it back.
 
         Raises:
-            DataError: It is not what the format asks for.
+            DataError: It violates the format.
         """
         with TemporaryDirectory() as folder:
             save(self.dataset, folder)
             return load(folder)
 
     def write(self, folder: Path) -> None:
-        """Write the data set with its images, whole or not at all.
+        """Write the data set with its images, completely or not at all.
 
         Raises:
-            OutputError: The disk or the rights say no.
+            OutputError: Writing fails.
         """
         write_results(folder, {**self.images, **texts_of(self.dataset)})
 
     def shown(self) -> dict[str, dict[str, tuple[str, list[str]]]]:
-        """What each column is read from, and its first cells as they will be written, by table and column."""
+        """The source of each column, and its first cells as they will be written, by table and column."""
         points = point_columns(self.dataset) if len(self.dataset.points) else ()
         found: dict[str, dict[str, tuple[str, list[str]]]] = {}
         for table, columns in (("poses.csv", pose_columns(self.dataset)), ("points.csv", points)):
@@ -150,14 +150,14 @@ class Imported:
 class Importer(ABC):
     """A kind of files that can become a data set.
 
-    Nothing is guessed: what the files leave open and no option says is an error that names the option. Nothing is
-    written either; see `Imported.write`.
+    Nothing is guessed: missing information is an error that names the option for it. Nothing is written
+    either; see `Imported.write`.
 
     Attributes:
-        name: By which it is chosen.
-        title: One line for a person.
-        further: Options of its own that it takes, typed as `--set NAME=VALUE`.
-        takes: Fields of `ImportOptions` that it has a use for, of those that say how files are read; None: of all.
+        name: In `--kind`.
+        title: One line for messages.
+        further: Options of this importer only, typed as `--set NAME=VALUE`.
+        takes: Fields of `ImportOptions` on reading that it uses; None: all.
     """
 
     name: ClassVar[str]
@@ -167,10 +167,10 @@ class Importer(ABC):
 
     @final
     def check(self, options: ImportOptions) -> None:
-        """Refuse options that would change nothing.
+        """Refuse options without an effect.
 
         Raises:
-            UsageError: The importer has no use for one of them.
+            UsageError: The importer does not use one of them.
         """
         for name in options.further:
             if name not in self.further:

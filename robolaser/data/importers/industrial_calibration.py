@@ -22,15 +22,15 @@ KEYS = ("target_finder:", "camera_mount_to_camera_guess:", "homography_threshold
 SUFFIX: Final = (".yaml", ".yml")
 INTRINSICS, GUESS = "intrinsics", "camera_mount_to_camera_guess"
 USED = ("data", "target_finder", INTRINSICS, GUESS, "static_camera")
-SPAN = 0.3  # of the focal length: how far start values of a camera may be off
+SPAN = 0.3  # of the focal length: largest error of a camera's start values
 
 
 @final
 class IndustrialCalibration(Importer):
     """The folder with cal_data.yaml, or that file.
 
-    The poses are those of the wrist in the base frame. Of a ChArUco board the file counts squares, of which there are
-    one more each way than inner corners. The guess of the target is left out: it is of another frame on the board.
+    The poses are those of the wrist in the base frame. For a ChArUco board the file counts squares, one more each
+    way than inner corners. The guess of the target is left out: it has another frame on the board.
     """
 
     name: ClassVar[str] = "industrial_calibration"

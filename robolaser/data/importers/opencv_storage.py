@@ -19,13 +19,13 @@ from robolaser.geometry.units import FACTORS, LENGTH
 SUFFIXES = (".yaml", ".yml", ".xml", ".json")
 MARKS = ("%YAML:1.0", "%YAML 1.0", "<opencv_storage>", "opencv-matrix")
 INVERTED: Final = ("base2gripper", "cam2target")
-"""Ways that a list may go, by OpenCV's words, from which others become T_base_flange and T_camera_target."""
+"""Directions of motions in a list, by OpenCV's words, that give T_base_flange and T_camera_target."""
 _NUMBERED = re.compile(r"(.*?)_?(\d+)")
 
 
 @final
 class OpenCVStorage(Importer):
-    """Lists that are named as the arguments of `cv2.calibrateHandEye` and `calibrateRobotWorldHandEye` are.
+    """Lists with the names of the arguments of `cv2.calibrateHandEye` and `calibrateRobotWorldHandEye`.
 
     A rotation is a matrix or a Rodrigues vector.
     """
@@ -64,7 +64,7 @@ def read_storage(path: Path) -> dict[str, list[Array]]:
     """The matrices of each key, in order; `NAME_0`, `NAME_1` and so on are the list NAME.
 
     Raises:
-        DataError: The file is not there, or OpenCV does not read it.
+        DataError: The file is missing, or OpenCV cannot read it.
     """
     import cv2  # noqa: PLC0415 - slow to import
 
@@ -104,7 +104,7 @@ def _arrays(node: Any) -> list[Array]:
 def _motions(
     nodes: Mapping[str, list[Array]], ways: Sequence[str], options: ImportOptions, file: str
 ) -> tuple[str, Array]:
-    """The motions (n, 4, 4) of the first of some ways whose lists are there, and these lists' names."""
+    """The motions (n, 4, 4) of the first direction with lists, and these lists' names."""
     way = next((way for way in ways if {f"R_{way}", f"t_{way}"} <= nodes.keys()), None)
     if way is None:
         pairs = ", or ".join(f"R_{way} and t_{way}" for way in ways)

@@ -34,7 +34,7 @@ ENCODINGS = {
     "rgb8": (3, "RGB"), "rgba8": (4, "RGBA"), "bgra8": (4, "BGRA"), "bayer_rggb8": (1, "BayerBG"),
     "bayer_bggr8": (1, "BayerRG"), "bayer_gbrg8": (1, "BayerGR"), "bayer_grbg8": (1, "BayerGB"),
 }  # fmt: skip
-"""Channels, and what OpenCV calls them where it has to turn them into blue, green and red.
+"""Channels, and OpenCV's name for their conversion to blue, green and red.
 
 ROS names a pattern by its first row, OpenCV by its second row's second and third pixels."""
 
@@ -61,7 +61,7 @@ class RosBag(Importer):
         return path.suffix in SUFFIXES
 
     def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
-        """Read what was measured, and the arm's readings at those times."""
+        """Read the measurements, and the arm's readings at their times."""
         with Bag.opened(paths, options.further.get(STAMPS)) as bag:
             stated = [name for name in (IMAGE_TOPIC, MARKER, POSE_TOPIC) if name in options.further]
             images, poses = bag.topics(*IMAGES), bag.topics(*POSES, ODOMETRY)
@@ -130,8 +130,8 @@ def _readings(
     """The arm at times (m,), from joint states where there is a robot, else from tf.
 
     Returns:
-        The topic or frames that it is from; its poses at those times that have readings within the tolerance, (k,); the
-        numbers of these times, (k,); and what to say of the others.
+        Its topic or frames; its poses at the times that have readings within the tolerance, (k,); the numbers of these
+        times, (k,); and messages on the others.
     """
     qd = T = q = None
     left_out: list[str] = []

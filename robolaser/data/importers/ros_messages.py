@@ -22,7 +22,7 @@ ODOMETRY = "nav_msgs/msg/Odometry"
 CONTROLLER = "control_msgs/msg/JointTrajectoryControllerState"
 ARRAY = "std_msgs/msg/Float64MultiArray"
 STATIC = "/tf_static"
-STAMPS: Final = "stamps"  # option that says which of a message's two times counts
+STAMPS: Final = "stamps"  # option that selects one of a message's two times
 RECEIVED: Final = "received"
 
 
@@ -35,7 +35,7 @@ class JointTrack:
     q: Array  # (n, j) [rad] or [m]
     qd: Array | None  # (n, j), or None where a message has none
     effort: Array | None  # (n, j) [Nm] or [N], likewise
-    partial: int  # messages that lack a joint and were passed over
+    partial: int  # number of skipped messages, which lack a joint
 
 
 @final
@@ -43,13 +43,13 @@ class JointTrack:
 class Transforms:
     """The tree of frames that ROS calls tf, over time."""
 
-    file: str  # where they are from
+    file: str  # their file
     parents: Mapping[str, str]  # of each frame
     # T_parent_frame of each frame, (n, 4, 4), and its times, sorted, (n,) [s]; one motion without a time: it is static
     motions: Mapping[str, tuple[Array, Array]]
 
     def lookup(self, target: str, source: str, at_s: Array, tolerance_s: float) -> tuple[Array, Bools, Array]:
-        """T_target_source at times (m,): (m, 4, 4), whether all that moves was known then, (m,), and how far off, (m,).
+        """T_target_source at times (m,), (m, 4, 4), whether all frames were known then, (m,), and how far off, (m,).
 
         Raises:
             DataError: There is no such frame, or the two are in separate trees.
@@ -83,7 +83,7 @@ class Transforms:
         raise DataError(f"{self.file}: nothing moves between the frames {target} and {source}.", file=self.file)
 
     def _chains(self, target: str, source: str) -> tuple[list[str], list[str]]:
-        """Frames from each of the two up to below the first that they share."""
+        """Frames from each of the two up to their first common one, without it."""
         up, down = self._above(target), self._above(source)
         shared = [frame for frame in up if frame in down]
         if not shared:
@@ -132,7 +132,7 @@ class Bag:
                 yield cls(file, reader, stamps == RECEIVED)
         except RobolaserError:
             raise
-        except Exception as error:  # whatever a damaged file makes rosbags do
+        except Exception as error:  # of any type for a damaged file
             reason = " ".join(str(error).split())[:300] or type(error).__name__
             raise DataError(f"{file}: the recording cannot be read: {reason}", file=file) from None
 
@@ -182,7 +182,7 @@ class Bag:
         return float(time)
 
     def joints(self, topic: str, names: Sequence[str], *, commanded: bool = False) -> JointTrack:
-        """Readings of joints, in the order of the names; or what they were commanded, where a message has both.
+        """Readings of joints, in the order of the names; or their commands, where a message has both.
 
         Raises:
             DataError: No message has all of them.
@@ -222,8 +222,8 @@ class Bag:
             for one in message.transforms:
                 parent, frame = one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/")
                 if parents.setdefault(frame, parent) != parent:
-                    said = f"{self.file}: the frame {frame} is placed on {parents[frame]} and on {parent}."
-                    raise DataError(said, file=self.file)
+                    reason = f"{self.file}: the frame {frame} is placed on {parents[frame]} and on {parent}."
+                    raise DataError(reason, file=self.file)
                 time = None if topic.endswith(STATIC) else self.time_of(one.header, received, topic)
                 found.setdefault(frame, {})[time] = self._motion(one.transform, topic)
         motions = {}

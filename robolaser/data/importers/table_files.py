@@ -15,7 +15,7 @@ from robolaser.errors import DataError, RobolaserError, UsageError, unreadable
 from robolaser.plugins import extra
 
 NAMES = {"tab": "\t", "space": " ", "comma": ",", "semicolon": ";"}
-SEPARATORS = (",", ";", "\t")  # those of which a header has one only, where nothing else is said
+SEPARATORS = (",", ";", "\t")  # recognised where a header has only one of them
 
 
 def read_any_table(path: Path, options: ImportOptions) -> CsvTable:
@@ -27,9 +27,9 @@ def read_delimited(path: Path, options: ImportOptions) -> CsvTable:
     """All cells of a file as texts.
 
     Raises:
-        DataError: The file is not there or not text, lacks the header row, two columns share a name, or a row has more
+        DataError: The file is missing or not text, lacks the header row, two columns share a name, or a row has more
             or fewer cells than there are columns.
-        UsageError: The separator is not said and not plain to see, or makes no sense.
+        UsageError: The separator is neither stated nor obvious, or is invalid.
     """
     lines = read_text(path).splitlines()
     first = max(options.header_row, 1)
@@ -42,7 +42,7 @@ def read_delimited(path: Path, options: ImportOptions) -> CsvTable:
 
 
 def shown(separator: str) -> str:
-    """A separator as a person names it."""
+    """A separator's name in messages."""
     return next((f"a {name}" for name, sign in NAMES.items() if sign == separator), repr(separator))
 
 
@@ -75,7 +75,7 @@ def read_arrays(path: Path) -> dict[str, Array]:
             found = ARRAY_FILES[path.suffix.lower()](file)
     except RobolaserError:
         raise
-    except Exception as error:  # whatever a damaged file makes its library do
+    except Exception as error:  # of any type for a damaged file
         raise unreadable(path, " ".join(str(error).split()) or type(error).__name__) from None
     out: dict[str, Array] = {}
     for name, read in found.items():

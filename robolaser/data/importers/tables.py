@@ -73,11 +73,11 @@ def import_tables(poses_file: CsvTable, points_file: CsvTable, options: ImportOp
         poses_file: Of the poses; where it is that of the points, too, they may repeat.
         points_file: Of the points, of the sensor `options.sensor`.
         options: How columns are read.
-        timed: Whether times say in which pose a point was measured, rather than the pose's name.
+        timed: Whether a point's pose is determined by its time rather than by its name.
 
     Raises:
         UsageError: Columns or units are not stated; see `choose` and `joined_by_time`.
-        DataError: With file, row and column of what is wrong.
+        DataError: With file, row and column of the error.
     """
     declared = sensor_format(options.sensor)
     known = {POSES: pose_quantities(options), POINTS: point_quantities(declared, timed=timed)}
@@ -91,8 +91,8 @@ def import_tables(poses_file: CsvTable, points_file: CsvTable, options: ImportOp
         pose_table = _each_once(pose_table, poses.chosen)
     read, warnings = poses_of(with_quaternions(pose_table, options.euler), Path(), options.robot)
     if options.ordered and read.time_s is not None:
-        said = "--ordered is for files without times, but time_s is read from a column. Leave one of them out."
-        raise UsageError(said)
+        message = "--ordered is for files without times, but time_s is read from a column. Leave one of them out."
+        raise UsageError(message)
     if options.ordered:
         read = replace(read, time_s=np.arange(float(len(read))))
     dataset = Dataset(
@@ -120,7 +120,7 @@ def import_tables(poses_file: CsvTable, points_file: CsvTable, options: ImportOp
 def _read(
     paths: Sequence[Path], options: ImportOptions, declared: SensorFormat, *, timed: bool
 ) -> tuple[CsvTable, CsvTable, tuple[str, ...]]:
-    """The table of the poses, that of the points, which may be the same, and what is left out of them."""
+    """The table of the poses, that of the points, which may be the same, and messages on rows left out."""
     tables = [read_any_table(path, options) for path in paths]
     named = "pose" in options.columns or "points.pose" in options.columns
     if timed or (len(tables) == 2 and (named or "pose" in tables[1])):
@@ -136,7 +136,7 @@ def _read(
 def _points_in_a_row(
     table: CsvTable, options: ImportOptions, declared: SensorFormat
 ) -> dict[str, tuple[str, str, str]]:
-    """Points side by side, where the sensor's rows are places and nothing says which columns these are."""
+    """Points side by side, where the sensor's rows are positions and no option names their columns."""
     stated = {name.removeprefix(f"{POINTS}.") for name in options.columns if not name.startswith(f"{POSES}.")}
     places = {column for group in declared.columns.values() for column in group} == set(XYZ)
     if not places or options.point is not None or stated & {"point", *XYZ} or "point" in table:
@@ -166,7 +166,7 @@ def _each_once(table: CsvTable, chosen: Mapping[str, str]) -> CsvTable:
 AXIS: Final = re.compile(  # the name of a point, and an axis with or without a unit: `R1 X`, `SMR_2.y_mm`, `T3 z [mm]`
     r"^(?P<point>.+?)[ _.:/-]*(?P<axis>[xyz])(?:[ _]*[\[(]?(?:mm|cm|m|in|ft)[\])]?)?$", re.IGNORECASE
 )
-LOST: Final = ("", "nan", "-", "--", "n/a", "none", "null", "#n/a")  # in cells where a beam was lost, in small letters
+LOST: Final = ("", "nan", "-", "--", "n/a", "none", "null", "#n/a")  # cells of lost measurements, in lower case
 
 
 def beside(tables: Sequence[CsvTable]) -> CsvTable:
@@ -181,7 +181,7 @@ def beside(tables: Sequence[CsvTable]) -> CsvTable:
             raise DataError(
                 f"{table.file} has {len(table)} rows, but {first.file} has {len(first)}. Tables that are read side by"
                 " side have a row for each pose. Otherwise give one table of poses and one of points, whose column pose"
-                " says in which pose each was measured (--column pose=NAME).",
+                " names the pose of each (--column pose=NAME).",
                 file=table.file,
             )
     names = [name for table in tables for name in table.columns]
@@ -213,7 +213,7 @@ def _points_side_by_side(table: CsvTable, taken: Collection[str]) -> dict[str, t
 
 
 def a_row_for_each(table: CsvTable, points: Mapping[str, tuple[str, str, str]]) -> CsvTable:
-    """The same with a row for each of some points: columns point, x_m, y_m and z_m in the place of theirs."""
+    """The same with a row for each of some points: columns point, x_m, y_m and z_m replace theirs."""
     used = set(chain.from_iterable(points.values()))
     rows, n = len(table), len(points)
     columns = {
@@ -229,7 +229,7 @@ def a_row_for_each(table: CsvTable, points: Mapping[str, tuple[str, str, str]]) 
 
 
 def without_lost(table: CsvTable, columns: Sequence[str]) -> tuple[CsvTable, tuple[str, ...]]:
-    """The rows whose points were measured, and what to say of those that were not."""
+    """The rows with measured points, and messages on the others."""
     lost = np.zeros(len(table), dtype=bool)
     for column in columns:
         lost |= np.fromiter((cell.lower() in LOST for cell in table.cells(column)), bool, len(table))
@@ -240,7 +240,7 @@ def without_lost(table: CsvTable, columns: Sequence[str]) -> tuple[CsvTable, tup
 
 
 def without_repeated_times(table: CsvTable, column: str) -> tuple[CsvTable, tuple[str, ...]]:
-    """Of a table with a pose in each row those that do not repeat the time before, and what to say of the others."""
+    """The rows that do not repeat the previous time, in a table with a pose in each row, and messages on the others."""
     if column not in table or "pose" in table:
         return table, ()
     cells = table.cells(column)
@@ -248,5 +248,5 @@ def without_repeated_times(table: CsvTable, column: str) -> tuple[CsvTable, tupl
     alike = [own for name, own in table.columns.items() if name != column]
     if not again.any() or any(own[i] == own[i - 1] for own in alike for i in np.flatnonzero(again)[:1]):
         return table, ()  # rows of one pose
-    said = f"{table.file}: {again.sum()} rows, whose times repeat the row before"
-    return table.take(np.flatnonzero(~again)), (said,)
+    message = f"{table.file}: {again.sum()} rows, whose times repeat the row before"
+    return table.take(np.flatnonzero(~again)), (message,)

@@ -16,14 +16,14 @@ from robolaser.data.sensor_format import QUATERNION, XYZ
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, log_so3, pose
 
-TOLERANCE: Final = "tolerance_s"  # option that says how far in time a reading may be from a measurement
+TOLERANCE: Final = "tolerance_s"  # option with the largest time between a reading and a measurement
 LONGEST_S = 10.0
-CLOCKS: Final = "clocks"  # option that says that two files were timed by different clocks
-SURE: Final = 5.0  # standard errors from which on an offset is said
+CLOCKS: Final = "clocks"  # option for two files with different clocks
+SURE: Final = 5.0  # standard errors of an offset that is reported
 SPAN_S: Final = 0.3  # over which a turn is measured: long against the noise of one reading, short against a move
 FINEST_S: Final = 0.02  # grid of the search
 MOST_STEPS: Final = 200_000  # of that grid
-ALIKE: Final = 0.8  # agreement of turning speeds, of at most 1, from which both are of one motion: a judgement
+ALIKE: Final = 0.8  # correlation of turning speeds from which both are of one motion: a judgement
 PARTS: Final = 20  # of the streams, whose scatter gives the standard error: neighbouring rows share readings
 FEWEST: Final = 2 * PARTS  # rows
 
@@ -31,7 +31,7 @@ FEWEST: Final = 2 * PARTS  # rows
 @final
 @dataclass(frozen=True)
 class Match:
-    """Where each of m times lies among the times of readings."""
+    """The readings around each of m times."""
 
     before: Ints  # number of the reading before, (m,)
     after: Ints  # number of the reading after, (m,); the same at the readings' own time
@@ -45,7 +45,7 @@ class Match:
         return (1 - share) * readings[self.before] + share * readings[self.after]
 
     def motions(self, T: Array) -> Array:
-        """Rigid motions (n, 4, 4) at the times: places between, turns along the shortest way, (m, 4, 4)."""
+        """Rigid motions (n, 4, 4) at the times: positions linearly, rotations along the shortest way, (m, 4, 4)."""
         R, R_after = T[self.before, :3, :3], T[self.after, :3, :3]
         turn = log_so3(np.swapaxes(R, -1, -2) @ R_after)
         return pose(R @ exp_so3(self.share[:, None] * turn), self.values(T[:, :3, 3]))
@@ -91,18 +91,18 @@ def tolerance_of(further: Mapping[str, str], file: str) -> float:
 def with_readings(
     known: Bools, away_s: Array, tolerance_s: float, *, file: str, what: str, source: str = ""
 ) -> tuple[Ints, tuple[str, ...]]:
-    """Numbers of the measurements that have readings of the arm, and what to say of the others.
+    """Numbers of the measurements that have readings of the arm, and messages on the others.
 
     Args:
         known: Whether each has, (m,).
         away_s: How far the nearest reading is, (m,) [s].
         tolerance_s: How far readings may be.
-        file: Where measurements are from.
-        what: What is measured, in the singular.
-        source: Where readings are from.
+        file: Of the measurements.
+        what: Name of a measurement, in the singular.
+        source: Of the readings.
 
     Raises:
-        DataError: None has any.
+        DataError: None has.
     """
     of = f" ({source})" if source else ""
     if not known.any():
@@ -121,7 +121,7 @@ def with_readings(
 def joined_by_time(
     log: Dataset, measured: CsvTable, further: Mapping[str, str], arm: str
 ) -> tuple[Dataset, str, tuple[str, ...]]:
-    """What was measured, each with the arm's readings at its time, between the two around it.
+    """Measurements, each with the arm's readings interpolated at its time.
 
     Args:
         log: The arm's log: a data set of its poses, with times.
@@ -130,11 +130,11 @@ def joined_by_time(
         arm: The file of the arm's log.
 
     Returns:
-        The data set; what was added to the times that were measured; and what is left out.
+        The data set; the correction of the measured times; and messages on rows left out.
 
     Raises:
-        DataError: A log has no times, or nothing was measured near any of the arm's readings.
-        UsageError: No tolerance is stated; or clocks differ, and no bodies were measured, whose turns tell by how much.
+        DataError: A log has no times, or no measurement is near a reading of the arm.
+        UsageError: No tolerance is stated; or clocks differ, and no bodies were measured, whose turns show the offset.
     """
     tolerance = tolerance_of(further, measured.file)
     if log.poses.time_s is None:
@@ -166,7 +166,7 @@ def _repeated(file: str, count: int) -> tuple[str, ...]:
 
 
 def _increasing(time_s: Array) -> Ints:
-    """Numbers of the rows in the order of their times, without those that repeat the time of the one before."""
+    """Numbers of the rows in the order of their times, without those that repeat the previous time."""
     order = np.argsort(time_s, kind="stable")
     return order[np.diff(time_s[order], prepend=-np.inf) > 0]
 
@@ -174,7 +174,7 @@ def _increasing(time_s: Array) -> Ints:
 def _clock(
     log: Dataset, measured: CsvTable, at_s: Array, tolerance_s: float, stated: str | None, arm: str
 ) -> tuple[float, str, tuple[str, ...]]:
-    """What to add to the times (m,) of rows to have them by the arm's clock [s], in words too; and warnings."""
+    """The correction of the times (m,) of rows to the arm's clock [s], also in words; and warnings."""
     if QUATERNION[0] not in measured:
         if stated is not None:
             raise UsageError(
@@ -208,33 +208,33 @@ def _clock(
 
 
 def _readings(arm: Poses, at: Match, times: Array) -> Poses:
-    """The arm at times, (m,): numbers and commands lie between the readings around each, all else is as before it."""
+    """The arm at times, (m,): numbers and commands are interpolated, all else is that of the reading before."""
     before = arm.take(at.before)
     known = {name: getattr(arm, name) for name in ("q", "qd", "payload_kg", "temperature_c")}
     between: dict[str, Any] = {name: at.values(values) for name, values in known.items() if values is not None}
     commands = {name: numbers(cells) for name, cells in arm.extra.items() if name.startswith(COMMAND)}
-    told = {name: map(repr, at.values(values).tolist()) for name, values in commands.items() if values is not None}
+    cells_at = {name: map(repr, at.values(values).tolist()) for name, values in commands.items() if values is not None}
     return replace(
         before,
         names=tuple(str(i) for i in range(1, len(times) + 1)),
         time_s=times,
         T_base_flange=None if arm.T_base_flange is None else at.motions(arm.T_base_flange),
         following={joint: at.values(values) for joint, values in arm.following.items()},
-        extra={**before.extra, **{name: tuple(cells) for name, cells in told.items()}},
+        extra={**before.extra, **{name: tuple(cells) for name, cells in cells_at.items()}},
         **between,
     )
 
 
 def _clock_offset(to_s: Array, T_to: Array, from_s: Array, T_from: Array) -> tuple[float, float] | None:
-    """What to add to the times of one of two rigidly connected bodies to have them by the clock of the other.
+    """The clock offset between two rigidly connected bodies, to be added to the times of the second.
 
     The angle by which both turn is the same, whatever their frames are. A grid of offsets is searched by the
     agreement of turning speeds; least squares of the angles then refine the best.
 
     Args:
-        to_s: Times of the one by the clock that counts, increasing, (n,).
+        to_s: Times of the first by the reference clock, increasing, (n,).
         T_to: Its poses, (n, 4, 4).
-        from_s: Times of the other by its own clock, increasing, (m,).
+        from_s: Times of the second by its own clock, increasing, (m,).
         T_from: Its poses, (m, 4, 4).
 
     Returns:
@@ -262,7 +262,7 @@ def _clock_offset(to_s: Array, T_to: Array, from_s: Array, T_from: Array) -> tup
         inside = (at + offset >= to_s[0]) & (at + offset + span <= to_s[-1])
         return np.where(inside, _rotation_angles(to_s, T_to, at + offset, span) - own, 0.0)
 
-    # SciPy's tolerance grows with its variable, and clocks may be an epoch apart: what is searched is small
+    # SciPy's tolerance grows with its variable, and clocks may be an epoch apart: the search variable is small
     found = start + minimize_scalar(
         lambda rest: np.square(apart(start + rest)).sum(), bounds=(-step, step), method="bounded",
         options={"xatol": 1e-6},
@@ -273,6 +273,6 @@ def _clock_offset(to_s: Array, T_to: Array, from_s: Array, T_from: Array) -> tup
 
 
 def _rotation_angles(times_s: Array, T: Array, at_s: Array, span_s: float) -> Array:
-    """By how much a body turns from each time (k,) within a span [s], (k,) [rad]."""
+    """Rotation angle of a body from each time (k,) over a span [s], (k,) [rad]."""
     R, later = (match(times_s, at, np.inf).motions(T)[:, :3, :3] for at in (at_s, at_s + span_s))
     return np.asarray(np.linalg.norm(log_so3(np.swapaxes(R, -1, -2) @ later), axis=-1))

@@ -1,4 +1,4 @@
-"""Trajectories in TUM's format: lines of time, place and quaternion."""
+"""Trajectories in TUM's format: lines of time, position and quaternion."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -25,7 +25,7 @@ BODY = "body"
 
 @final
 class Tum(Importer):
-    """The flange's trajectory and then that of a body on it as a tracker saw it: two tables, joined by their times."""
+    """The flange's trajectory and then a tracker's of a body on it: two tables, joined by their times."""
 
     name: ClassVar[str] = "tum"
     title: ClassVar[str] = "TUM trajectories (timestamp tx ty tz qx qy qz qw): the flange's, then a tracked body's"

@@ -1,4 +1,4 @@
-"""YAML and JSON files as other tools write them: numbers and rigid motions under known keys."""
+"""YAML and JSON files of other tools: numbers and rigid motions under known keys."""
 
 from collections.abc import Mapping, Sequence
 from itertools import islice
@@ -28,10 +28,10 @@ def peek(path: Path) -> str:
 
 
 def read_yaml(path: Path) -> Any:
-    """What a YAML or JSON file holds: mappings, lists, texts and numbers, and no objects of any other kind.
+    """The contents of a YAML or JSON file: mappings, lists, texts and numbers, and no other objects.
 
     Raises:
-        DataError: It is not there, not text, not YAML, empty, or larger than any such file.
+        DataError: It is missing, not text, not YAML, empty, or larger than any such file.
     """
     import yaml  # noqa: PLC0415 - loaded when needed
 
@@ -48,20 +48,20 @@ def read_yaml(path: Path) -> Any:
 
 
 def under(values: Any, key: str, file: str, where: str = "") -> Any:
-    """What stands under a key.
+    """The value of a key.
 
     Raises:
-        DataError: Nothing does.
+        DataError: The key is missing.
     """
     if not isinstance(values, Mapping) or key not in values:
         there = map(str, islice(values, 20)) if isinstance(values, Mapping) else ()
-        place = f", {where}" if where else ""
-        raise DataError(f"{file}{place} lacks {key}.{near(key, there)}", file=file, column=key)
+        at = f", {where}" if where else ""
+        raise DataError(f"{file}{at} lacks {key}.{near(key, there)}", file=file, column=key)
     return values[key]
 
 
 def numbers(values: Any, count: int, file: str, where: str) -> Array:
-    """A list of finite numbers, (count,); a list of lists is one after the other.
+    """A list of finite numbers, (count,); a list of lists is flattened.
 
     Raises:
         DataError: It is something else.

@@ -1,1 +1,1 @@
-"""What is in an emulated cell, and where it truly is."""
+"""The contents of an emulated cell, with their true positions."""

@@ -1,4 +1,4 @@
-"""What the emulated camera sees: solids in the light of the room and of the laser, and the noise of its sensor."""
+"""Images of the emulated camera: solids lit by the room and the laser, and the noise of its sensor."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,21 +13,21 @@ from robolaser.emulator.world.solids import Solid
 from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 
 LAMP = np.array([0.30, 0.20, 0.93]) / np.linalg.norm([0.30, 0.20, 0.93])
-"""Where most of the room's light comes from, in the base frame."""
-FROM_ALL_SIDES = 0.55  # share of the room's light that comes from everywhere
-REACH = 4.5  # standard deviations of the sheet's thickness beyond which it is dark
-AWAY_M = 1e-7  # from the surface that a ray leaves
-TIE_M = 1e-9  # nearer together than this, the solid listed later is in front
+"""Main direction of the room's light, in the base frame."""
+FROM_ALL_SIDES = 0.55  # share of diffuse light in the room's light
+REACH = 4.5  # standard deviations of the laser plane's thickness beyond which it is dark
+AWAY_M = 1e-7  # offset of a ray's origin from its surface
+TIE_M = 1e-9  # at smaller distances, the solid listed later is in front
 MIDDLE_GREY = 128.0
 GRAIN_PX = 0.7  # of the speckle
 UNTIL = (cv2.TERM_CRITERIA_MAX_ITER, 20, 0.0)
-"""Turns of the fixed point that takes the distortion off: to a millionth of a pixel, for k1 down to -0.3."""
+"""Iterations of the fixed point that removes distortion: to a millionth of a pixel, for k1 down to -0.3."""
 
 
 @final
 @dataclass(frozen=True)
 class CameraSettings:
-    """What the camera makes of light."""
+    """Exposure and noise of the camera."""
 
     ambient_grey: NotNegative = 110.0  # of white paper in the room's light
     noise_grey: NotNegative = (
@@ -39,7 +39,7 @@ class CameraSettings:
 @final
 @dataclass(frozen=True, eq=False)
 class CameraModel:
-    """A camera as it was built: which way each pixel looks, which pixel shows a point, how bright light appears."""
+    """The true camera: directions of pixels, projection of points, and response to light."""
 
     optics: ScannerOptics  # the fourteen numbers of the paper and the mount
     lens: Array  # OpenCV's k1 k2 p1 p2 k3, (5,)
@@ -49,19 +49,19 @@ class CameraModel:
 
     @property
     def pixel_rad(self) -> float:
-        """How wide a pixel looks [rad]."""
+        """Angle of view of a pixel [rad]."""
         f, s_u, s_v = (self.optics.truth[name] for name in ("f", "s_u", "s_v"))
         return float(np.sqrt(s_u * s_v) / f)
 
     def rays(self, pixel: Array) -> Array:
-        """Which way pixels look, (n, 2) [px] -> unit vectors of the camera frame, (n, 3)."""
+        """Directions of pixels, (n, 2) [px] -> unit vectors of the camera frame, (n, 3)."""
         x, y = cv2.undistortPoints(pixel[:, None], self.optics.pinhole, self.lens, criteria=UNTIL)[:, 0].T
         ray = np.stack([y, -x, np.ones_like(x)] if self.optics.stripe_axis == "u" else [x, y, np.ones_like(x)], -1)
         return np.asarray(ray / np.linalg.norm(ray, axis=-1, keepdims=True))
 
     @cached_property
     def all_rays(self) -> Array:
-        """Of every pixel, row by row, (height * width, 3)."""
+        """Directions of all pixels, row by row, (height * width, 3)."""
         u, v = np.meshgrid(np.arange(self.width_px), np.arange(self.height_px))
         return self.rays(np.stack([u.ravel(), v.ravel()], axis=-1).astype(np.float64))
 
@@ -69,11 +69,11 @@ class CameraModel:
 @final
 @dataclass(frozen=True)
 class Projector:
-    """The laser: a sheet of light in the camera frame, with a Gaussian profile."""
+    """The laser: a plane of light in the camera frame, with a Gaussian profile."""
 
     power_grey: Positive = 260.0  # of its middle on white paper that faces it, at the distance
     width_m: Positive = 0.4e-3  # standard deviation of its thickness
-    distance_m: Positive = 0.33  # from the projector; nearer it is brighter
+    distance_m: Positive = 0.33  # from the projector; smaller ones are brighter
     speckle: NotNegative = 0.1  # its contrast: standard deviation over mean
 
     def grey(self, point: Array, light: Light) -> Array:
@@ -86,22 +86,22 @@ class Projector:
 @final
 @dataclass(frozen=True)
 class RenderedScene:
-    """Solids before a camera that carries a laser."""
+    """Solids in front of a camera with a laser."""
 
     solids: tuple[Solid, ...]  # in the base frame; where two coincide, the later one is on top
     eye: CameraModel
     light: Light | None  # the laser's sheet, in the camera frame; None: there is no laser
-    projector: Projector = Projector()  # how bright it is
+    projector: Projector = Projector()  # its brightness
 
     def cast(self, origin: Array, direction: Array) -> tuple[Array, Ints]:
-        """What rays meet first.
+        """Find the first solids on rays.
 
         Args:
-            origin: Where they start, (n, 3) or (3,) [m].
+            origin: Of the rays, (n, 3) or (3,) [m].
             direction: Unit vectors, (n, 3).
 
         Returns:
-            Distances, (n,) [m], inf where there is nothing; numbers of the solids, (n,), then -1.
+            Distances, (n,) [m], inf where there is no solid; indices of the solids, (n,), -1 for none.
         """
         nearest, index = np.full(len(direction), np.inf), np.full(len(direction), -1)
         for i, solid in enumerate(self.solids):
@@ -124,23 +124,23 @@ class RenderedScene:
         """Light that falls on the sensor, (4, 4) -> (height, width) each.
 
         Returns:
-            The room's, 1 for white paper under the lamp, and that of the laser where it is on [grey].
+            The room's, 1 for white paper under the lamp, and the laser's when it is on [grey].
         """
-        turn, place = T_base_camera[:3, :3], T_base_camera[:3, 3]
+        turn, centre = T_base_camera[:3, :3], T_base_camera[:3, 3]
         direction = self.eye.all_rays @ turn.T
-        distance, index = self.cast(place, direction)
+        distance, index = self.cast(centre, direction)
         room, laser = np.zeros(len(index)), np.zeros(len(index))
         for i, solid in enumerate(self.solids):
             own = np.flatnonzero(index == i)
-            point = place + distance[own, None] * direction[own]
-            normal, albedo = solid.normal(point), solid.albedo(point, place, self.eye.pixel_rad)
+            point = centre + distance[own, None] * direction[own]
+            normal, albedo = solid.normal(point), solid.albedo(point, centre, self.eye.pixel_rad)
             room[own] = albedo * (FROM_ALL_SIDES + (1.0 - FROM_ALL_SIDES) * np.maximum(normal @ LAMP, 0.0))
             if self.light is not None:
                 laser[own] = albedo * self._from_laser(self.light, point, normal, T_base_camera)
         return self._imaged(room), self._imaged(laser)
 
     def expose(self, room: Array, laser: Array, *, rng: np.random.Generator, grain: np.random.Generator) -> Image:
-        """Take a picture of light, both (height, width); `grain` draws the speckle, which stays while nothing moves."""
+        """Expose an image, both (height, width); `grain` draws the speckle, which is constant while nothing moves."""
         spread = np.sqrt(np.log1p(self.projector.speckle**2))
         field = cv2.GaussianBlur(grain.standard_normal(laser.shape, dtype=np.float32), (0, 0), GRAIN_PX)
         speckled = laser * np.exp(spread / field.std() * field - spread**2 / 2)
@@ -151,17 +151,17 @@ class RenderedScene:
 
     def _from_laser(self, light: Light, point: Array, normal: Array, T_base_camera: Array) -> Array:
         """Grey of white paper in the laser's direct light at points of surfaces in the base frame, (n, 3) -> (n,)."""
-        turn, place = T_base_camera[:3, :3], T_base_camera[:3, 3]
-        seen, out = (point - place) @ turn, np.zeros(len(point))
+        turn, centre = T_base_camera[:3, :3], T_base_camera[:3, 3]
+        seen, out = (point - centre) @ turn, np.zeros(len(point))
         rows = np.flatnonzero(np.abs(light.off(seen)) < REACH * self.projector.width_m)
-        point, normal, source = point[rows], normal[rows], turn @ light.source + place
+        point, normal, source = point[rows], normal[rows], turn @ light.source + centre
         towards = (source - point) / np.linalg.norm(source - point, axis=-1, keepdims=True)
         cosine = np.einsum("ij,ij->i", towards, normal) * self.reaches(point, normal, source)
         out[rows] = cosine * self.projector.grey(seen[rows], light)
         return out
 
     def _imaged(self, light: Array) -> Array:
-        """Light of each pixel, row by row, as the lens blurs it, (height, width)."""
+        """Light of each pixel, row by row, blurred by the lens, (height, width)."""
         image = light.reshape(self.eye.height_px, self.eye.width_px)
         blur_px = self.eye.settings.blur_px
         return np.asarray(cv2.GaussianBlur(image, (0, 0), blur_px)) if blur_px else image

@@ -1,4 +1,4 @@
-"""Bodies that the emulated camera can look at: floor, sphere, block and printed board. All are in the base frame."""
+"""Bodies for the emulated camera: floor, sphere, block and printed board, in the base frame."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -25,10 +25,10 @@ class Solid(ABC):
 
     @abstractmethod
     def hit(self, origin: Array, direction: Array) -> Array:
-        """How far rays travel until they meet the surface.
+        """Distances of rays to the surface.
 
         Args:
-            origin: Where they start, (n, 3) or (3,) [m].
+            origin: Of the rays, (n, 3) or (3,) [m].
             direction: Unit vectors, (n, 3).
 
         Returns:
@@ -40,11 +40,11 @@ class Solid(ABC):
         """Unit normals, outward, at points of the surface, (n, 3) -> (n, 3)."""
 
     def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
-        """Share of light that is reflected where rays meet the surface: `tone` where nothing is printed on it, (n,).
+        """Share of reflected light at points of the surface, (n,): `tone` where nothing is printed on it.
 
         Args:
-            point: Where, (n, 3) [m].
-            eye: Where the rays come from, (3,) [m].
+            point: (n, 3) [m].
+            eye: Origin of the rays, (3,) [m].
             breadth: Of a ray [rad]: edges of a print are blurred over it.
         """
         return np.full(len(point), self.tone)
@@ -113,7 +113,7 @@ class Cuboid(Solid):
         return np.where((enter <= leave) & (enter > 0), enter, np.inf)
 
     def normal(self, point: Array) -> Array:
-        """Of the nearest face."""
+        """Normals of the nearest face."""
         inside = (point - np.array(self.origin_m)) @ self._turn
         depth = np.concatenate([np.abs(inside - bound) for bound in self._bounds], axis=-1)
         return np.asarray(np.concatenate([-self._turn.T, self._turn.T])[depth.argmin(axis=-1)])
@@ -159,7 +159,7 @@ class PrintedBoard(Solid):
         return np.broadcast_to(-self.T_base_board[:3, 2], point.shape)
 
     def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
-        """Paper and ink, mixed where a pixel sees both."""
+        """Shares of paper and ink, mixed in pixels that see both."""
         R, t = self.T_base_board[:3, :3], self.T_base_board[:3, 3]
         place, ray = (point - t) @ R / self.pattern.cell_m, (point - eye) @ R / self.pattern.cell_m
         footprint = breadth * np.linalg.norm(ray, axis=-1)

@@ -1,4 +1,4 @@
-"""The world that an emulated cell holds: the true arm, scanner and solids, where they are now, and its world.toml."""
+"""The world of an emulated cell: the true arm, scanner and solids, their current state, and its world.toml."""
 
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
@@ -26,15 +26,15 @@ FORMAT = "robolaser-world/1"
 SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
 PINHOLE, LENS = ("fx", "fy", "cx", "cy"), ("k1", "k2", "p1", "p2", "k3")
 POSITIVE = ("f", "s_u", "s_v", "fx", "fy")
-SAME_PLACE_M = 1e-5  # the camera's place, and its turn in radians, within which speckle stays the same
+SAME_PLACE_M = 1e-5  # change of the camera's position, and of its rotation in radians, without new speckle
 
 
 @final
 class EmulatedWorld:
-    """A world as it is: its arm as drawn, solids, camera and laser, and the sensor's true numbers by name, SI.
+    """The true state of a world: nominal arm, solids, camera and laser, and the sensor's true numbers by name, SI.
 
     Faults are sizes by name and joint [rad]: `joint_offset` of an encoder's zero, and `backlash`, by half of which the
-    link trails its motor on the side that it came from. Without a loop the joints follow their commands exactly.
+    link trails its motor. Without a loop the joints follow their commands exactly.
     """
 
     def __init__(
@@ -52,20 +52,20 @@ class EmulatedWorld:
         self._half_play = play / 2
         self._none = np.zeros(len(arm.joints))
         self._at: tuple[Array, Array] | None = None
-        """Where the encoders are, and how far links trail; replaced as a whole, as images are taken meanwhile."""
+        """Encoder angles and backlash offsets; replaced as a whole, since images are taken concurrently."""
         self._rendered: tuple[bytes, Array, Array] | None = None
 
     def follow(self, motor: Array) -> None:
-        """Go on to where the encoders are now, straight from where they were, (j,) [rad].
+        """Move straight from the last encoder angles to the current ones, (j,) [rad].
 
-        The first call puts the arm there, in the middle of all play.
+        The first call places the arm there, in the middle of all play.
         """
         before, lag = self._at or (motor, self._none)
         self._at = np.array(motor, dtype=np.float64), np.clip(lag + motor - before, -self._half_play, self._half_play)
 
     @property
     def q(self) -> Array:
-        """True joint angles, (j,) [rad]; the arm is at zero until it was told to follow."""
+        """True joint angles, (j,) [rad]; zero before the first `follow`."""
         motor, lag = self._at or (self._none, self._none)
         return np.asarray(motor + self._offset - lag)
 
@@ -80,11 +80,11 @@ class EmulatedWorld:
         return np.asarray(self.T_base_flange @ self.scene.eye.optics.mount)
 
     def photograph(self, rng: np.random.Generator, *, lit: bool) -> Image:
-        """A picture, (height, width), from where the arm is: noise is new, speckle the same while nothing moves."""
+        """An image, (height, width), at the current pose: noise is new, speckle constant while nothing moves."""
         T = self.T_base_camera
-        place = T.tobytes()
-        if self._rendered is None or self._rendered[0] != place:
-            self._rendered = place, *self.scene.render(T)
+        key = T.tobytes()
+        if self._rendered is None or self._rendered[0] != key:
+            self._rendered = key, *self.scene.render(T)
         _, room, laser = self._rendered
         grain = np.random.default_rng(zlib.crc32(np.rint(T / SAME_PLACE_M).astype(np.int64).tobytes()))
         return self.scene.expose(room, laser if lit else np.zeros_like(laser), rng=rng, grain=grain)
@@ -141,7 +141,7 @@ def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
     """Read and check a world.toml for the robot, scanner and board of a cell.
 
     Raises:
-        RobolaserError: With file and key of what is wrong.
+        RobolaserError: With file and key of the error.
     """
     path = Path(path)
     read = typed(read_toml(path, FORMAT), WorldFile, file=path.name)
@@ -168,16 +168,16 @@ def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
 
 
 def _truth(file: str, stated: Mapping[str, Any], description: Dataset) -> dict[str, float]:
-    """The sensor's numbers, as stated, else nominal; of a lens of which nothing is said, 0."""
+    """The sensor's numbers: stated, else nominal; for a lens without values, 0."""
     values = asdict(typed(stated, TRUTHS[description.kind], file=file, at=("truth",)))
     values |= {f"hand_eye.{name}": value for name, value in values.pop("hand_eye", {}).items()}
     truth = {}
     for name, value in values.items():
         nominal = description.parameters[name].nominal if name in description.parameters else None
-        one = nominal if value is None else value
-        if one is None and name not in LENS:
-            raise wrong(file, ("truth", name), one, "a finite number")
-        truth[name] = one or 0.0
+        number = nominal if value is None else value
+        if number is None and name not in LENS:
+            raise wrong(file, ("truth", name), number, "a finite number")
+        truth[name] = number or 0.0
     return truth
 
 
@@ -192,8 +192,8 @@ def _optics_of_camera(truth: Mapping[str, float]) -> ScannerOptics:
         "k": 0.0,
     }
     turns = {name: truth[f"hand_eye.{name}"] for name in ("w", "phi", "psi")}
-    place = {f"t_{name}": truth[f"hand_eye.{name}"] for name in "xyz"}
-    return ScannerOptics({**pinhole, **turns, **place}, (0.0, 0.0, 0.0, 1.0), "xyz", "v")
+    origin = {f"t_{name}": truth[f"hand_eye.{name}"] for name in "xyz"}
+    return ScannerOptics({**pinhole, **turns, **origin}, (0.0, 0.0, 0.0, 1.0), "xyz", "v")
 
 
 def _solids(file: str, read: WorldFile, described: Board | None) -> Iterator[Solid]:
@@ -222,7 +222,7 @@ def _printed_board(file: str, board: BoardTable, described: Board) -> PrintedBoa
 
 
 def _faults(file: str, stated: Iterable[EffectTable], arm: Robot) -> dict[tuple[str, str], float]:
-    """Sizes by name and joint."""
+    """Sizes of faults by name and joint."""
     for fault in stated:
         if fault.where not in arm.joints:
             reason = f"{fault.name} cannot be at '{fault.where}'.{near(fault.where, arm.joints)}"

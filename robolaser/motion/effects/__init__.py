@@ -11,7 +11,7 @@ from robolaser.motion.effects.servo import TRACKING
 from robolaser.motion.effects.transmission import TRANSMISSION
 
 MOTION_EFFECTS: tuple[MotionEffect, ...] = (*TRACKING, *FRICTION, *DYNAMICS, *TRANSMISSION)
-"""Everything that a diagnosis of a moving arm can name; in each kind of rows, clocks come first."""
+"""All effects that a diagnosis of a moving arm can name; in each kind of rows, clocks come first."""
 
 
 def _of_library(*key: str) -> MotionEffect:
@@ -22,14 +22,14 @@ copyreg.pickle(MotionEffect, lambda one: (_of_library, (one.name, one.form, one.
 
 
 def library_of(effects: Sequence[str] | None, without: Sequence[str] = ()) -> list[MotionEffect]:
-    """The effects of some names, all by default, less some names.
+    """The effects with given names, all by default, without some names.
 
     Raises:
         UsageError: There is no effect of a name.
     """
     names = list(dict.fromkeys(one.name for one in MOTION_EFFECTS))
-    asked = names if effects is None else effects
-    for name in (*asked, *without):
+    chosen = names if effects is None else effects
+    for name in (*chosen, *without):
         if name not in names:
             raise UsageError(f"There is no effect '{name}' on moving arms.{near(name, names)}")
-    return [one for one in MOTION_EFFECTS if one.name in asked and one.name not in without]
+    return [one for one in MOTION_EFFECTS if one.name in chosen and one.name not in without]

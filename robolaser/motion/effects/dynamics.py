@@ -1,4 +1,4 @@
-"""Masses, inertias and torque constants that are not as the URDF and the data sheet say."""
+"""Masses, inertias and torque constants that differ from the URDF and the data sheet."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,27 +21,27 @@ def _payload(quantities: Quantities, joint: int) -> Sequence[Array]:
 
 
 def _sizes(quantities: Quantities, joint: int) -> Array:
-    """Of a mass, its three first moments and, of a link, its six moments of inertia."""
+    """Prior sizes of a mass, its three first moments and, for a link, its six moments of inertia."""
     mass, reach = quantities.masses[joint], quantities.reach * OF_REACH
     return np.asarray(np.maximum(mass * np.repeat([1.0, reach, reach**2], [1, 3, 6]), SMALLEST))
 
 
 def _least_of_payload(quantities: Quantities, joint: int) -> Array:
-    """What makes the mass zero of all that the last joint carries."""
+    """Lower bounds at which the total mass on the last joint is zero."""
     arm = quantities.log.robot.by_pinocchio
     return np.array([-arm.inertial_numbers(arm.tip)[0], -np.inf, -np.inf, -np.inf])
 
 
 def _least_of_link(quantities: Quantities, joint: int) -> Array:
-    """What makes mass and moments of inertia zero; first moments and products of inertia have either sign."""
+    """Lower bounds at which mass and moments of inertia are zero; the other moments have either sign."""
     return np.where(NEVER_NEGATIVE, -quantities.inertial_numbers(joint), -np.inf)
 
 
 NEVER_NEGATIVE = np.array([True, False, False, False, True, False, True, False, False, True])
-"""Of the numbers of a link: mass, xx, yy and zz."""
+"""Indices in the numbers of a link: mass, xx, yy and zz."""
 SMALLEST = 1e-3
 OF_REACH = 1.0 / 3.0  # the length of a link
-MOST_STARTS = 40  # runs at whose beginning a payload may have been taken up
+MOST_STARTS = 40  # runs at whose start a payload may have been picked up
 
 
 def _weighs(quantities: Quantities, joint: int) -> str:
@@ -49,7 +49,7 @@ def _weighs(quantities: Quantities, joint: int) -> str:
 
 
 of_mass = partial(MotionEffect, cause="dynamics", rows="torque", reference=GAUTIER)
-"""An effect of masses, or of the scale of torques, but for what is said otherwise."""
+"""Defaults of an effect of masses or of the scale of torques."""
 TORQUE_CONSTANT = of_mass(
     name="torque_constant", clause="the measured torques have a wrong scale",
     numbers=(Number("factor", "", 0.1, -0.9, 9.0),),

@@ -35,7 +35,7 @@ def _loaded(quantities: Quantities, joint: int) -> str:
 of_friction = partial(
     MotionEffect, cause="friction", rows="torque", remedy=REMEDY, reference=ARMSTRONG, needs=hardly_moves
 )
-"""Friction in a joint, but for what is said otherwise."""
+"""Defaults of friction in a joint."""
 FRICTION = (
     of_friction(
         name="viscous_friction", clause="friction grows with speed", numbers=(Number("factor", "Nm s/rad", 1.0, 0.0),),

@@ -1,4 +1,4 @@
-"""Servos that follow their commands late, short, or not at all for small ones."""
+"""Servos that follow their commands with delay, lag, droop, dead zone or limits."""
 
 from functools import partial
 
@@ -9,23 +9,23 @@ from robolaser.motion.effect import TIMING, MotionEffect, Number, Trace, if_sent
 from robolaser.motion.servo import IDEAL
 
 ONE_CLOCK_S, ONE_CLOCK_SHARE = 1e-3, 0.2
-"""By which delays of one clock may seem to differ, at most: a judgement."""
+"""Largest apparent difference between delays of one clock. A judgement."""
 P_GAIN = "the servo's P gain (`P_Coefficient` in LeRobot)"
 HOBBY = "Feetech STS3215 and Dynamixel manuals: P control with a dead band of some encoder steps"
 SURVEY = "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Automatica 30: a survey of friction and its compensation"
 LOOPS = "Siciliano et al. 2009, Robotics, ch. 8: independent joint control; a lag of one over the position loop's gain"
 
 HOLDS_NM = 1e-3
-"""Spread of a joint's gravity torque, from which on it can droop. A judgement."""
+"""Least spread of a joint's gravity torque for droop to be tested. A judgement."""
 DIFFERS = 0.2
-"""Of the spread of a motion's torque, by which it must differ from gravity's to be told from it. A judgement."""
+"""Share of a motion's torque spread that must not be gravity for the two to be distinguishable. A judgement."""
 EXCEEDS_RAD, EXCEEDS_ERRORS = 0.05, 3.0
-"""By which commands go beyond all readings where there is a limit, and the same in errors of the joint: what a dead
-zone and droop leave is no limit. A judgement."""
+"""Margin by which commands exceed all readings at a limit, and the same in errors of the joint: the rest of a dead
+zone and droop is no limit. A judgement."""
 
 
 def is_one_clock(delays: Array) -> bool:
-    """Whether delays of several joints may be those of one clock."""
+    """Whether the delays of several joints may come from one clock."""
     return bool(np.ptp(delays) <= max(ONE_CLOCK_S, ONE_CLOCK_SHARE * np.abs(delays).max()))
 
 
@@ -37,7 +37,7 @@ def _beyond(trace: Trace) -> tuple[bool, bool]:
 
 
 def _range_begins(numbers: tuple[Number, ...], trace: Trace, size: float, spread: float) -> list[float]:
-    """At the readings' ends that commands go beyond."""
+    """Start at the ends of the readings that commands exceed."""
     ends = zip(numbers, (np.nanmin(trace.q), np.nanmax(trace.q)), _beyond(trace), strict=True)
     return [float(end) / number.usual if there else IDEAL[number.servo] for number, end, there in ends]
 
@@ -55,24 +55,24 @@ def _yield_untested(trace: Trace) -> str:
 
 
 def _speed_begins(numbers: tuple[Number, ...], trace: Trace, size: float, spread: float) -> list[float]:
-    """At the fastest commands, or a part of them."""
+    """Start at the speed of the fastest commands, or a part of it."""
     speed = np.abs(np.diff(trace.command, axis=0)) / trace.step_s[:-1]
     return [float(np.nanpercentile(speed, 99.0)) / (size * numbers[0].usual)]
 
 
 def _width_begins(numbers: tuple[Number, ...], trace: Trace, size: float, spread: float) -> list[float]:
-    """At a part of what is left."""
+    """Start at a part of the remaining spread."""
     return [0.4 * size * spread / numbers[0].usual]
 
 
 of_servo = partial(MotionEffect, rows="tracking", cause="servo")
-"""An effect of a servo, but for what is said otherwise."""
+"""Defaults of an effect of a servo."""
 CLOCK = of_servo(
     name="clock_shift", clause="readings and commands are stamped by two clocks", cause="timing", site=TIMING,
     numbers=(Number("delay", "s", 0.005, -0.2, 0.2, servo="delay"),),
     remedy="Give commands and readings the stamps of one clock, each at its own instant.",
     reference="Furgale, Rehder, Siegwart 2013, IROS: temporal calibration; 1-30 ms are usual", rivals=("dead_time",),
-    rarity=4.0,  # every servo answers late, and few logs are stamped wrong
+    rarity=4.0,  # every servo has a delay, and few logs have wrong stamps
 )  # fmt: skip
 TRACKING = (
     CLOCK,
@@ -144,7 +144,7 @@ TRACKING = (
         remedy="Adjust or preload the gear, or approach each pose from one side.",
         reference="Nordin, Gutman 2002, Automatica 38: controlling mechanical systems with backlash",
         rivals=("dead_zone",),
-        rarity=4.0,  # the loop closes on the encoder that is read: what is behind it shows only where it does not
+        rarity=4.0,  # most loops close on the encoder that is read, which does not show play behind it
         begins=_width_begins,
     ),
     of_servo(

@@ -11,8 +11,8 @@ from robolaser.motion.quantities import Quantities, at_joint, of_joint
 
 TUTTLE = "Tuttle, Seering 1996, IEEE Trans. Robotics and Automation 12: a nonlinear model of a harmonic drive"
 CYCLES = tuple(sorted({1, 2, 4, 50, 101, 202, *range(8, 65, 4), *range(70, 331, 10)}))
-"""Of a ripple, in a turn of the joint: among them the ratios of strain wave gears, 50 to 160, and twice these."""
-SEEN_CYCLES = 2.0  # fewer over the range of motion are no ripple to be told from anything smooth
+"""Cycles of a ripple per turn of the joint: among them the ratios of strain wave gears, 50 to 160, and twice these."""
+SEEN_CYCLES = 2.0  # over the range of motion; fewer are indistinguishable from a smooth function
 
 
 def _late(quantities: Quantities, joint: int) -> Sequence[Array]:
@@ -21,12 +21,12 @@ def _late(quantities: Quantities, joint: int) -> Sequence[Array]:
 
 
 def _wound(quantities: Quantities, joint: int) -> Sequence[Array]:
-    """The load stays behind the motor by the torque of the motor, or by that of the arm."""
+    """The load lags the motor by the torque of the motor, or of the arm."""
     return [at_joint(quantities, joint, -torque[:, joint]) for torque in (quantities.carried, quantities.rigid)]
 
 
 def _lost(quantities: Quantities, joint: int) -> Sequence[Array]:
-    """The load stays behind the motor: by its last motion, or by the torque that it carries."""
+    """The load lags the motor: by its last direction of motion, or by the torque that it carries."""
     torque = quantities.carried[:, joint]
     steep = float(np.nanstd(torque)) or 1.0
     sides = quantities.approach[:, joint], np.tanh(10.0 * torque / steep)
@@ -46,7 +46,7 @@ def _turns(quantities: Quantities, joint: int) -> str:
 
 
 of_gear = partial(MotionEffect, cause="transmission", rows="load", reference=TUTTLE)
-"""An effect of a gear, but for what is said otherwise."""
+"""Defaults of an effect of a gear."""
 TRANSMISSION = (
     of_gear(
         name="clock_shift", clause="the two encoders are not read at the same instant", cause="timing", site=TIMING,

@@ -1,1 +1,1 @@
-"""Cells written apart from the effect library: their own chain, and faults in functional forms of their own."""
+"""Synthetic cells, independent of the effect library: their own kinematic chain and forms of faults."""

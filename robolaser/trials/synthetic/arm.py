@@ -1,4 +1,4 @@
-"""A serial arm as a product of exponentials: flange poses, weights and lever arms, apart from the package's own arm.
+"""A serial arm as a product of exponentials: flange poses, weights and lever arms, independent of the package's arm.
 
 Lynch, Park 2017, Modern Robotics, ch. 4.1.
 """
@@ -17,13 +17,13 @@ SCANNER_AT = np.array([0.06, 0.0, 0.04])  # centre of the payload in the flange 
 
 @final
 class ScrewArm:
-    """The arm of a URDF, links and all."""
+    """The arm of a URDF with its links."""
 
     def __init__(self, robot: Robot) -> None:
         arm = robot.by_pinocchio
-        self.robot = robot  # as drawn
+        self.robot = robot  # nominal
         self.joints = tuple(robot.joints[i] for i in robot.chain)  # those that move the flange, base first
-        self.columns = tuple(robot.chain)  # where each of them stands in q
+        self.columns = tuple(robot.chain)  # column of each in q
         self.count = len(robot.joints)
         self._turns, self._axes = ~robot.prismatic, robot.axes
         self.links = robot.placements  # placement of each joint on the joint before it, (j, 4, 4)
@@ -35,7 +35,7 @@ class ScrewArm:
         self._bodies = [(read[number], arm.masses[number], arm.centres[number]) for number in range(self.count)]
 
     def _frames(self, q: Array, links: Array | None = None) -> Array:
-        """T_base_joint of all joints that are read, each turned, (n, j, 4, 4)."""
+        """T_base_joint of all joints after their rotation, (n, j, 4, 4)."""
         links = self.links[None] if links is None else links
         frames = np.empty((*q.shape, 4, 4))
         for i, before in self._before.items():
@@ -45,7 +45,7 @@ class ScrewArm:
         return frames
 
     def forward(self, q: Array, links: Array | None = None) -> Array:
-        """T_base_flange, (n, 4, 4), of postures (n, j) [rad or m] with links of their own, (n, j, 4, 4)."""
+        """T_base_flange, (n, 4, 4), of postures (n, j) [rad or m], each with its links, (n, j, 4, 4)."""
         return np.asarray(self._frames(q, links)[:, self._tip] @ self._end)
 
     def _borne(self, frames: Array, payload_kg: float) -> tuple[Array, Array]:
@@ -63,14 +63,14 @@ class ScrewArm:
         return masses[:, None] * gravity, np.cross(about, gravity)
 
     def torques(self, q: Array, payload_kg: float) -> Array:
-        """What each joint bears, the payload on the flange counted, (n, j) -> (n, j) [Nm or N]."""
+        """Load of each joint, with the payload on the flange, (n, j) -> (n, j) [Nm or N]."""
         frames = self._frames(q)
         weights, moments = self._borne(frames, payload_kg)
         axes = (frames[..., :3, :3] @ self._axes[..., None])[..., 0]
         return np.asarray(-(axes * np.where(self._turns[:, None], moments, weights)).sum(axis=-1))
 
     def overturning(self, q: Array, payload_kg: float) -> Array:
-        """What the mount must bear of all that moves: its moment about the base's origin, base frame, (n, 3) [Nm]."""
+        """Moment of all moving masses about the base's origin, base frame, (n, 3) [Nm]."""
         frames, first = self._frames(q), self.columns[0]
         weights, moments = self._borne(frames, payload_kg)
         return np.asarray(moments[:, first] + np.cross(frames[:, first, :3, 3], weights[first]))

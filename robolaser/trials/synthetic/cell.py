@@ -1,4 +1,4 @@
-"""True cells: an arm with a scanner over a stepped target or before a tracker, and what they read with given faults."""
+"""True cells: an arm with a scanner over a stepped target or with a tracker, and their readings with given faults."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from robolaser.trials.synthetic.scanner import ScannerOptics
 @final
 @dataclass(frozen=True)
 class Target:
-    """Flat steps, all facing one way."""
+    """Parallel flat steps."""
 
     middle: Array  # (3,) in the base frame [m]
     axes: Array  # two in the steps and their normal, as rows, (3, 3)
@@ -33,14 +33,14 @@ class Target:
 @final
 @dataclass(frozen=True)
 class ScannerCell:
-    """A scanner on an arm over a target: where everything truly is, save the faults."""
+    """A scanner on an arm over a target: the true cell without faults."""
 
     run: SyntheticRun  # of the arm
     eye: ScannerOptics  # the scanner
-    target: Target  # below it
+    target: Target  # below the scanner
     pose: Ints  # number of each point's pose, (m,)
     at: Array  # pixel coordinate along the stripe at which each point is read, (m,) [px]
-    level: Array  # height of the step that it lies on, (m,) [m]
+    level: Array  # height of each point's step, (m,) [m]
 
     @property
     def truth(self) -> Mapping[str, float]:
@@ -48,14 +48,14 @@ class ScannerCell:
         return self.eye.truth
 
     def ranges(self, points: Points) -> Array:
-        """How far points are from a camera without faults, (m,) [m]."""
+        """Distances of points from a camera without faults, (m,) [m]."""
         T_base_camera = self.run.arm.forward(self.run.q) @ self.eye.mount
         return np.asarray(np.linalg.norm(points["xyz"] - T_base_camera[points.pose, :3, 3], axis=1))
 
     def seen(self, faults: Sequence[FaultModel]) -> Points:
-        """Go the chain forwards, from the joints to the pixels (NaN where the light does not meet the target).
+        """Compute the chain from the joints to the pixels (NaN where the light does not meet the target).
 
-        Target points are as the target's drawing has them, in the base frame; names are their numbers in the pose.
+        Target points are nominal, in the base frame; names are their numbers in the pose.
         """
         run, n = self.run, len(self.run.q)
         mount, light, terms = np.tile(self.eye.mount, (n, 1, 1)), self.eye.light(n), self.eye.lens
@@ -75,12 +75,12 @@ class ScannerCell:
             return sum((fault.height(along, run) for fault in faults), start=np.zeros(len(along)))
 
         def above(point: Array) -> Array:
-            place = inside(point)
-            return place[:, 2] - self.level - height(place[:, :2])
+            local = inside(point)
+            return local[:, 2] - self.level - height(local[:, :2])
 
         normal = self.target.axes[2] @ T[:, :3, :3]
         depth = (self.level - inside(np.zeros((len(T), 3)))[:, 2]) / normal[:, 2]
-        ahead = depth[:, None] * np.array([0.0, 0.0, 1.0])  # where the camera looks at the step
+        ahead = depth[:, None] * np.array([0.0, 0.0, 1.0])  # point of the step on the optical axis
         point, pixel = self.eye.meet(self.at, light.of_rows(self.pose), shown, above, ahead)
         tilt = np.arctan2(normal[:, 0], -normal[:, 2])
         across = 1 if self.eye.stripe_axis == "u" else 0
@@ -96,7 +96,7 @@ class ScannerCell:
 @final
 @dataclass(frozen=True)
 class TrackerCell:
-    """A tracker that sees all reflectors of a flange in each pose: where everything truly is, save the faults."""
+    """A tracker that sees all reflectors of a flange in each pose: the true cell without faults."""
 
     run: SyntheticRun  # of the arm
     T_world_base: Array  # (4, 4)
@@ -104,15 +104,15 @@ class TrackerCell:
 
     @property
     def truth(self) -> Mapping[str, float]:
-        """No ordinary parameter of the sensor: all of them follow from the points."""
+        """None: all parameters of the sensor follow from the points."""
         return {}
 
     def ranges(self, points: Points) -> Array:
-        """How far points are from the tracker, (m,) [m]."""
+        """Distances of points from the tracker, (m,) [m]."""
         return np.asarray(np.linalg.norm(points["xyz"], axis=1))
 
     def seen(self, faults: Sequence[FaultModel]) -> Points:
-        """Go the chain forwards, from the joints to the points in the tracker's frame."""
+        """Compute the chain from the joints to the points in the tracker's frame."""
         T = self.T_world_base @ flange_poses(self.run, faults)
         xyz = apply(T[:, None], np.array(list(self.reflectors.values()))).reshape(-1, 3)
         for fault in faults:

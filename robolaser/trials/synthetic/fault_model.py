@@ -1,4 +1,4 @@
-"""What a fault of a synthetic cell is: a size, a form, and the stages of the chain that it perturbs in a run."""
+"""A fault of a synthetic cell: a size, a form, and the stages of the chain that it perturbs in a run."""
 
 from abc import ABC
 from collections.abc import Callable, Sequence
@@ -17,34 +17,34 @@ from robolaser.trials.synthetic.scanner import Light
 @final
 @dataclass(frozen=True)
 class SyntheticRun:
-    """What a fault may depend on."""
+    """Quantities that a fault may depend on."""
 
     robot: Robot  # the nominal arm
-    q: Array  # joint angles as read, (n, j) [rad or m]
+    q: Array  # joint readings, (n, j) [rad or m]
     qd: Array  # velocities at the reading, (n, j) [rad/s or m/s]
     time: Array  # of each pose, (n,) [s]
     middle: Array  # of the target, (3,) in the base frame [m]
-    radius: float  # of the part of the target that is looked at [m]
-    payload_kg: float  # what the flange carries; the URDF does not know of it
+    radius: float  # of the visible part of the target [m]
+    payload_kg: float  # on the flange; it is not in the URDF
 
     @cached_property
     def arm(self) -> ScrewArm:
-        """The same arm by formulas of its own."""
+        """The same arm by independent formulas."""
         return ScrewArm(self.robot)
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Those that move the flange, base first."""
+        """Joints that move the flange, base first."""
         return self.arm.joints
 
     @property
     def share(self) -> Array:
-        """How far the run is, 0 to 1, (n,)."""
+        """Share of the run at each pose, 0 to 1, (n,)."""
         return np.asarray((self.time - self.time.min()) / max(1e-9, float(np.ptp(self.time))))
 
     @property
     def order(self) -> Ints:
-        """The poses as they came, (n,)."""
+        """The poses in order of time, (n,)."""
         return np.argsort(self.time, kind="stable")
 
     def column(self, joint: str) -> int:
@@ -52,11 +52,11 @@ class SyntheticRun:
         return self.robot.joints.index(joint)
 
     def torques(self, payload_kg: float) -> Array:
-        """What each joint bears with a payload on the flange, (n, j) [Nm or N]."""
+        """Load of each joint with a payload on the flange, (n, j) [Nm or N]."""
         return self.arm.torques(self.q, payload_kg)
 
     def relative_torque(self, joint: str) -> Array:
-        """What a joint bears, the payload counted, over the most that it bears in the run, (n,)."""
+        """Load of a joint with the payload, over its largest one in the run, (n,)."""
         torque = self.torques(self.payload_kg)[:, self.column(joint)]
         return np.asarray(torque / max(1e-9, float(np.abs(torque).max())))
 
@@ -88,7 +88,7 @@ Angle = Annotated[float, uniform(-np.pi, np.pi)]  # [rad]
 Coin = Annotated[bool, lambda where, run, rng: bool(rng.random() < 0.5)]
 Way = Annotated[tuple[float, ...], uniform(-1.0, 1.0, 6)]  # a shift and a turn vector, over the size
 OnTarget = Annotated[tuple[float, ...], uniform(-0.5, 0.5, 2)]  # over the target's radius
-Places = Callable[[SyntheticRun], tuple[str, ...]]  # where a fault can be in a run, none of them if it cannot
+Places = Callable[[SyntheticRun], tuple[str, ...]]  # locations of a fault in a run; none if it is impossible
 
 
 @dataclass_transform(frozen_default=True)
@@ -96,26 +96,26 @@ Places = Callable[[SyntheticRun], tuple[str, ...]]  # where a fault can be in a 
 class FaultModel(ABC):
     """One fault of one cell. A stage that a subclass does not override keeps its value.
 
-    What all faults of a class have in common follows its name. Subclasses are dataclasses; their fields are the fault's
-    form, each annotated with the `Draw` that samples it.
+    Class arguments are common to all faults of a class. Subclasses are dataclasses; their fields are the fault's form,
+    each annotated with the `Draw` that samples it.
     """
 
-    effect: ClassVar[str] = ""  # its name in the truth, the effect library's where that has such an effect
+    effect: ClassVar[str] = ""  # its name in the truth, that of the effect library if it has such an effect
     form: ClassVar[str] = ""  # its name among the kinds of worlds; by default the effect's
     sizes: ClassVar[tuple[float, float]] = (1.0, 1.0)  # usual in industry, least and most
     signed: ClassVar[bool] = False  # whether a sampled size may be negative
-    location: ClassVar[str | None] = None  # where it always is; None: at one of `places`
-    places: ClassVar[Places] = lambda run: run.joints  # where else it can be in a run; by default at every joint
-    parameter: ClassVar[str] = ""  # the effect library's parameter that `size` is the value of
-    classes: ClassVar[tuple[str, ...]] = ()  # right for an effect that the library lacks, beside `unknown`
-    # effects, and locations (None: its own), that are as right
+    location: ClassVar[str | None] = None  # its only location; None: one of `places`
+    places: ClassVar[Places] = lambda run: run.joints  # its possible locations in a run; by default every joint
+    parameter: ClassVar[str] = ""  # the effect library's parameter with the value `size`
+    classes: ClassVar[tuple[str, ...]] = ()  # right classes, with `unknown`, of an effect outside the library
+    # equivalent effects, and locations (None: its own)
     also: ClassVar[tuple[tuple[str, str | None], ...]] = ()
 
     where: str  # the location that the truth names
-    size: float  # its principal number in SI units; its other numbers are its form
+    size: float  # its principal number in SI units; the other numbers are its form
 
     def __init_subclass__(cls, **traits: Any) -> None:
-        """Take what all faults of a class have in common, the class variables above."""
+        """Set the class variables above."""
         for name, value in ({"form": traits.get("effect", "")} | traits).items():
             if name not in FaultModel.__annotations__:
                 raise TypeError(f"{cls.__name__}: a fault model has no {name}")
@@ -132,25 +132,25 @@ class FaultModel(ABC):
 
     @classmethod
     def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """Where it can be."""
+        """Its possible locations."""
         return cls.places(run) if cls.location is None else (cls.location,)
 
     def sites(self, run: SyntheticRun) -> tuple[str, ...]:
-        """Where a diagnosis may rightly say that it is."""
+        """Locations that are right in a diagnosis."""
         return (self.where,)
 
     @property
     def also_right(self) -> tuple[tuple[str, str], ...]:
-        """Effects of the library, and their locations, whose names are as good."""
+        """Equivalent effects of the library with their locations."""
         return tuple((effect, where or self.where) for effect, where in self.also)
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """The true values of the effect library's parameters that mean the same, by their names there."""
+        """The true values of equivalent parameters of the effect library, by name."""
         return {self.parameter: self.size} if self.parameter else {}
 
     @classmethod
     def is_tracked(cls) -> bool:
-        """Whether a tracker sees it: an arm, its base, or the tracker itself."""
+        """Whether a tracker can show it: a fault of the arm, its base, or the tracker."""
         stages = ("joints", "links", "flange", "measured")
         return any(getattr(cls, stage) is not getattr(FaultModel, stage) for stage in stages)
 
@@ -175,11 +175,11 @@ class FaultModel(ABC):
         return terms
 
     def zoom(self, depth: Array) -> Array:
-        """By what share the image of points at these depths, (m,) [m], is larger than it should be, (m,)."""
+        """Relative error of the image size of points at depths (m,) [m], (m,)."""
         return np.zeros_like(depth)
 
     def light(self, light: Light, run: SyntheticRun) -> Light:
-        """The light as it truly spreads at each pose."""
+        """The true light at each pose."""
         return light
 
     def stripe(self, tilt: Array) -> Array:
@@ -187,15 +187,15 @@ class FaultModel(ABC):
         return np.zeros_like(tilt)
 
     def height(self, along: Array, run: SyntheticRun) -> Array:
-        """How far the target stands out, (m,) [m], at points in it, (m, 2) [m] from its middle."""
+        """Height error of the target, (m,) [m], at points in it, (m, 2) [m] from its middle."""
         return np.zeros(len(along))
 
     def printed(self, along: Array, run: SyntheticRun) -> Array:
-        """What the target's drawing says of points in it, (m, 2) [m] from its middle."""
+        """Nominal coordinates of points in the target, (m, 2) [m] from its middle."""
         return along
 
     def measured(self, points: Array) -> Array:
-        """Points as a tracker measures them, (m, 3) [m] in its frame."""
+        """Points measured by a tracker, (m, 3) [m] in its frame."""
         return points
 
     def shots(self, pixel: Array, shot: Ints, rng: np.random.Generator) -> Array:
@@ -204,7 +204,7 @@ class FaultModel(ABC):
 
 
 def flange_poses(run: SyntheticRun, faults: Sequence[FaultModel]) -> Array:
-    """Where the flange of an arm with these faults truly is, (n, 4, 4)."""
+    """True pose of the flange of an arm with these faults, (n, 4, 4)."""
     q, links = run.q, np.tile(run.arm.links, (len(run.q), 1, 1, 1))
     for fault in faults:
         q, links = fault.joints(q, run), fault.links(links, run)

@@ -1,4 +1,4 @@
-"""An arm as MuJoCo computes it: rigid but for springs that are put into it, and at rest under its weight."""
+"""An arm in MuJoCo: rigid except for inserted springs, and at rest under its weight."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,10 +14,10 @@ from robolaser.robot.kinematics import Robot
 from robolaser.trials.synthetic.arm import SCANNER_AT
 
 FOOT: Final = "(foot)"  # under the root link
-BRACKET: Final = "(bracket)"  # between the flange and what it carries
+BRACKET: Final = "(bracket)"  # between the flange and its load
 LIGHTEST: Final[dict[str, Any]] = {"mass": 1e-9, "inertia": [1e-9] * 3, "explicitinertial": True}
 ARMATURE = 1.0  # keeps the engine's inertia regular; at rest it does nothing
-STEP = 1e-6  # of the differences that Newton's method rests on [rad or m]
+STEP = 1e-6  # of finite differences in Newton's method [rad or m]
 SETTLED = 1e-12  # last step of a deflection [rad or m]
 ROUNDS = 40
 
@@ -25,7 +25,7 @@ ROUNDS = 40
 @final
 @dataclass(frozen=True, eq=False)
 class Spring:
-    """What holds a joint beside where its encoder says, or a hinge that no encoder sees."""
+    """A spring between a joint and its encoder, or a hinge without an encoder."""
 
     # the joint before which a hinge is, in whose frame (before it turns) axis and point are; or `FOOT` or `BRACKET`,
     # whose frames are those of the base and of the flange
@@ -33,11 +33,11 @@ class Spring:
     stiffness: float  # [Nm/rad or N/m]
     axis: Array | None = None  # of the hinge, (3,); None: no hinge, the joint's own gear
     at: Array | None = None  # a point on it, (3,) [m]
-    play: float = 0.0  # whole width of the range within which next to nothing holds it [rad or m]
+    play: float = 0.0  # full width of the range with nearly no stiffness [rad or m]
     centring: float = 0.0  # stiffness within the play
 
     def torque(self, away: float) -> tuple[float, float]:
-        """What it answers to a deflection [Nm or N], and the slope of that."""
+        """Its reaction to a deflection [Nm or N], and the derivative."""
         within = min(max(away, -self.play / 2), self.play / 2)
         slope = self.centring if self.play and within == away else self.stiffness
         return -self.centring * within - self.stiffness * (away - within), -slope
@@ -45,13 +45,13 @@ class Spring:
 
 @final
 class MujocoArm:
-    """The arm of a URDF with its masses, held at the joint values that are commanded.
+    """The arm of a URDF with its masses, held at commanded joint values.
 
     The base frame is that of the unloaded foot.
 
     Args:
         robot: Names the URDF, its joints and its flange; joints that it does not list stay at neutral.
-        springs: What gives way.
+        springs: Its compliant parts.
         load_kg: On the bracket, at `SCANNER_AT`.
 
     Raises:
@@ -67,11 +67,11 @@ class MujocoArm:
         self._bodies = [body.id for body in bodies]
 
     def weights(self, q: Array) -> Array:
-        """What each spring must bear in a rigid arm, (n, j) -> (n, s) [Nm or N]."""
+        """Load of each spring in a rigid arm, (n, j) -> (n, s) [Nm or N]."""
         return np.array([self._borne(posture, np.zeros(len(self._springs))) for posture in q])
 
     def at_rest(self, q: Array) -> tuple[Array, Array]:
-        """Where flange and bracket come to rest for commanded joint values (n, j): two (n, 4, 4) in the base frame.
+        """Poses of flange and bracket at rest for commanded joint values (n, j): two (n, 4, 4) in the base frame.
 
         Raises:
             TrialError: The arm is too heavy for its springs.
@@ -85,7 +85,7 @@ class MujocoArm:
         return flange, bracket
 
     def _settle(self, posture: Array) -> None:
-        """Let every spring bear its weight, by Newton's method."""
+        """Find the equilibrium of all springs by Newton's method."""
         away = np.zeros(len(self._springs))
         for _ in range(ROUNDS):
             borne = self._borne(posture, away)
@@ -104,7 +104,7 @@ class MujocoArm:
         )
 
     def _borne(self, posture: Array, away: Array) -> Array:
-        """The weight on each spring at some deflections of all, (s,) [Nm or N]."""
+        """The weight on each spring at given deflections, (s,) [Nm or N]."""
         data = self._data
         data.qpos[:] = 0.0
         data.qpos[self._columns] = posture
@@ -128,10 +128,10 @@ def _specification(
 ) -> tuple[Any, list[Any], list[Any], list[Any]]:
     """MuJoCo's own model (MjSpec): a body a link, a foot below the root, and a bracket on the flange.
 
-    A joint's first link has the mass of all that the joint moves up to the next joints.
+    A joint's first link has the mass of all links up to the next joints.
 
     Returns:
-        The model, the bodies of flange and bracket, the robot's joints, and the joints that springs hold.
+        The model, the bodies of flange and bracket, the robot's joints, and those of the springs.
     """
     arm, spec = robot.by_pinocchio, engine.MjSpec()
     spec.compiler.degree = False

@@ -1,4 +1,4 @@
-"""A line projector and a camera beside it: which pixel of a given column sees the light on a given surface."""
+"""A line projector and a camera: the pixel of the light on a given surface, in given columns of the image."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,19 +11,19 @@ from scipy.spatial.transform import Rotation
 from robolaser.arrays import Array, Ints
 from robolaser.geometry.rigid_motion import Quaternion, pose
 
-STEP_M = 1e-6  # of the differences that Newton's method rests on
+STEP_M = 1e-6  # of finite differences in Newton's method
 STEPS = 9
 
 
 @final
 @dataclass(frozen=True)
 class Light:
-    """What a projector throws for each pose (n) or row: a plane, or the cone that a rod lens off its axis makes."""
+    """The projector's light for each pose (n) or row: a plane, or a cone by a tilted rod lens."""
 
-    base: float  # where it leaves the projector, on the camera's x axis when it is not rolled [m]
+    base: float  # position of its source on the camera's x axis, without roll [m]
     theta: Array  # angle, (n,) [rad]
     roll: Array  # about the view, (n,) [rad]
-    cone: Array  # how far its rays stand off the plane, (n,) [rad]
+    cone: Array  # angle of its rays off the plane, (n,) [rad]
 
     def of_rows(self, pose: Ints) -> "Light":
         """The light at each row's pose, (m,)."""
@@ -31,12 +31,12 @@ class Light:
 
     @property
     def source(self) -> Array:
-        """Where the light comes from, (n, 3) in the camera frame [m]."""
+        """Source of the light, (n, 3) in the camera frame [m]."""
         return self.base * np.stack([np.cos(self.roll), np.sin(self.roll), np.zeros_like(self.roll)], axis=-1)
 
     @property
     def normals(self) -> Array:
-        """Of the plane, (n, 3) in the camera frame."""
+        """Normal of the plane, (n, 3) in the camera frame."""
         cos = np.cos(self.theta)
         return np.stack([cos * np.cos(self.roll), cos * np.sin(self.roll), np.sin(self.theta)], axis=-1)
 
@@ -53,7 +53,7 @@ class Light:
 @final
 @dataclass(frozen=True)
 class ScannerOptics:
-    """A stripe scanner as it was built."""
+    """The true stripe scanner."""
 
     truth: Mapping[str, float]  # the paper's fourteen numbers, SI
     # turn of the camera on the flange (x, y, z, w), before the small angles
@@ -69,13 +69,13 @@ class ScannerOptics:
         return pose(turn.as_matrix(), np.array([self.truth[f"t_{axis}"] for axis in "xyz"]))
 
     def light(self, poses: int) -> Light:
-        """A flat sheet that never changes."""
+        """A constant plane."""
         flat = np.zeros(poses)
         return Light(self.truth["b"], np.full(poses, self.truth["theta"]), flat, flat)
 
     @property
     def lens(self) -> Array:
-        """OpenCV's k1 k2 p1 p2 k3, (5,), of a lens whose inverse is 1 + k r²: the series, turned round."""
+        """OpenCV's k1 k2 p1 p2 k3, (5,), of a lens whose inverse is 1 + k r²: the inverted series."""
         k = self.truth["k"] * self.truth["f"] ** 2
         return np.array([-k, 3 * k**2, 0.0, 0.0, -12 * k**3])
 
@@ -86,7 +86,7 @@ class ScannerOptics:
         return np.array([[f / s_u, 0.0, u_0], [0.0, f / s_v, v_0], [0.0, 0.0, 1.0]])
 
     def pixels(self, point: Array, lens: Array, larger: Array | float = 0.0) -> Array:
-        """Where the camera shows points of its own frame, (m, 3) [m] -> (m, 2) [px].
+        """Project points of the camera frame, (m, 3) [m] -> (m, 2) [px].
 
         The lens is OpenCV's k1 k2 p1 p2 k3, (5,); the image of each point may be larger by a share, (m,).
         """
@@ -101,13 +101,13 @@ class ScannerOptics:
     def meet(
         self, at: Array, light: Light, shown: Callable[[Array], Array], surface: Callable[[Array], Array], start: Array
     ) -> tuple[Array, Array]:
-        """Find where the light meets a surface in given columns of the image, by Newton's method in space.
+        """Intersect the light with a surface in given columns of the image, by Newton's method in space.
 
         Args:
             at: Pixel coordinate along the stripe, (m,) [px].
             light: Of each row (m).
-            shown: Where the camera shows points of its own frame, (m, 3) [m] -> (m, 2) [px].
-            surface: How far points of the camera frame are above the surface, (m, 3) -> (m,) [m].
+            shown: Projection of points of the camera frame, (m, 3) [m] -> (m, 2) [px].
+            surface: Height of points of the camera frame above the surface, (m, 3) -> (m,) [m].
             start: A guess, (m, 3) [m].
 
         Returns:

@@ -83,7 +83,7 @@ def test_samples_without_a_result_leave_the_mount_to_be_said(tmp_path: Path) -> 
 
 
 def test_a_mount_against_the_files_word_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="says that the camera is mounted on the base"):
+    with pytest.raises(UsageError, match="states that the camera is mounted on the base"):
         read(hand_eye.easy_handeye2(tmp_path, cell("base")), said("flange", {"mount": "?"}))
 
 

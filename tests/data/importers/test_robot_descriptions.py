@@ -83,7 +83,7 @@ def test_a_xacro_file_finds_its_package_without_ros(arm: Robot, tmp_path: Path) 
 def test_what_a_xacro_file_lacks_is_asked_for(tmp_path: Path) -> None:
     pytest.importorskip("xacro")
     (tmp_path / "arm.xacro").write_text(BARE, "utf-8")
-    with pytest.raises(RobotError, match=r"the package arm_description is not there\. Put its folder beside"):
+    with pytest.raises(RobotError, match=r"the package arm_description is missing\. Put its folder next to"):
         find_robot(tmp_path / "arm.xacro")
     (tmp_path / "arm.xacro").write_text(BARE.replace("$(find arm_description)/urdf/", ""))
     (tmp_path / "links.xacro").write_text(MACRO, "utf-8")

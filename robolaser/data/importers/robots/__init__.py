@@ -1,4 +1,4 @@
-"""Files that describe a robot in another way than a URDF does, read as the URDF that they amount to."""
+"""Robot descriptions in other formats than URDF, read as an equivalent URDF."""
 
 import contextlib
 import io
@@ -30,7 +30,7 @@ _BEGINNING = 4000
 @final
 @dataclass(frozen=True)
 class DescriptionOptions:
-    """What the user states about a robot's file beyond its contents."""
+    """Information of the user that a robot's file lacks."""
 
     dh: Convention | None = None  # of a table of Denavit-Hartenberg numbers: "standard" or "modified"
     units: tuple[str, ...] = ()  # of its lengths and angles
@@ -89,9 +89,9 @@ MOST_PARENTS = 4  # folders above the file in which a package is sought that the
 
 
 def _expanded(path: Path, arguments: Mapping[str, str]) -> str:
-    """The URDF of a xacro file, with arguments as `xacro FILE NAME:=VALUE` takes them.
+    """The URDF of a xacro file, with arguments as in `xacro FILE NAME:=VALUE`.
 
-    `$(find PACKAGE)` is a folder of that name near the file; else whatever an installed ROS says.
+    `$(find PACKAGE)` is a folder of that name near the file; else that of an installed ROS.
     """
     missing = f"{path.name} is a xacro file, which needs: pip install 'robolaser[ros]'"
     xacro, substitution_args = extra("xacro", missing), extra("xacro.substitution_args", missing)
@@ -99,19 +99,19 @@ def _expanded(path: Path, arguments: Mapping[str, str]) -> str:
     try:
         with contextlib.redirect_stderr(messages), _packages_near(path, substitution_args):
             document: str = xacro.process_file(str(path), mappings=dict(arguments)).toxml()
-    except Exception as error:  # whatever the file makes Python do
+    except Exception as error:  # xacro evaluates Python
         text = " ".join(str(error).split()) or type(error).__name__
         if undefined := _UNDEFINED.search(text):
             name = undefined["name"]
-            said = f"{path.name} asks for the argument {name}. State it with --xacro-arg {name}=VALUE."
-            raise UsageError(said) from None
+            message = f"{path.name} asks for the argument {name}. State it with --xacro-arg {name}=VALUE."
+            raise UsageError(message) from None
         raise RobotError(f"{path.name}: xacro does not expand it: {text}") from None
     return document
 
 
 @contextlib.contextmanager
 def _packages_near(path: Path, substitution_args: Any) -> Iterator[None]:
-    """Let xacro find packages beside the file; it has no argument for that."""
+    """Let xacro find packages near the file; it has no argument for this."""
     installed = substitution_args._eval_find
 
     def find(package: str) -> str:
@@ -121,9 +121,9 @@ def _packages_near(path: Path, substitution_args: Any) -> Iterator[None]:
                 return str(there)
         try:
             return str(installed(package))
-        except Exception:  # whatever ROS raises where it is absent
+        except Exception:  # of any type where ROS is absent
             raise RobotError(
-                f"the package {package} is not there. Put its folder beside the one of {path.name}, or source the ROS"
+                f"the package {package} is missing. Put its folder next to that of {path.name}, or source the ROS"
                 " workspace that has it."
             ) from None
 
@@ -136,14 +136,14 @@ def _packages_near(path: Path, substitution_args: Any) -> Iterator[None]:
         substitution_args._eval_dict["find"] = installed
 
 
-TINY_KG = 1e-9  # mass that MuJoCo asks of a body whose shape is a mesh that is not there; it is written as none
+TINY_KG = 1e-9  # mass that MuJoCo requires of a body whose mesh is missing; it is not written
 
 
 def _mjcf_urdf(path: Path) -> str:
     """The bodies, joints and named sites of an MJCF file as a URDF; meshes are not needed.
 
     A hinge becomes a revolute joint whose zero is MuJoCo's, a slide a prismatic one; a ball or free joint a floating
-    one. Where a body's mass follows from a mesh that is not there, the body has none.
+    one. A body whose mass follows from a missing mesh has none.
     """
     model, mujoco = _compiled(path)
     robot = ET.Element("robot", name=path.stem)
@@ -168,7 +168,7 @@ def _compiled(path: Path) -> tuple[Any, Any]:
     try:
         return mujoco.MjSpec.from_file(str(path)).compile(), mujoco
     except (ValueError, RuntimeError, mujoco.FatalError):
-        pass  # as it does where a mesh is not there
+        pass  # a mesh is missing
     try:
         return _without_meshes(mujoco.MjSpec.from_file(str(path)), mujoco).compile(), mujoco
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
@@ -176,7 +176,7 @@ def _compiled(path: Path) -> tuple[Any, Any]:
 
 
 def _without_meshes(spec: Any, mujoco: Any) -> Any:
-    """The same without shapes that need files, and without what may refer to them."""
+    """The same without shapes that need files, and without elements that may refer to them."""
     for geom in list(spec.geoms):
         if geom.type in (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD):
             spec.delete(geom)
@@ -197,7 +197,7 @@ def _body_names(model: Any) -> list[str]:
 
 
 def _attach(robot: ET.Element, model: Any, mujoco: Any, body: int, names: list[str]) -> None:
-    """The joints between a body and its parent, one after the other, each on a link without mass but the last."""
+    """The chain of joints between a body and its parent; all links but the last have no mass."""
     parent, T = names[int(model.body_parentid[body])], _placement(model.body_pos[body], model.body_quat[body])
     first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
     for number in range(first, first + count):

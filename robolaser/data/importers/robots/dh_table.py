@@ -19,13 +19,13 @@ LIMITS = ("lower", "upper")
 CENTRE = ("com_x", "com_y", "com_z")
 MEASURED = (*QUANTITIES, *LIMITS, *CENTRE)
 OTHERS = ("name", "kind", "mass_kg")
-LARGEST = 1e4  # m or rad: beyond it a number is a slip
+LARGEST = 1e4  # m or rad: larger numbers are mistakes
 
 
 @final
 @dataclass(frozen=True)
 class DhFile:
-    """A file's rows, and what it says of them."""
+    """A file's rows, with its convention and units."""
 
     joint: tuple[dict[str, Any], ...]
     convention: Literal["standard", "modified"] | None = None
@@ -42,11 +42,11 @@ def read_dh_table(path: Path, convention: Convention | None = None, units: Seque
 
     Args:
         path: The file.
-        convention: "standard" or "modified", where the file does not say it.
+        convention: "standard" or "modified", where the file does not state it.
         units: Of lengths and angles, likewise.
 
     Raises:
-        RobotError: With row and column of what is wrong or missing; there is no moving joint, a prismatic one has no
+        RobotError: With row and column of a wrong or missing value; there is no moving joint, a prismatic one has no
             limits, or a fixed row has a mass.
         UsageError: The convention or a unit is stated nowhere.
         DataError: The file cannot be read, is no table, or has another key.
@@ -72,7 +72,7 @@ def read_dh_table(path: Path, convention: Convention | None = None, units: Seque
 
 
 def _row(cells: Mapping[str, object], number: int, units: Mapping[str, str], file: str) -> dict[str, Any]:
-    """A row as `rows_urdf` has it: a fixed one, as of a tool or a base, has no joint."""
+    """A row for `rows_urdf`: a fixed one, as of a tool or a base, has no joint."""
     where = f"{file}, row {number}"
     kind = str(cells.get("kind") or "revolute")
     if kind not in JOINT_KINDS:

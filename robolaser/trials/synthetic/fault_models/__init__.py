@@ -19,20 +19,20 @@ def _all(above: type[FaultModel]) -> list[type[FaultModel]]:
 
 OUTLIERS: Final = "outliers"
 
-FAULT_MODELS: dict[str, type[FaultModel]] = {  # by the names that kinds of worlds have for them
+FAULT_MODELS: dict[str, type[FaultModel]] = {  # by their names as kinds of worlds
     model.form: model for model in sorted(_all(FaultModel), key=lambda m: m.form)
 }
 
 PHYSICAL: tuple[str, ...] = tuple(model.form for model in SpringFault.__subclasses__())
-"""Those that MuJoCo moves; the others are moved by formulas."""
+"""Faults simulated in MuJoCo; the others have formulas."""
 
 UNMODELLED: tuple[str, ...] = ("cross_talk", "dead_zone", "dented_target", "hose", "hysteresis", "slipping")
 """Faults in formulas outside the library, which a diagnosis should call unexplained."""
 
 MODELLED: tuple[str, ...] = tuple(name for name in FAULT_MODELS if name not in (*PHYSICAL, *UNMODELLED, OUTLIERS))
-"""What a diagnosis should name."""
+"""Faults that a diagnosis should name."""
 
 BY_NAME: tuple[str, ...] = ("arm_scale", "focus_breathing", "target_stretch")
-"""Those that are made when they are asked for alone: a seed gives the world that it always gave."""
+"""Faults that are made on request only, so that a seed keeps its world."""
 
-DRAWN: tuple[str, ...] = tuple(name for name in MODELLED if name not in BY_NAME)  # where any may be drawn
+DRAWN: tuple[str, ...] = tuple(name for name in MODELLED if name not in BY_NAME)  # for random draws

@@ -1,4 +1,4 @@
-"""Faults of joints: encoders and gears, other joints that turn them, and when they are read and at rest."""
+"""Faults of joints: encoders, gears, coupling with other joints, and times of reading and rest."""
 
 from abc import abstractmethod
 from itertools import accumulate
@@ -20,7 +20,7 @@ def turned(q: Array, column: int, by: Array | float) -> Array:
 def play_lags(run: SyntheticRun, along: Array, play: float, lag: float) -> Array:
     """The lags of a play operator whose input, (n,), goes straight from pose to pose in the order of time, (n,).
 
-    How far its output trails stays between minus and plus half the play: Visintin, Differential Models of Hysteresis,
+    The lag of its output is between minus and plus half the play: Visintin, Differential Models of Hysteresis,
     1994, chapter III.
     """
     moves = np.diff(along[run.order], prepend=along[run.order[0]]).tolist()
@@ -60,28 +60,28 @@ class OffCentreEncoder(FaultModel, effect="encoder_eccentricity", sizes=(3e-4, 4
         return {"sine": self.size * np.cos(self.towards), "cosine": -self.size * np.sin(self.towards)}
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """The angle at the axis when the head beside it reads q."""
+        """The angle at the axis for a reading q of the off-axis head."""
         column = run.column(self.where)
         angle = q[:, column] - self.towards
         return turned(q, column, np.arctan2(self.size * np.sin(angle), 1.0 - self.size * np.cos(angle)))
 
 
 def _ratio(where: str, run: SyntheticRun, rng: np.random.Generator) -> float:
-    """Whole for the gears that are sold most, anything for the rest."""
+    """A gear ratio: whole for the most common gears, any number for others."""
     ratio = float(np.exp(rng.uniform(np.log(10.0), np.log(160.0))))
     return float(round(ratio)) if rng.random() < 0.5 else ratio
 
 
 @final
 class TransmissionRipple(FaultModel, effect="transmission_error", sizes=(2e-4, 2e-3)):
-    """The gear's error repeats once and twice a turn of something that turns `ratio` times as fast as the joint."""
+    """The gear's error repeats once and twice a turn of a part that turns `ratio` times as fast as the joint."""
 
     ratio: Annotated[float, _ratio]
     second: Annotated[float, uniform(0.0, 0.8)]  # the second harmonic over the first
     phases: Annotated[tuple[float, ...], uniform(-np.pi, np.pi, 2)]
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of both harmonics."""
+        """Amplitudes of both harmonics."""
         once, twice = (np.array([np.cos(phase), np.sin(phase)]) * self.size for phase in self.phases)
         names = ("sine", "cosine", "sine_2", "cosine_2", "cycles")
         return dict(zip(names, (*once.tolist(), *(self.second * twice).tolist(), self.ratio), strict=True))
@@ -98,7 +98,7 @@ class TransmissionRipple(FaultModel, effect="transmission_error", sizes=(2e-4, 2
 class LostMotion(FaultModel, effect="backlash", sizes=(3e-4, 3e-3), parameter="lost_motion"):
     """The gear has `size` [rad] of play: the output rests until the input has crossed the gap."""
 
-    began: Annotated[float, uniform(-1.0, 1.0)]  # where in its play
+    began: Annotated[float, uniform(-1.0, 1.0)]  # initial position in its play
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """Trailing the input."""
@@ -108,13 +108,13 @@ class LostMotion(FaultModel, effect="backlash", sizes=(3e-4, 3e-3), parameter="l
 
 @final
 class UncountedTurn(FaultModel, effect="dead_zone", sizes=(4e-4, 4e-3), signed=True, classes=("transmission",)):
-    """A dead zone: across some range of a joint an encoder's reading falls behind, by `size` [rad] from end to end."""
+    """A dead zone: over some range of a joint, the encoder's reading loses `size` [rad] from end to end."""
 
     middle: Annotated[float, uniform(0.3, 0.7)]  # in the range of the run
     width: Annotated[float, uniform(0.05, 0.25)]
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """Behind by half of it on one side, ahead on the other: the zero was set in the middle."""
+        """Half of it behind on one side, half ahead on the other: the zero was set in the middle."""
         column = run.column(self.where)
         read = run.q[:, column]
         share = (read - read.min()) / max(1e-9, float(np.ptp(read)))
@@ -130,9 +130,9 @@ class SlippedCoupling(
     places=lambda run: run.joints[1:-1],
     classes=("transmission",),
 ):
-    """A coupling slips at some moment of the run: from there on the joint's zero is off by `size` [rad].
+    """A coupling slips at some instant of the run: from then on the joint's zero is off by `size` [rad].
 
-    Of the first joint it could as well be the base, of the last the bracket.
+    At the first joint the base is equivalent, at the last the bracket.
     """
 
     moment: Annotated[float, uniform(0.25, 0.75)]  # as a share of the run
@@ -158,29 +158,29 @@ class Coupling(FaultModel, places=lambda run: run.joints if len(run.joints) > 1 
         return self.where, self.other
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """Turned on by where the other joint is in its range over the run, -1 to 1."""
+        """Turned on by the other joint's position in its range over the run, -1 to 1."""
         middle, half = self._range(run)
         swing: Array = (run.q[:, run.column(self.other)] - middle) / half
         return turned(q, run.column(self.where), self.size * self.share(swing))
 
     @abstractmethod
     def share(self, swing: Array) -> Array:
-        """Of the size by which it turns, (n,)."""
+        """Share of the size by which it turns, (n,)."""
 
     def _range(self, run: SyntheticRun) -> tuple[float, float]:
-        """The middle of what the other joint goes over, and half of its length [rad or m]."""
+        """The middle of the other joint's range, and half of its length [rad or m]."""
         read = run.q[:, run.column(self.other)]
         return float(read.max() + read.min()) / 2, max(1e-9, float(np.ptp(read))) / 2
 
 
 @final
 class LedAlong(Coupling, effect="joint_coupling", sizes=(4e-4, 4e-3), signed=True):
-    """A belt is led along another joint, whose motion turns this one, with a little ripple of its pulley."""
+    """A belt runs along another joint, whose motion turns this one, with a little ripple of its pulley."""
 
-    homed: Annotated[float, uniform(-1.0, 1.0)]  # where in its range both were homed
+    homed: Annotated[float, uniform(-1.0, 1.0)]  # position in its range at which both were homed
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of a belt without ripple."""
+        """Those of a belt without ripple."""
         middle, half = self._range(run)
         ratio, homed = self.size / half, middle + self.homed * half
         return {"ratio": ratio, "offset": -ratio * homed, "other": 1.0 + run.joints.index(self.other)}
@@ -220,7 +220,7 @@ class LateExposure(
         return {"delay": float(-np.sign(self.size) * self.braking * np.expm1(-abs(self.size) / self.braking))}
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """Where the arm was when the shutter opened."""
+        """The arm's position when the shutter opened."""
         return np.asarray(q + run.qd * self.values(run)["delay"])
 
 
@@ -231,7 +231,7 @@ class LateArrival(FaultModel, effect="settling", sizes=(2e-4, 4e-3), signed=True
     waits: Annotated[float, uniform(4.0, 8.0)]  # at the poses, in time constants
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """Short of its goal by a share `size` of the way from where it stood before, at the middle one of the waits."""
+        """Short of its goal by a share `size` of the way from its previous position, at the middle one of the waits."""
         column, order = run.column(self.where), run.order
         pause = np.diff(run.time[order], prepend=run.time[order][0])
         usual = float(np.median(pause[1:]))
@@ -253,7 +253,7 @@ def _beside(where: str, run: SyntheticRun, rng: np.random.Generator) -> Array:
 
 @final
 class PoseScatter(FaultModel, sizes=(2e-5, 1e-4), location="arm"):
-    """Joints stop beside their goals, the flange by `size` [m] (RMS): noise, which the truth does not name."""
+    """Joints stop off their goals, the flange by `size` [m] (RMS): noise, which the truth does not name."""
 
     off: Annotated[Array, _beside]
 
@@ -263,5 +263,5 @@ class PoseScatter(FaultModel, sizes=(2e-5, 1e-4), location="arm"):
         return self.size / float(np.sqrt(np.square(levers).sum(axis=(1, 2)).mean()))
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """Where they stopped."""
+        """The angles at which they stopped."""
         return q + self.sigma(run) * self.off

@@ -1,4 +1,4 @@
-"""Faults of links: not made as drawn, growing while the motors warm them, bent by what they carry, or grown already."""
+"""Faults of links: wrong geometry, thermal growth during the run, bending under load, or earlier growth."""
 
 from typing import Annotated, final
 
@@ -20,7 +20,7 @@ def joints_on_long_links(run: SyntheticRun, least_m: float = LEAST_LENGTH_M) -> 
 
 
 def joints_on_bending_links(run: SyntheticRun) -> tuple[str, ...]:
-    """Joints on long links whose load is mostly of the URDF's masses: no other can be named."""
+    """Joints on long links whose load is mostly by the URDF's masses: no other can be named."""
     found = []
     for joint in joints_on_long_links(run):
         masses, whole = (run.arm.link_loads(run.q, kg, joint)[1] for kg in (0.0, run.payload_kg))
@@ -30,7 +30,7 @@ def joints_on_bending_links(run: SyntheticRun) -> tuple[str, ...]:
 
 
 def beam(run: SyntheticRun, joint: str) -> Array:
-    """From the joint before to this one, in the frame of this one before it turns, (3,) [m]."""
+    """Vector from the previous joint to this one, in the frame of this one before it turns, (3,) [m]."""
     T = run.arm.links[run.column(joint)]
     return np.asarray(T[:3, :3].T @ T[:3, 3])
 
@@ -44,7 +44,7 @@ def _some_way(where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[
 
 @final
 class LinkError(FaultModel, effect="link_geometry", sizes=(3e-4, 4e-3)):
-    """The joint is elsewhere on the link before it, in some of six directions."""
+    """The joint is displaced on the link before it, in some of six directions."""
 
     way: Annotated[tuple[float, ...], _some_way]
 
@@ -87,7 +87,7 @@ class LinkGrowth(
 
 @final
 class BentBeam(FaultModel, effect="link_compliance", sizes=(1e-4, 2e-3), places=joints_on_bending_links):
-    """The link before a joint is a beam, clamped at the joint before, that bends and twists under what it carries.
+    """The link before a joint is a beam, clamped at the joint before, that bends and twists under its load.
 
     Gere, Timoshenko, Mechanics of Materials, ch. 9: the end of a beam of length L and compliance c = L / EI turns by
     c (M + L × F / 2) and shifts by c (M / 2 + L × F / 3) × L under a force F and a moment M there.
@@ -118,9 +118,9 @@ class GrownArm(
     location="base",
     also=(("tracker_scale", "measuring_system"), ("target_scale", "target")),
 ):
-    """The whole arm is warmer than where it was measured: every length from the base to the flange grew alike.
+    """The whole arm is warmer than at its measurement: every length from the base to the flange grew by the same share.
 
-    What measures it may be too short: without a known length nobody can distinguish them.
+    Without a known length, this is indistinguishable from a short scale of the sensor.
     """
 
     def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:

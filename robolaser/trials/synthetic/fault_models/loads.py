@@ -1,4 +1,4 @@
-"""Parts that yield to weight or to a cable: by formulas, or as MuJoCo finds them at rest under all that they carry."""
+"""Elastic deflection under weight or a cable's pull: by formulas, or by MuJoCo's equilibrium under all loads."""
 
 from collections.abc import Sequence
 from typing import Annotated, final
@@ -15,11 +15,11 @@ from robolaser.trials.synthetic.mujoco_arm import BRACKET, FOOT, MujocoArm, Spri
 LEAST_SWING_NM = 0.2  # of the torque over the run
 ALIKE = 0.98  # correlation of the torques with and without payload
 WRIST = 3  # joints
-HARD = 2e5  # of a gear that has play and little else [Nm/rad]
+HARD = 2e5  # stiffness of a gear whose main fault is play [Nm/rad]
 
 
 def joints_that_yield(run: SyntheticRun) -> tuple[str, ...]:
-    """Joints whose torque from the URDF's masses alone goes with the whole torque: no other can be named."""
+    """Joints whose torque by the URDF's masses correlates with the whole torque: no other can be named."""
     whole = run.torques(run.payload_kg)
     masses = run.torques(0.0)
     alike = [
@@ -31,7 +31,7 @@ def joints_that_yield(run: SyntheticRun) -> tuple[str, ...]:
 
 @final
 class GearWindup(FaultModel, effect="joint_compliance", sizes=(2e-4, 2.5e-3), places=joints_that_yield):
-    """The joint gives way under all that it carries, payload and all: less for each further newton metre."""
+    """The joint deflects under its whole load with the payload, and hardens with it."""
 
     hardening: Annotated[float, uniform(0.0, 0.3)]
 
@@ -51,7 +51,7 @@ class HystereticWindup(
     classes=("elasticity", "transmission"),
     also=(("joint_compliance", None), ("backlash", None)),
 ):
-    """A joint gives way under its torque, by `size` [rad] at most, and comes back only once friction is overcome."""
+    """A joint deflects under its torque, by `size` [rad] at most, and returns only once friction is overcome."""
 
     friction: Annotated[float, uniform(0.2, 0.7)]  # width of the hysteresis over the range of the torque
 
@@ -72,7 +72,7 @@ class CableForce(
 ):
     """A cable, a spring from the ceiling to the flange, turns the wrist; the library has no such effect.
 
-    It is laid along the whole wrist; the truth names the last joint but one.
+    It runs along the whole wrist; the truth names the last joint but one.
     """
 
     anchor: Annotated[
@@ -98,10 +98,10 @@ class CableForce(
 
 
 class SpringFault(FaultModel, places=joints_that_yield):
-    """Something that gives way, by `size` [rad] at most over the run."""
+    """A spring that deflects by `size` [rad] at most over the run."""
 
     def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
-        """What gives way [Nm/rad]: the gear of its joint, unless a fault says otherwise."""
+        """Its springs [Nm/rad]: the gear of its joint, unless a fault overrides this."""
         return [Spring(self.where, stiffness)]
 
     def load_kg(self, run: SyntheticRun) -> float:
@@ -109,22 +109,22 @@ class SpringFault(FaultModel, places=joints_that_yield):
         return run.payload_kg
 
     def stiffness(self, run: SyntheticRun) -> float:
-        """That gives way by `size` under the largest torque of the run [Nm/rad]."""
+        """Stiffness that gives a deflection of `size` under the largest torque of the run [Nm/rad]."""
         return float(np.abs(self.arm(run, 1.0).weights(run.q)).max()) / self.size
 
     def arm(self, run: SyntheticRun, stiffness: float) -> MujocoArm:
-        """The arm with what gives way [Nm/rad]."""
+        """The arm with its springs [Nm/rad]."""
         return MujocoArm(run.robot, self.springs(run, stiffness), self.load_kg(run))
 
     def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
-        """Where the arm comes to rest, by as much beside where it would be if it were rigid."""
+        """The arm's joint angles at rest, with its deflection from the rigid arm."""
         if not self.size:
             return T_base_flange
         at_rest, _ = self.arm(run, self.stiffness(run)).at_rest(run.q)
         return np.asarray(at_rest @ inverse(run.arm.forward(run.q)) @ T_base_flange)
 
     def mount(self, T_flange_camera: Array, run: SyntheticRun) -> Array:
-        """With the bracket where it comes to rest."""
+        """The camera's pose with the bracket at rest."""
         if not self.size:
             return T_flange_camera
         flange, bracket = self.arm(run, self.stiffness(run)).at_rest(run.q)
@@ -135,7 +135,7 @@ class SpringFault(FaultModel, places=joints_that_yield):
 class SoftDrive(SpringFault, effect="joint_compliance", form="soft_drive", sizes=(2e-4, 2.5e-3)):
     """A joint's gear is a spring, or its servo has no integrator: its gain times its error bears the weight."""
 
-    servo: Coin  # which of them; at rest they are alike
+    servo: Coin  # which of them; at rest they are equal
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
         """Its compliance."""
@@ -144,7 +144,7 @@ class SoftDrive(SpringFault, effect="joint_compliance", form="soft_drive", sizes
 
 @final
 class UnstatedPayload(SpringFault, effect="joint_compliance", form="unstated_payload", sizes=(2e-4, 2.5e-3)):
-    """A joint's gear is a spring, and the flange carries far more than anybody stated."""
+    """A joint's gear is a spring, and the payload is far larger than stated."""
 
     payload_kg: Annotated[float, uniform(1.0, 3.0)]
 
@@ -163,7 +163,7 @@ class PlayUnderWeight(
 ):
     """A joint has `size` [rad] of play, and the arm's weight decides on which side it rests, not the approach.
 
-    In the end it is lost motion, and giving way.
+    The effects are lost motion and compliance.
     """
 
     friction: Annotated[float, uniform(0.05, 0.5)]  # torque that pushes it to one end, as a share of the largest
@@ -180,7 +180,7 @@ class PlayUnderWeight(
 
 @final
 class SoftBase(SpringFault, effect="base_compliance", form="soft_base", sizes=(2e-4, 3e-3), location="base"):
-    """What the arm stands on turns about axes somewhat below the base, one softer than the other."""
+    """The foundation turns about axes somewhat below the base, one softer than the other."""
 
     ratio: Annotated[float, log_uniform(np.exp(-0.7), np.exp(0.7))]  # of its stiffness about y to that about x
     depth: Annotated[float, uniform(0.0, 0.05)]  # of the axes below the base [m]
@@ -197,7 +197,7 @@ class SoftBase(SpringFault, effect="base_compliance", form="soft_base", sizes=(2
 
 @final
 class GivingMount(SpringFault, effect="hand_eye_sag", form="giving_mount", sizes=(3e-4, 4e-3), location="hand_eye"):
-    """The bracket turns about the flange under the weight of the scanner, one way more easily than another."""
+    """The bracket turns about the flange under the weight of the scanner, with anisotropic stiffness."""
 
     ratios: Annotated[tuple[float, ...], log_uniform(np.exp(-0.5), np.exp(0.5), 3)]  # of its stiffness about x, y, z
 
@@ -212,7 +212,7 @@ class BendingLink(
 ):
     """The link before a joint bends and twists in its middle."""
 
-    twist: Annotated[float, uniform(0.6, 1.0)]  # how stiff it is in torsion, against bending
+    twist: Annotated[float, uniform(0.6, 1.0)]  # stiffness in torsion over that in bending
 
     def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
         """Two across the link and one along it."""

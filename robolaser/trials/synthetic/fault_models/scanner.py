@@ -80,9 +80,9 @@ class ProjectorRoll(
 class ConicalLight(
     FaultModel, effect="laser_curvature", sizes=(3e-3, 6e-2), signed=True, location="laser", parameter="cone"
 ):
-    """The light is a shallow cone, as a rod lens makes of a beam that does not cross it squarely.
+    """The light is a shallow cone, by a rod lens that is not perpendicular to the beam.
 
-    Its rays stand off the plane by `size` [rad].
+    Its rays are off the plane by `size` [rad].
     """
 
     def light(self, light: Light, run: SyntheticRun) -> Light:
@@ -107,9 +107,9 @@ class ProjectorWarmUp(FaultModel, effect="laser_drift", sizes=(2e-4, 3e-3), sign
 
 @final
 class FlankBias(FaultModel, effect="stripe_bias", sizes=(0.1, 2.0), signed=True, location="laser"):
-    """One flank of the stripe is brighter: its centre is read beside it where the surface is tilted."""
+    """One flank of the stripe is brighter: its centre is read with an offset where the surface is tilted."""
 
-    steep: Coin  # whether it goes with the tangent of the tilt or with its sine
+    steep: Coin  # whether it is proportional to the tangent of the tilt or to its sine
 
     def stripe(self, tilt: Array) -> Array:
         """`size` pixels at 45 degrees, about."""
@@ -120,7 +120,7 @@ class FlankBias(FaultModel, effect="stripe_bias", sizes=(0.1, 2.0), signed=True,
 class BracketCreep(FaultModel, effect="hand_eye_drift", sizes=(3e-4, 3e-3), location="hand_eye"):
     """The camera moves on its bracket, in proportion to the time or to its logarithm."""
 
-    # how soon it slows down, as a share of the run; 0: never
+    # time until it slows down, as a share of the run; 0: never
     settling: Annotated[float, lambda where, run, rng: float(rng.choice([0.0, rng.uniform(0.02, 0.3)]))]
     way: Way
 
@@ -142,7 +142,7 @@ class DroopingBracket(FaultModel, effect="hand_eye_sag", sizes=(2e-4, 2e-3), loc
     Gere, Timoshenko, Mechanics of Materials: the end of a cantilever of length L sinks by d and turns by 3 d / (2 L).
     """
 
-    along: Annotated[float, uniform(0.5, 1.0)]  # how far it yields along the beam, as a share of across
+    along: Annotated[float, uniform(0.5, 1.0)]  # compliance along the beam over that across it
 
     def mount(self, T_flange_camera: Array, run: SyntheticRun) -> Array:
         """Sunk by `size` [m] where the weight is across the beam, and turned by as much as that bends it."""

@@ -1,4 +1,4 @@
-"""Faults of what stands around the arm: its base, the target, and the tracker."""
+"""Faults around the arm: its base, the target, and the tracker."""
 
 from typing import Annotated, final
 
@@ -11,13 +11,13 @@ from robolaser.trials.synthetic.fault_model import Angle, FaultModel, OnTarget, 
 
 @final
 class BumpedBase(FaultModel, effect="base_shift", sizes=(2e-4, 1.5e-3), location="base"):
-    """Somebody bumps into the base or the target during the run: from one pose on, everything stands elsewhere."""
+    """The base or the target is bumped during the run: from one pose on, it is displaced."""
 
     moment: Annotated[float, uniform(0.2, 0.8)]  # as a share of the run
     way: Way
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """The shift of the middle of the flange's places, and the turn."""
+        """The shift at the mean position of the flange, and the rotation."""
         bump, apart = self._bump(run), run.arm.forward(run.q)[:, :3, 3].mean(axis=0)
         shift = bump[:3, :3] @ apart + bump[:3, 3] - apart
         names = ("x", "y", "z", "turn_x", "turn_y", "turn_z", "moment")
@@ -36,13 +36,13 @@ class BumpedBase(FaultModel, effect="base_shift", sizes=(2e-4, 1.5e-3), location
 
 @final
 class YieldingFloor(FaultModel, effect="base_compliance", sizes=(2e-4, 3e-3), location="base"):
-    """The floor gives way under the arm's overturning moment, and under an edge of the foot more than under another.
+    """The floor deflects under the arm's overturning moment, under one edge of the foot more than under another.
 
     Anchors that are pressed down are stiffer than those that are pulled.
     """
 
     softer: Annotated[float, uniform(-0.3, 0.3)]  # about x than about y
-    pulled: Annotated[float, uniform(0.0, 0.15)]  # how much more an anchor yields to a pull
+    pulled: Annotated[float, uniform(0.0, 0.15)]  # additional compliance of an anchor under a pull
 
     def sites(self, run: SyntheticRun) -> tuple[str, ...]:
         """A base that tilts turns the first joint's axis."""
@@ -66,9 +66,9 @@ class WrongRefractiveIndex(
     parameter="scale",
     also=(("arm_scale", "base"),),
 ):
-    """The tracker takes the air for another one: all its lengths are too long by the share `size`.
+    """The tracker's correction for air is wrong: all its lengths are too long by the share `size`.
 
-    The arm may have grown: without a known length nobody can distinguish them.
+    Without a known length, this is indistinguishable from a grown arm.
     """
 
     def measured(self, points: Array) -> Array:
@@ -80,7 +80,7 @@ class WrongRefractiveIndex(
 class PrintScale(
     FaultModel, effect="target_scale", sizes=(5e-4, 1.2e-2), signed=True, location="target", parameter="scale"
 ):
-    """The target was printed too large or too small: drawn distances are off by the share `size`."""
+    """The target was printed too large or too small: nominal distances are off by the share `size`."""
 
     aside: OnTarget  # the grid's origin
 
@@ -94,12 +94,12 @@ class PrintScale(
 class FedTooFast(
     FaultModel, effect="target_stretch", sizes=(1e-3, 1.5e-2), signed=True, location="target", parameter="stretch"
 ):
-    """The printer fed its paper too fast: the drawing is longer along that direction alone, by the share `size`."""
+    """The printer fed its paper too fast: nominal coordinates are too long in that direction, by the share `size`."""
 
     heading: Angle
 
     def printed(self, along: Array, run: SyntheticRun) -> Array:
-        """Shorter that way, as the drawing has it."""
+        """Nominal coordinates, shorter in that direction."""
         fed = np.array([np.cos(self.heading), np.sin(self.heading)])
         return np.asarray(along - (self.size / (1.0 + self.size) * (along @ fed))[:, None] * fed)
 
