@@ -129,7 +129,7 @@ def _descended(columns: Array, residuals: Array, direction: Array) -> tuple[Arra
 
 def _compliances(columns: Array, residuals: Array, direction: Array) -> tuple[Array, float]:
     """Nonnegative compliances, (j,), with the least residual under gravity along a direction, and its norm."""
-    from scipy.optimize import nnls  # noqa: PLC0415 - a tenth of a second that most diagnoses do without
+    from scipy.optimize import nnls  # noqa: PLC0415 - the import takes a tenth of a second, and few diagnoses need it
 
     compliances, left = nnls(np.einsum("k,kjm->mj", direction, columns), -residuals)
     return compliances, float(left)

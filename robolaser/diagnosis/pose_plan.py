@@ -1,4 +1,4 @@
-"""What poses could show, before anything is measured in them: which effects, and from which size on."""
+"""Prediction of detectable effects and their sizes from planned poses, before a measurement."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -32,17 +32,17 @@ FORMAT = "robolaser-plan/1"
 @final
 @dataclass(frozen=True)
 class PosePlan:
-    """What planned poses could show.
+    """Effects that planned poses can detect and distinguish.
 
     Attributes:
-        dataset: The poses, and what would be seen in them.
-        seeing: How many of them see something.
-        noise: The errors that are reckoned with.
-        silent: Sources of error of which nothing is stated: they are taken to be none.
-        limits: The smallest size of each effect that would be detected, and distinguished from its nearest rival.
+        dataset: The poses with their expected measurements.
+        seeing: Number of poses with points.
+        noise: The assumed noise.
+        silent: Sources of error without a stated size, assumed to be zero.
+        limits: The smallest detectable size of each effect, and the smallest identifiable one beside its nearest rival.
         candidates: Effects at their locations, in the order of `alike`.
-        alike: |cosine| of the angle between what each does to the measurements and what the other can do, the sensor's
-            parameters fitted; 1: these poses cannot distinguish them, (e, e).
+        alike: |cosine| of the angle between the columns of two effects, the sensor's parameters fitted, (e, e); at 1
+            these poses cannot distinguish them.
         untestable: Why an effect could not be tested, by its name.
     """
 
@@ -56,7 +56,7 @@ class PosePlan:
     untestable: Mapping[str, str]
 
     def to_dict(self) -> dict[str, Any]:
-        """What `--json` prints: format `robolaser-plan/1`."""
+        """Contents of the output of `--json`, format `robolaser-plan/1`."""
         return {
             "format": FORMAT,
             "dataset": self.dataset.name,
@@ -93,14 +93,14 @@ def examine_plan(
     mount: Mount = "flange",
     seed: int = 0,
 ) -> PosePlan:
-    """Determine what poses could show, from the Fisher information of what is seen in them.
+    """Determine detectable and distinguishable effects from the Fisher information of planned poses.
 
     Args:
-        dataset: The poses of a robot, the kind of sensor and the expected noise. If it has points, these are what is
-            seen, with the noise that they show; else a sensor of that kind is simulated.
+        dataset: The poses of a robot, the kind of sensor and the expected noise. Measured points, if any, are used with
+            their noise; else a sensor of that kind is simulated.
         effects: The library of effects.
-        points: Simulated ones in each pose.
-        mount: Where a simulated camera sits.
+        points: Number of simulated points in each pose.
+        mount: Mount of a simulated camera.
         seed: Seed of the simulated sensor.
 
     Raises:
@@ -127,13 +127,13 @@ def examine_plan(
 
 
 def _measured(dataset: Dataset, seed: int) -> tuple[Fit, tuple[str, ...]]:
-    """The sensor's parameters fitted to measured points."""
+    """The model fitted to measured points."""
     _enough(len(np.unique(dataset.points.pose)), dataset)
     return Preparation.of(dataset, seed).fit([]), ()
 
 
 def _simulated(dataset: Dataset, points: int | None, mount: Mount, seed: int) -> tuple[Fit, tuple[str, ...]]:
-    """A simulated sensor's true parameters, which its points fit; and errors of which nothing is stated."""
+    """The model at a simulated sensor's true parameters; and sources of error without a stated size."""
     run = planned(dataset, points=points, mount=mount, seed=seed)
     _enough(run.seeing, dataset)
     model = Model(run.dataset)
