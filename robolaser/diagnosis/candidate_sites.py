@@ -79,7 +79,7 @@ def _sites(fit: Fit) -> Iterator[Site]:
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
     middle, poses = dataset.flange()[:, :3, 3].mean(axis=0), fit.pose_of_number
     base = derivatives.base(middle) * motion
-    for number, sensor in enumerate(dataset.members):  # a sensor may move alone: the others show that the arm does not
+    for number, sensor in enumerate(dataset.members):  # a sensor may move alone: others show the arm at rest
         if sensor.data.format.named_points == "tool":
             moved = derivatives.base(middle, dataset.sensor_of_row == number) * motion
             for coordinate, basis in in_run:
@@ -102,7 +102,7 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis])
         return
     (robot, q), run = fit.model.dataset.arm, fit.model.run
     free = {name: derivatives.by_motion(Stage.JOINTS, name) for name in joints}
-    poses, alike = fit.pose_of_number, np.ones((len(fit.model.dataset.poses), 1))
+    poses, constant = fit.pose_of_number, np.ones((len(fit.model.dataset.poses), 1))
     by_joint = {name: (angle_of(run, name), *torque_of(run, name)) for name in joints}
     turns_before = False
     for name in joints:
@@ -117,7 +117,7 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis])
             yield Site(name, coordinate, free[name], basis, poses)
         placement = derivatives.by_motion(Stage.LINKS, name) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
         if CandidateEffect(LinkGeometry, name) not in fit.effects:
-            yield Site(name, f"placement of {name}", placement, alike, poses, unknown=False)
+            yield Site(name, f"placement of {name}", placement, constant, poses, unknown=False)
         across = placement[:, 3:5]  # a wobbling bearing or a twisting beam; errors of optics look alike
         for coordinate, basis in () if fit.has_optics else own:
             yield Site(name, coordinate, across, basis, poses)
@@ -128,7 +128,7 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis])
     qd = known_velocities(fit.model.dataset)
     if qd is not None and np.abs(qd).max() > 0:
         late = np.sum([free[name] * qd[poses][:, [robot.joints.index(name)]] for name in joints], axis=0)
-        yield Site("timing", "velocity", late, alike, poses)
+        yield Site("timing", "velocity", late, constant, poses)
         for coordinate, basis in in_run:
             yield Site("timing", coordinate, late, basis, poses)
 

@@ -240,10 +240,10 @@ def credible_set(evidence: EffectEvidence) -> tuple[CandidateEffect, ...]:
 def _probability(
     refits: Refits, final: Fit, without: Fit, of: Callable[[CandidateEffect], object], name: object
 ) -> float:
-    """Of effects that belong together, against the best replacement by other effects or an unmodelled cause.
+    """Probability of a group of effects against the best replacement by other effects or an unmodelled cause.
 
-    What is left beside it does not count: something else may be at work too. An unmodelled cause may be a function of
-    one joint, where that is the only one of its effects.
+    The remaining error does not count: another cause may be present, too. An unmodelled cause may be a function of one
+    joint if all effects of the group are there.
     """
     rivals = [without, *_substitutes(refits, final, without, of, name)]
     costs = np.array([refits.cost(fit) for fit in (final, *rivals)])
@@ -257,7 +257,7 @@ def _probability(
 def _substitutes(
     refits: Refits, final: Fit, without: Fit, of: Callable[[CandidateEffect], object], name: object
 ) -> list[Fit]:
-    """Models with other effects in the place of those that belong together, as the linear model ranks them."""
+    """Models with other effects instead of a group, in the order of the linear model."""
     others = refits.among([one for one in refits.effects if of(one) != name])
     tests = others.score_tests(without)
     most = len(final.effects) - len(without.effects)

@@ -38,12 +38,12 @@ def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()
     """
     seen_alone = {test.candidate_effect: _share_left(test) for test in alone if _size(test) <= _largest(test)}
     limits = []
-    for test, (rival, alike) in zip(tests, _nearest_rivals(tests), strict=True):
+    for test, (rival, overlap) in zip(tests, _nearest_rivals(tests), strict=True):
         one = test.candidate_effect
         amplitude = one.effect.amplitudes()[0]
         unit = one.parameters_in(test.against.model.dataset.robot).items[0].unit
         size, largest = _size(test), _largest(test)
-        identifiable = size / np.sqrt(1.0 - alike) if alike < 1.0 else np.inf
+        identifiable = size / np.sqrt(1.0 - overlap) if overlap < 1.0 else np.inf
         is_seen, is_identified = size <= largest, identifiable <= largest
         limits.append(
             DetectionLimit(
@@ -92,10 +92,10 @@ def _nearest_rivals(tests: Sequence[ScoreTest]) -> list[tuple[CandidateEffect | 
     shares[prices[:, None] > prices] = 0.0
     np.fill_diagonal(shares, 0.0)
     nearest = shares.argmax(axis=0)
-    alike = np.minimum(shares.max(axis=0), 1.0)
+    overlap = np.minimum(shares.max(axis=0), 1.0)
     return [
         (tests[j].candidate_effect if share > 0.0 else None, float(share))
-        for j, share in zip(nearest.tolist(), alike.tolist(), strict=True)
+        for j, share in zip(nearest.tolist(), overlap.tolist(), strict=True)
     ]
 
 

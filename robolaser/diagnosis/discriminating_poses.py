@@ -37,7 +37,7 @@ def too_few_poses(dataset: Dataset) -> str:
     if 1 < different < poses:
         which = f"Only {different} of {poses} poses differ"
     return (
-        f"{which}: they do not show whether something is wrong, or what. Measure {MIN_POSES} or more that differ,"
+        f"{which}: this is not enough to detect an error, or its cause. Measure {MIN_POSES} or more that differ,"
         " spread over the cell, turned and tilted."
     )
 

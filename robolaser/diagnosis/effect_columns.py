@@ -46,7 +46,7 @@ class Columns:
         if stage is Stage.JOINTS:
             return self._by_joints(fit, stage_moves(fit.model, candidate_effect, grid, fit.model.dataset.arm[1]))
         value = self._passed(fit, stage)
-        if value is None:  # it differs between sessions
+        if value is None:  # the value differs between sessions
             columns = fit.at.columns(candidate_effect, grid) * prior_scales(candidate_effect)
             return np.moveaxis(columns, 0, 1).reshape(columns.shape[1], -1)
         return self._through(fit, stage, value, stage_moves(fit.model, candidate_effect, grid, value))

@@ -77,15 +77,15 @@ def evidence_for(
         zip((candidate_effect, *(one for one, _ in others), None), weights.tolist(), strict=True)
     )
     fits: dict[CandidateEffect | None, Fit] = {candidate_effect: final, None: without, **dict(others)}
-    alike = [pair for pair in others if is_indistinguishable(final.deviance, pair[1].deviance)]
-    alike = sorted(alike, key=lambda pair: refits.cost(pair[1]))
+    indistinguishable = [pair for pair in others if is_indistinguishable(final.deviance, pair[1].deviance)]
+    indistinguishable = sorted(indistinguishable, key=lambda pair: refits.cost(pair[1]))
     for rival in set_rivals(refits, final, candidate_effect, held_out):
         instead = by_candidate[candidate_effect] * rival.probability
         by_candidate[candidate_effect] -= instead
         by_candidate |= {one: max(instead, by_candidate.get(one, 0.0)) for one in rival.effects}
         fits |= dict.fromkeys(rival.effects, rival.fit)
         if rival.probability > LEAST_PROBABILITY:
-            alike = [*((one, rival.fit) for one in rival.effects), *alike]
+            indistinguishable = [*((one, rival.fit) for one in rival.effects), *indistinguishable]
     return EffectEvidence(
         candidate_effect,
         explained,
@@ -93,7 +93,7 @@ def evidence_for(
         believable,
         by_candidate,
         fits,
-        tuple({one: (one, fit) for one, fit in reversed(alike)}.values())[::-1],
+        tuple({one: (one, fit) for one, fit in reversed(indistinguishable)}.values())[::-1],
     )
 
 

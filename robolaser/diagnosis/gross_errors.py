@@ -84,7 +84,7 @@ def _beyond_stated(noise: NoiseModel) -> str:
     """A sentence on rows with far more scatter than stated; may be empty."""
     if (times := over_stated(noise)) < MOST_OVER_STATED:
         return ""
-    return f" Rows scatter {times:.0f} times as much as [noise] states: correct it, or look for what else moves them."
+    return f" Rows scatter {times:.0f} times as much as [noise] states: correct it, or look for another cause."
 
 
 def contradicted_distance(model: Model, x: Array) -> tuple[str, float] | None:

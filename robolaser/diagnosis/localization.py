@@ -192,9 +192,9 @@ def _select_sites(fit: Fit, candidates: Iterable[Site]) -> tuple[list[_SelectedS
         gradients = [functions.gradient(site) for site in tried]
         ratios, size = np.zeros(len(tried)), np.zeros(len(tried))
         for p in np.unique(sizes):
-            alike = np.flatnonzero(sizes == p)
-            both = np.stack([normals[i] for i in alike]), np.stack([gradients[i] for i in alike])
-            ratios[alike], size[alike] = _likelihood_ratios(*both, most[alike], least[alike])
+            same_size = np.flatnonzero(sizes == p)
+            both = np.stack([normals[i] for i in same_size]), np.stack([gradients[i] for i in same_size])
+            ratios[same_size], size[same_size] = _likelihood_ratios(*both, most[same_size], least[same_size])
         best = int(np.argmax(ratios))
         if ratios[best] < CHI2_PER_EFFECT:
             break

@@ -108,7 +108,7 @@ def examine_plan(
         EstimationError: Too few poses see the target.
     """
     if dataset.robot is None or dataset.poses.q is None:
-        raise DataError("A plan needs an arm and its joint angles: flange poses do not show what its joints do.")
+        raise DataError("A plan needs an arm and its joint angles: flange poses do not determine its joint motions.")
     with threadpool_limits(limits=1, user_api="blas"):
         fit, silent = _measured(dataset, seed) if len(dataset.points) else _simulated(dataset, points, mount, seed)
         seen, kinds = fit.model.dataset, list(EFFECTS if effects is None else effects)
@@ -143,8 +143,8 @@ def _simulated(dataset: Dataset, points: int | None, mount: Mount, seed: int) ->
     if not any(sigmas.values()):
         rows = " or ".join(f"--{key.replace('_', '-')}" for name, key in KEYS.items() if name in sigmas)
         raise DataError(
-            f"No noise is stated, and without it any effect would show. State what you expect: {rows}, or [noise] in"
-            " dataset.toml."
+            f"No noise is stated, and without it any effect would be detectable. State the expected noise: {rows}, or"
+            " [noise] in dataset.toml."
         )
     silent = tuple(source.name for source in sources if source.name == "joint" and source.stated is None)
     return Fit(problem_of(model, NoiseModel(sources, sigmas), model.parameters), x), silent
@@ -153,5 +153,5 @@ def _simulated(dataset: Dataset, points: int | None, mount: Mount, seed: int) ->
 def _enough(seeing: int, dataset: Dataset) -> None:
     if seeing < MIN_POSES:
         raise EstimationError(
-            f"Only {seeing} of {len(dataset.poses)} poses see anything: at least {MIN_POSES} are needed."
+            f"Only {seeing} of {len(dataset.poses)} poses have visible points: at least {MIN_POSES} are needed."
         )

@@ -170,8 +170,8 @@ class Refits:
         unknown = rival(fit, without, joint, self._once)
         if unknown < LEAST_PROBABILITY or (rescattered := fit.with_likeliest_scatter) is fit:
             return unknown
-        alike = Fit.of(without.problem.with_noise(rescattered.noise), without.x)
-        return min(unknown, rival(rescattered, alike, joint, lambda chi2_of, one, *site: chi2_of(one, *site)))
+        refitted = Fit.of(without.problem.with_noise(rescattered.noise), without.x)
+        return min(unknown, rival(rescattered, refitted, joint, lambda chi2_of, one, *site: chi2_of(one, *site)))
 
     def _of_any_form(self, fit: Fit, without: Fit, joint: str, chi2_by: Chi2By) -> float:
         """Probability of a function of unknown form instead of the effects, or, at a joint, also beside them."""

@@ -52,12 +52,12 @@ def _gains(G: Array, spans: Sequence[Ints]) -> Array:
     """Chi-squared that each effect explains, (n,), computed together for equal numbers of columns."""
     gains, widths = np.zeros(len(spans)), np.array([len(span) for span in spans])
     for width in np.unique(widths):
-        alike = np.flatnonzero(widths == width)
-        own = np.stack([spans[i] for i in alike.tolist()])
+        same_width = np.flatnonzero(widths == width)
+        own = np.stack([spans[i] for i in same_width.tolist()])
         squares, vectors = np.linalg.eigh(G[own[:, :, None], own[:, None]])
         along = (np.swapaxes(vectors, 1, 2) @ G[own, -1][..., None])[..., 0]
         seen = squares > NEGLIGIBLE
-        gains[alike] = np.divide(along**2, squares, out=np.zeros_like(squares), where=seen).sum(axis=1)
+        gains[same_width] = np.divide(along**2, squares, out=np.zeros_like(squares), where=seen).sum(axis=1)
     return gains
 
 

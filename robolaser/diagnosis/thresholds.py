@@ -18,9 +18,8 @@ indistinguishable alternative. Quantiles: among a hundred candidates of one para
 data sets, and among a hundred coordinates once in 316 (the half chi-squared distribution, Self and Liang 1987). With
 half of it one more of six blind worlds is not right, with twice as much none."""
 CHI2_PER_PARAMETER: Final = 4.5
-"""Additional chi-squared for each of its parameters. Chance gains 1 for each on average, and the best of many
-candidates more. A judgement: with half of it two of six blind worlds have a wrong name as certain, with twice as much
-none."""
+"""Further chi-squared for each of its parameters. Chance gains 1 for each on average, the best of many candidates more.
+A judgement: with half of it two of six blind worlds have a wrong name as certain, with twice as much none."""
 FULLY_PENALIZED: Final = 6
 """Number of parameters with this penalty: those of a rigid motion."""
 CHI2_PER_FURTHER_PARAMETER: Final = 1.5
@@ -58,8 +57,7 @@ ROUNDS: Final = 4
 """Most restarts of the search for that, and most repeated searches for gross errors with effects in the model."""
 ONE_MEASUREMENT: Final = 0.1
 """Ratio of the scatter of a pose's rows to stated noise, below which they come from one measurement: reflectors
-computed from one 6-D pose agree to their last digit, 1e-3 to 2e-2 on two real campaigns. A judgement, for remarks
-only."""
+computed from one 6-D pose agree to their last digit, 1e-3 to 2e-2 on two real campaigns. A judgement, for remarks."""
 
 # Noise.
 
