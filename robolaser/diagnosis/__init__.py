@@ -1,4 +1,4 @@
-"""Diagnosis of the gap between a robot and its model: location, causes, and size without them."""
+"""Diagnosis of the gap between a robot and its model: location, causes and remaining size."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -43,8 +43,8 @@ def marginal_cost(x: Array, covariance: Array, prior: Array) -> float:
     variances = USUAL_SIZES[:, None] ** 2
     freedom = np.log1p(variances * of_data).sum(axis=1)
     explained = (along * variances / (1.0 + variances * of_data)).sum(axis=1)
-    here = float((along / (1.0 + of_data)).sum())
-    return float((freedom - explained).min()) + here
+    at_size_one = float((along / (1.0 + of_data)).sum())
+    return float((freedom - explained).min()) + at_size_one
 
 
 def _inverse(covariance: Array) -> Array:

@@ -64,22 +64,22 @@ def cause_classes(
     for name in dict.fromkeys(map(class_of, probabilities)):
         members = {one: p for one, p in probabilities.items() if class_of(one) == name}
         own = [one for one in evidence if class_of(one.candidate_effect) == name]
-        some = at_least_one(list(members.values()))
+        probability = at_least_one(list(members.values()))
         without_m = None
         if own:
             without = refits.without(final, [one.candidate_effect for one in own])
             without_m = held_out.gap(refits.of(without))
-            some = max(some, _probability(refits, final, without, class_of, name))
-        if some < LEAST_PROBABILITY:
+            probability = max(probability, _probability(refits, final, without, class_of, name))
+        if probability < LEAST_PROBABILITY:
             continue
-        found.append(CauseClass(name, some, without_m, gap, _ordered(members), _credible_sets(own)))
+        found.append(CauseClass(name, probability, without_m, gap, _ordered(members), _credible_sets(own)))
     if scatter:
         found.append(CauseClass(SCATTER, scatter.share * (1.0 - scatter.p_value), None, gap, site=scatter.where))
     remaining = next((site for site in left if site.unknown), None)
     if remaining and verdict == "unexplained":
         odds = posterior_weights(np.array([0.0, remaining.likelihood_ratio - CHI2_OF_UNMODELLED_CAUSE]))
-        some = float(odds[0]) * departs(remaining.site, evidence)
-        found.append(CauseClass(UNKNOWN, some, None, gap))
+        probability = float(odds[0]) * departs(remaining.site, evidence)
+        found.append(CauseClass(UNKNOWN, probability, None, gap))
     elif _likeliest(found) < EVEN and (evidence if verdict == "explained" else refits.effects and not scatter):
         # effects that close the gap without a likely class only imitate its cause
         found.append(CauseClass(UNKNOWN, 1.0 - _likeliest(found), None, gap))
@@ -109,16 +109,16 @@ def cause_kinds(
         own = [one for one in evidence if one.candidate_effect.effect is kind]
         locations = {one.where: p for one, p in probabilities.items() if one.effect is kind}
         without = refits.without(final, [one.candidate_effect for one in own])
-        some = at_least_one(list(locations.values()))
-        if some < CREDIBLE_MASS and len(locations) > 1:
+        probability = at_least_one(list(locations.values()))
+        if probability < CREDIBLE_MASS and len(locations) > 1:
             others = min(
                 max((w for c, w in one.weights.items() if c and c.effect is not kind), default=0.0) for one in own
             )
-            some = max(some, min(1.0 - others, _probability(refits, final, without, _kind, kind)))
-        if some < LEAST_PROBABILITY:
+            probability = max(probability, min(1.0 - others, _probability(refits, final, without, _kind, kind)))
+        if probability < LEAST_PROBABILITY:
             continue
         where = tuple(dict.fromkeys(one.candidate_effect.where for one in own))
-        found.append(CauseKind(kind.name, where, some, held_out.gap(refits.of(without))))
+        found.append(CauseKind(kind.name, where, probability, held_out.gap(refits.of(without))))
     return tuple(sorted(found, key=lambda one: (one.probability < EVEN, -one.gap_without_m)))
 
 
@@ -136,11 +136,11 @@ def reweighed_classes(
     updated = []
     for one in classes:
         members = {each: p for each, p in are.items() if class_of(each) == one.name}
-        some = _reweighed(
+        probability = _reweighed(
             one.probability, [p for each, p in were.items() if class_of(each) == one.name], list(members.values())
         )
         own = [each for each in now if class_of(each.candidate_effect) == one.name]
-        changed = replace(one, probability=some, members=_ordered(members), credible_sets=_credible_sets(own))
+        changed = replace(one, probability=probability, members=_ordered(members), credible_sets=_credible_sets(own))
         updated.append(changed if members else one)
     return tuple(sorted(updated, key=_importance))
 

@@ -24,7 +24,7 @@ MOST_POINTS = 3000
 """Number of points for the check of parameters."""
 ASIDE = 0.02
 """Share of the bounds' width: parameters are checked at random values near their start values, which are often special
-(a right angle, a lens without distortion) and determine less than the true values. A judgement."""
+(a right angle, a lens without distortion), so that less is identifiable there than at the true values. A judgement."""
 EXTRACT = "There are no points yet: `robolaser extract` finds them in the images."
 NO_POINTS = "There are no points: points.csv must have the measurements of each pose."
 

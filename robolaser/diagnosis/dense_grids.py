@@ -31,12 +31,12 @@ def gains_of_waves(
     waves = np.stack([part for sums in by_columns for part in (sums.imag, sums.real)], axis=1) * scales[:, None]
     squares = np.empty((len(frequencies), len(harmonics), 2, len(harmonics), 2))
     for i, j in np.ndindex(len(harmonics), len(harmonics)):
-        added, less = (
+        plus, minus = (
             fourier_sums((harmonics[i] + sign * harmonics[j]) * angle, own[:, None], frequencies)[:, 0] / 2.0
             for sign in (1, -1)
         )
         squares[:, i, :, j, :] = np.stack(
-            [(less - added).real, (added + less).imag, (added - less).imag, (less + added).real], axis=-1
+            [(minus - plus).real, (plus + minus).imag, (plus - minus).imag, (minus + plus).real], axis=-1
         ).reshape(-1, 2, 2)
     whole = squares.reshape(len(frequencies), len(scales), len(scales)) * np.outer(scales, scales)
     return _gains(waves[:, :, 0], whole, waves[:, :, 1:])

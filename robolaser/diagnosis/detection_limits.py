@@ -20,8 +20,8 @@ from robolaser.estimation.certainty import CERTAIN
 from robolaser.model.effects.effect import CandidateEffect
 
 IMITATED = 1e-4
-"""Remaining share of a column's square beside the effects found, over that without them, below which they imitate it.
-A judgement: effects that are merely less visible keep a hundredth and more."""
+"""Ratio of the remaining share of a column's square with and without the effects found, below which they imitate it. A
+judgement: effects that are merely less visible keep a hundredth and more."""
 
 
 def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()) -> tuple[DetectionLimit, ...]:

@@ -75,9 +75,9 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
     points, visible = seen
     tried = tried[visible]
     extended, rows = _extended(dataset, tried, points.take(visible[points.pose]))
-    apart = _prediction(one, extended)[rows] - _prediction(other, extended)[rows]
+    difference = _prediction(one, extended)[rows] - _prediction(other, extended)[rows]
     root = np.linalg.inv(np.linalg.cholesky(one.noise.covariances.mean(axis=0)))
-    distance = np.nan_to_num(((apart @ root.T) ** 2).sum(axis=(1, 2)))
+    distance = np.nan_to_num(((difference @ root.T) ** 2).sum(axis=(1, 2)))
     chosen: list[int] = []
     bodies = collision_model(dataset, Limits())
     for i in np.argsort(-distance, kind="stable"):
@@ -90,7 +90,7 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
 
 
 def _configurations(dataset: Dataset, rng: np.random.Generator) -> Array:
-    """Configurations within the joint limits, joints that never moved where they stood, (k, j)."""
+    """Configurations within the joint limits, with joints that never moved at their constant values, (k, j)."""
     robot, q = dataset.arm
     lower, upper = limits(robot)
     measured = q[np.unique(dataset.points.pose)]
@@ -134,13 +134,13 @@ def _extended(dataset: Dataset, q: Array, seen: Points) -> tuple[Dataset, Ints]:
     points, poses, n, k = dataset.points, dataset.poses, len(dataset.poses), len(q)
     last = 0 if poses.time_s is None else int(np.argmax(poses.time_s))
     session = None if poses.session is None else (dataset.sessions.names[-1] if dataset.sessions else "",) * k
-    there = replace(
+    new = replace(
         poses.take(np.full(k, last)), names=tuple(f"next {i}" for i in range(k)), q=q, image=None, session=session
     )
     number = np.unique(seen.pose, return_inverse=True)[1]
     longer = replace(
         dataset,
-        poses=stacked([poses, there]),
+        poses=stacked([poses, new]),
         points=stacked([points, replace(seen, pose=n + number)]),
     )
     return longer, len(points) + np.arange(len(seen)).reshape(k, -1)

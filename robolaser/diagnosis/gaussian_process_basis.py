@@ -59,19 +59,19 @@ def _frozen(basis: Array) -> Array:
     return basis
 
 
-def _squares(some: Array, others: Array) -> Array:
-    apart = some[:, None, :] - others
-    squares: Array = np.einsum("ijk,ijk->ij", apart, apart)
+def _squares(first: Array, second: Array) -> Array:
+    differences = first[:, None, :] - second
+    squares: Array = np.einsum("ijk,ijk->ij", differences, differences)
     return squares
 
 
-def _squared_exponential(some: Array, others: Array) -> Array:
-    return np.exp(-0.5 * _squares(some, others))
+def _squared_exponential(first: Array, second: Array) -> Array:
+    return np.exp(-0.5 * _squares(first, second))
 
 
-def _matern(some: Array, others: Array) -> Array:
-    apart = np.sqrt(3.0 * _squares(some, others))
-    return (1.0 + apart) * np.exp(-apart)
+def _matern(first: Array, second: Array) -> Array:
+    distances = np.sqrt(3.0 * _squares(first, second))
+    return (1.0 + distances) * np.exp(-distances)
 
 
 def _basis(kernel: Array, most: int) -> Array:

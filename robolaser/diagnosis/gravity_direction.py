@@ -22,7 +22,7 @@ POSES = 80
 """Most poses for the search of a direction; the diagnosis with it uses all."""
 ROUNDS = 30  # of compliances by direction and direction by compliances
 LEFT = 0.5
-"""Share of the squared residuals under the stated gravity that may be left under another one. A judgement: tilts
+"""Largest ratio of the squared residuals under another gravity to those under the stated one. A judgement: tilts
 of five and twenty degrees left 24 and 4 % of a soft UR5e's, seven other causes 94 % and more, four real arms 66 % and
 more."""
 

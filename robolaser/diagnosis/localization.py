@@ -40,7 +40,7 @@ class Localization:
     unknown: bool = True
 
     def beside(self, other: "Localization") -> "Localization":
-        """Both as one."""
+        """The sum of two locations."""
         return replace(
             self,
             share=min(1.0, self.share + other.share),

@@ -35,14 +35,14 @@ class PostureRivals:
         single = {one: refits.refit(final, removed=one) for one in final.effects}
         models = {frozenset(fit.effects): fit for fit in (final, *single.values())}
         costs = {held: refits.cost_beside_posture_unknown(fit) for held, fit in models.items()}
-        less, alone = final, refits.cost_by_chi2(final)
+        reduced, alone = final, refits.cost_by_chi2(final)
         for one in sorted(single, key=lambda one: costs[frozenset(single[one].effects)]):
-            less = refits.refit(less, removed=one)
-            costs[frozenset(less.effects)] = refits.cost_beside_posture_unknown(less)
+            reduced = refits.refit(reduced, removed=one)
+            costs[frozenset(reduced.effects)] = refits.cost_beside_posture_unknown(reduced)
         weights = posterior_weights(np.array([alone, *costs.values()]))
         return cls(tuple(costs), tuple(weights[1:].tolist()))
 
     def unmodelled(self, effects: Iterable[CandidateEffect]) -> float:
         """Probability of such a function without any of some effects."""
-        some = frozenset(effects)
-        return float(sum(weight for held, weight in zip(self.held, self.weights, strict=True) if not held & some))
+        excluded = frozenset(effects)
+        return float(sum(weight for held, weight in zip(self.held, self.weights, strict=True) if not held & excluded))

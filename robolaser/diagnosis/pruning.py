@@ -200,10 +200,10 @@ def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Announce) 
     error = held_out.misfit(final)
     while final.effects:
         progress(f"leaving out each of {len(final.effects)} effects")
-        less = min((refits.refit(final, removed=one) for one in final.effects), key=lambda fit: fit.chi2)
-        if held_out.misfit(less) > error:
+        reduced = min((refits.refit(final, removed=one) for one in final.effects), key=lambda fit: fit.chi2)
+        if held_out.misfit(reduced) > error:
             break
-        final, error = less, held_out.misfit(less)
+        final, error = reduced, held_out.misfit(reduced)
     return refits.start if final.effects and error >= held_out.misfit(refits.start) else final
 
 

@@ -68,10 +68,10 @@ def noise_sources(noise: NoiseModel) -> dict[str, NoiseSource]:
 
 def repeatability_of(fit: Fit, noise: NoiseModel) -> Repeatability:
     """The scatter of whole poses, without row noise."""
-    alone = noise.at({source.name: 0.0 for source in noise.sources if source.level != "pose"})
-    nothing = noise.at(dict.fromkeys(noise.sigmas, 0.0))
+    of_poses = noise.at({source.name: 0.0 for source in noise.sources if source.level != "pose"})
+    zero = noise.at(dict.fromkeys(noise.sigmas, 0.0))
     sources = {name: source for name, source in noise_sources(noise).items() if source.of_poses}
     stated = fit.model.dataset.noise.repeatability_m
     return Repeatability(
-        sources, float(np.sqrt(fit.size_of(alone) ** 2 - fit.size_of(nothing) ** 2)), stated is not None
+        sources, float(np.sqrt(fit.size_of(of_poses) ** 2 - fit.size_of(zero) ** 2)), stated is not None
     )

@@ -166,7 +166,7 @@ def _class(one: CauseClass, scatter: PartScatter | None) -> dict[str, Any]:
         "gap_mm_without": None if one.gap_without_m is None else _mm(one.gap_without_m),
         "gap_mm_with": _mm(one.gap_with_m),
         "members": members,
-        "credible_sets": [[_pair(member) for member in some] for some in one.credible_sets],
+        "credible_sets": [[_pair(member) for member in candidates] for candidates in one.credible_sets],
         **({"site": one.site} if one.site else {}),
     }
 

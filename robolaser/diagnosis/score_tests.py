@@ -181,9 +181,9 @@ def _best(fit: Fit, candidate_effect: CandidateEffect, grid: Array, tried: int, 
 
 def _gains_at_most(columns: Array, fit: Fit) -> Array:
     """Upper bounds of the gains of columns (K + e, g, a): those with amplitudes of either sign, (g,)."""
-    apart = np.moveaxis(columns, 0, 2)
-    release = np.broadcast_to(fit.release.T, (len(apart), *fit.release.T.shape))
-    both = np.concatenate([apart, release], axis=1)
+    options = np.moveaxis(columns, 0, 2)
+    release = np.broadcast_to(fit.release.T, (len(options), *fit.release.T.shape))
+    both = np.concatenate([options, release], axis=1)
     along = both @ fit.at.r
     products = both @ np.swapaxes(both, 1, 2)
     return np.asarray((along[:, None] @ np.linalg.pinv(products, hermitian=True) @ along[..., None])[:, 0, 0])

@@ -90,19 +90,19 @@ def _with_one_more(refits: Refits, fit: Fit) -> Iterator[Fit]:
 def _with_one_exchanged(refits: Refits, fit: Fit) -> Iterator[Fit]:
     """Fits without each of the effects, and with others instead."""
     for one in fit.effects:
-        less = refits.refit(fit, removed=one)
-        yield less
-        promising = SHARE_OF_BEST_SCORE * (less.chi2 - fit.chi2)
-        best = refits.score_tests(less)[:REFITS]
-        yield from (refits.refit(less, [test]) for test in best if test.gain > promising)
+        reduced = refits.refit(fit, removed=one)
+        yield reduced
+        promising = SHARE_OF_BEST_SCORE * (reduced.chi2 - fit.chi2)
+        best = refits.score_tests(reduced)[:REFITS]
+        yield from (refits.refit(reduced, [test]) for test in best if test.gain > promising)
 
 
 def _reduced(refits: Refits, arm: Fit) -> Fit:
     """Remove placements without evidence from the geometry of an arm, one by one."""
     while len(arm.effects) > PLACEMENTS_OF_AN_ARM:
         least = min(arm.effects, key=arm.wald)
-        less = refits.refit(arm, removed=least)
-        if refits.cost(less) > refits.cost(arm):
+        reduced = refits.refit(arm, removed=least)
+        if refits.cost(reduced) > refits.cost(arm):
             break
-        arm = less
+        arm = reduced
     return arm

@@ -67,14 +67,14 @@ def with_fault(found: Diagnosis, corrected: Diagnosis, wrong: WrongInput, text: 
     """
     closed = max(0.0, 1.0 - (wrong.gap_after_m / wrong.gap_before_m) ** 2)
     sigmas = fall_in_sigmas(squares(found.observed, found.before_m), squares(corrected.observed, corrected.after_m))
-    here = Localization(wrong.where, coordinate, closed, 0.0, float(2.0 * ndtr(-abs(sigmas))), unknown=False)
+    location = Localization(wrong.where, coordinate, closed, 0.0, float(2.0 * ndtr(-abs(sigmas))), unknown=False)
     rest = [replace(one, share=one.share * (1.0 - closed)) for one in corrected.where]
     return replace(
         corrected,
         verdict="explained" if corrected.verdict == "no_gap" else corrected.verdict,
         sentence=text if corrected.verdict == "no_gap" else f"{text} {corrected.sentence}",
         gap=replace(corrected.gap, nominal_m=found.gap.nominal_m, calibrated_m=found.gap.calibrated_m),
-        where=tuple(sorted((here, *rest), key=lambda one: -one.share)),
+        where=tuple(sorted((location, *rest), key=lambda one: -one.share)),
         wrong_input=wrong,
         as_given=found.as_given or found.dataset,
     )
