@@ -46,7 +46,7 @@ def problem_of(model: Model, noise: NoiseModel, sensor: Parameters) -> Problem:
     Args:
         model: The model with its effects.
         noise: The noise of its rows.
-        sensor: The sensor's parameters for all rows, although the model may hold only some of them.
+        sensor: The sensor's parameters for all rows, also for a model of some rows.
     """
     parameters = sensor + model.effect_parameters
     nonlinear = [one.key(each.name) for one in model.effects for each in one.effect.nonlinear_parameters()]

@@ -120,7 +120,7 @@ class Preparation:
         return self.without(left_out, final, most=len(self._whole.dataset.poses))[1]
 
     def with_other_noise(self, data: AveragedData, start: Fit, final: Fit) -> Fit | None:
-        """The start with the noise estimated from the final model; None if that is the assumed noise."""
+        """The start with the noise estimated from the final model; None if it is the assumed one, or too small."""
         noise = self._left(data, final, smooth=False)
         white = left_by(noise, final.at.plain, jacobian_matrix(final.model, final.x))  # after a fit with its weights
         if white @ white > NO_NOISE * final.problem.numbers:
