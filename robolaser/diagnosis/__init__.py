@@ -1,4 +1,4 @@
-"""Why a robot does not do what its model predicts: where the gap is, what causes it, and how far it shrinks."""
+"""Diagnosis of the gap between a robot and its model: location, causes and remaining size."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,7 @@ __all__ = ["Diagnosis", "examine"]
 
 
 def __getattr__(name: str) -> Any:
-    """Load the diagnosis when it is first used: a calibration's report takes only its words."""
+    """Load the diagnosis at its first use: a calibration's report needs only its words."""
     if name == "examine":
         from robolaser.diagnosis.pipeline import examine  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""The geometry of a whole arm as one effect: every joint's placement, each penalised by its usual size."""
+"""The geometry of a whole arm as one effect: all joint placements, each penalised by its usual size."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -11,30 +11,30 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.link_geometry import LinkGeometry
 
 USUAL_SIZES: Final = np.geomspace(0.01, LARGEST_USUAL, 12)
-"""Sizes of an arm's errors that are tried, in those of industry: some arms were calibrated before."""
+"""Sizes of an arm's errors that are tried, relative to those usual in industry: some arms were calibrated before."""
 
 
 def placements_of_arm(effects: Sequence[CandidateEffect]) -> tuple[CandidateEffect, ...]:
-    """The link placements among effects, where they are so many that they stand for the geometry of the whole arm.
+    """Return the link placements among effects if they are enough to be the geometry of the whole arm, else none.
 
-    Each of their parameters is then penalised by its usual size: together they are the arm nearest to the nominal one
-    that fits, also where the data do not see some combination of them.
+    Each of their parameters is then penalised by its usual size: together they give the fitting arm that is nearest to
+    the nominal one, even if the data do not determine some combination of them.
     """
     placements = tuple(one for one in effects if one.effect is LinkGeometry)
     return placements if len(placements) >= PLACEMENTS_OF_AN_ARM else ()
 
 
 def marginal_cost(x: Array, covariance: Array, prior: Array) -> float:
-    """What parameters with a Gaussian prior of unknown size cost by the marginal likelihood, in chi-squared.
+    """Cost of parameters with a Gaussian prior of unknown size, by the marginal likelihood, in chi-squared.
 
-    The price of freedom is how far the data narrow the parameters beyond their prior (MacKay 1992, Neural Computation
-    4), at the size of the prior that makes the data likeliest. Their distances from the prior of size 1, which are a
-    part of a fit's chi-squared, are replaced by those from that one.
+    The freedom of parameters costs the ratio of prior to posterior uncertainty (MacKay 1992, Neural Computation 4), for
+    the prior size with the largest likelihood. Distances from that prior replace the distances from the prior of size 1
+    in a fit's chi-squared.
 
     Args:
         x: The parameters at the optimum, (p,); nominally zero.
-        covariance: Of them there, the prior included, (p, p).
-        prior: Their standard deviations by the prior of size 1, (p,).
+        covariance: Their covariance there, the prior included, (p, p).
+        prior: Their standard deviations in the prior of size 1, (p,).
     """
     information = _inverse(covariance / np.outer(prior, prior))
     gradient = information @ (x / prior)
@@ -43,12 +43,12 @@ def marginal_cost(x: Array, covariance: Array, prior: Array) -> float:
     variances = USUAL_SIZES[:, None] ** 2
     freedom = np.log1p(variances * of_data).sum(axis=1)
     explained = (along * variances / (1.0 + variances * of_data)).sum(axis=1)
-    here = float((along / (1.0 + of_data)).sum())
-    return float((freedom - explained).min()) + here
+    at_size_one = float((along / (1.0 + of_data)).sum())
+    return float((freedom - explained).min()) + at_size_one
 
 
 def _inverse(covariance: Array) -> Array:
-    """Its inverse; variances that rounding makes zero, as of fits far from any cell, become the least there are."""
+    """The inverse; variances that rounding makes zero, as of fits far from any real cell, are set to the resolution."""
     try:
         return np.asarray(np.linalg.inv(covariance))
     except np.linalg.LinAlgError:

@@ -1,4 +1,4 @@
-"""Where a gap may lie: at each site, what a departure of any smooth form there would do to the residuals."""
+"""Possible locations of a gap: derivatives of the residuals by smooth functions of any form at each site."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -23,29 +23,29 @@ from robolaser.model.effects.sensor_sites import sites_of_sensors
 from robolaser.model.stages import Stage
 
 Basis = tuple[str, Array]
-"""A coordinate of poses by name, with the basis functions of it, (n, p)."""
+"""Name of a coordinate of poses, and its basis functions, (n, p)."""
 FORCE = "force at the flange"
-"""The coordinate of what pulls at the flange."""
+"""The coordinate of an external force at the flange."""
 SEVERAL = 2
-"""Joints, from which on they are several."""
+"""Least number of joints for a common cause."""
 DENTS = 80
-"""Basis functions that locate dents in a target."""
+"""Number of basis functions that locate dents in a target."""
 
 
 @final
 @dataclass(frozen=True)
 class Site:
-    """A site, a coordinate, and what smooth functions of that coordinate do there.
+    """A site, a coordinate, and the effect of smooth functions of that coordinate there.
 
     Attributes:
-        site: A joint's name, or one of `camera laser hand_eye target base timing image tool measuring_system`; one that
-            each of several sensors has for itself begins with the sensor's name: `left.laser`.
-        coordinate: For a person.
-        moves: Derivatives of the whitened residuals by what the function moves, each at its own pose, (K, q); of a
-            function that differs from row to row, by each basis function of each move.
-        basis: The function's basis functions at each pose, (n, p); of one that differs from row to row, 1.
-        of_number: Which of these is each whitened number's, (K,).
-        unknown: Whether the function may be of a form that the library of effects does not have.
+        site: A joint's name, or one of `camera laser hand_eye target base timing image tool measuring_system`; with the
+            sensor's name before it where each of several sensors has its own: `left.laser`.
+        coordinate: Its name in reports.
+        moves: Derivatives of the whitened residuals by the moved quantities at their own poses, (K, q); for a function
+            of the row, by each basis function of each quantity.
+        basis: The basis functions at each pose, (n, p); 1 for a function of the row.
+        of_number: Row of `basis` for each whitened number, (K,).
+        unknown: Whether the function may have a form outside the library of effects.
         most: Largest plausible standard deviation of the function, in its unit.
     """
 
@@ -59,14 +59,14 @@ class Site:
 
     @property
     def columns(self) -> Array:
-        """Derivatives of the whitened residuals by each basis function of each move, (K, q p)."""
+        """Derivatives of the whitened residuals by each basis function of each moved quantity, (K, q p)."""
         products = self.moves[:, :, None] * self.basis[self.of_number][:, None]
         return np.asarray(products.reshape(len(products), -1))
 
 
 @lru_cache(maxsize=2)
 def sites(fit: Fit) -> tuple[Site, ...]:
-    """Every site that the data set has, with every coordinate that it may depend on there; the last ones are kept."""
+    """Every site of the data set with each coordinate that a gap there may depend on; those of two fits are cached."""
     return tuple(_sites(fit))
 
 
@@ -79,7 +79,7 @@ def _sites(fit: Fit) -> Iterator[Site]:
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
     middle, poses = dataset.flange()[:, :3, 3].mean(axis=0), fit.pose_of_number
     base = derivatives.base(middle) * motion
-    for number, sensor in enumerate(dataset.members):  # one may move, and the others see that the arm does not
+    for number, sensor in enumerate(dataset.members):  # a sensor may move alone: others show the arm at rest
         if sensor.data.format.named_points == "tool":
             moved = derivatives.base(middle, dataset.sensor_of_row == number) * motion
             for coordinate, basis in in_run:
@@ -102,7 +102,7 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis])
         return
     (robot, q), run = fit.model.dataset.arm, fit.model.run
     free = {name: derivatives.by_motion(Stage.JOINTS, name) for name in joints}
-    poses, alike = fit.pose_of_number, np.ones((len(fit.model.dataset.poses), 1))
+    poses, constant = fit.pose_of_number, np.ones((len(fit.model.dataset.poses), 1))
     by_joint = {name: (angle_of(run, name), *torque_of(run, name)) for name in joints}
     turns_before = False
     for name in joints:
@@ -117,27 +117,27 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis])
             yield Site(name, coordinate, free[name], basis, poses)
         placement = derivatives.by_motion(Stage.LINKS, name) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
         if CandidateEffect(LinkGeometry, name) not in fit.effects:
-            yield Site(name, f"placement of {name}", placement, alike, poses, unknown=False)
-        across = placement[:, 3:5]  # a bearing that wobbles, or a beam that twists; optics err alike
+            yield Site(name, f"placement of {name}", placement, constant, poses, unknown=False)
+        across = placement[:, 3:5]  # a wobbling bearing or a twisting beam; errors of optics look alike
         for coordinate, basis in () if fit.has_optics else own:
             yield Site(name, coordinate, across, basis, poses)
         shift = placement[:, :3]
-        for coordinate, basis in in_run if turns_before else ():  # what no joint turns is shifted with the base
+        for coordinate, basis in in_run if turns_before else ():  # before any rotary joint it is a shift of the base
             yield Site(name, coordinate, shift, basis, poses)
         turns_before |= not robot.prismatic[robot.joints.index(name)]
     qd = known_velocities(fit.model.dataset)
     if qd is not None and np.abs(qd).max() > 0:
         late = np.sum([free[name] * qd[poses][:, [robot.joints.index(name)]] for name in joints], axis=0)
-        yield Site("timing", "velocity", late, alike, poses)
+        yield Site("timing", "velocity", late, constant, poses)
         for coordinate, basis in in_run:
             yield Site("timing", coordinate, late, basis, poses)
 
 
 def of_several_joints(fit: Fit) -> Iterator[Site]:
-    """Where one cause turns several joints: what pulls at the flange turns the last ones most.
+    """Sites of a single cause that turns several joints: a pull at the flange turns the last joints most.
 
-    It is a function of the posture, one for each of these joints, all of one size; or a force, a function of where the
-    flange is, to which they yield alike. The joint in their middle is named.
+    It is a function of the posture for each of these joints, all of one size; or a force that depends on the flange
+    position, to which equally compliant joints yield. The middle one of these joints is the site.
     """
     dataset, poses, derivatives = fit.model.dataset, fit.pose_of_number, stage_derivatives(fit)
     joints = moving_joints(dataset.robot)[::-1]
@@ -147,17 +147,17 @@ def of_several_joints(fit: Fit) -> Iterator[Site]:
     last = [robot.joints.index(name) for name in joints]
     by_joint = np.hstack([derivatives.by_motion(Stage.JOINTS, name) for name in joints])
     posture = _of_posture(q)
-    place = smooth(dataset.flange()[:, :3, 3], SMOOTH_LOAD)
+    position = smooth(dataset.flange()[:, :3, 3], SMOOTH_LOAD)
 
     levers = robot.jacobian(q[None])[0, :, :3][poses][:, :, last]
     for several in range(SEVERAL, len(last) + 1):
         middle, turns = joints[several // 2], by_joint[:, :several]
         yield Site(middle, "posture", turns, posture, poses)
-        yield Site(middle, FORCE, (levers[:, :, :several] * turns[:, None]).sum(axis=2), place, poses)
+        yield Site(middle, FORCE, (levers[:, :, :several] * turns[:, None]).sum(axis=2), position, poses)
 
 
 def _of_posture(q: Array) -> Array:
-    """Basis of a function of all joints (n, j) at once, (n, p)."""
+    """Basis of a function of all joint values (n, j), (n, p)."""
     return smooth(q, SMOOTH_POSTURE * np.sqrt(q.shape[1]))
 
 
@@ -175,7 +175,7 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, in_run: Sequen
         return
     tilt = fit.model.run.tilt
     distance = np.eye(4)[3:]
-    motion = np.vstack([distance, np.eye(4)[2] / LEVER_M])  # a plane that turns moves in proportion to the depth
+    motion = np.vstack([distance, np.eye(4)[2] / LEVER_M])  # a rotated plane shifts in proportion to the depth
     for name, here in _rows_of_sensors(fit, "laser", Stage.LASER_PLANE):
         directions = np.broadcast_to(fit.model.run.across_stripe, pixel.shape)
         across = int(directions[here][0].argmax())
@@ -196,21 +196,21 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, in_run: Sequen
 
 
 def _rows_of_sensors(fit: Fit, site: str, stage: Stage) -> Iterator[tuple[str, Bools]]:
-    """A site by the names of the sensors that have it for themselves, and their rows, (m,)."""
+    """Names of a site, one for each sensor that has its own, each with the mask of its rows, (m,)."""
     dataset = fit.model.dataset
     parts = [sensor.data for sensor in dataset.sensors]
     for name, here in sites_of_sensors(site, dataset, lambda number: not passes(stage, parts[number])).items():
         yield name, here[dataset.sensor_of_row]
 
 
-def _over_rows(derivatives: StageDerivatives, stage: Stage, ways: Array, basis: Array) -> Array:
-    """Derivatives of the whitened residuals by functions (m, p) of the rows, along ways (w, q) at a stage, (K, w p)."""
-    moves = ways[:, None, None] * basis.T[None, :, :, None]
+def _over_rows(derivatives: StageDerivatives, stage: Stage, directions: Array, basis: Array) -> Array:
+    """Derivatives of the whitened residuals by functions (m, p) of the row, along directions (w, q), (K, w p)."""
+    moves = directions[:, None, None] * basis.T[None, :, :, None]
     return derivatives.of_rows(stage, moves.reshape(-1, *moves.shape[2:]))
 
 
 def _of_rows(site: str, coordinate: str, moves: Array, *, unknown: bool = True, most: float = np.inf) -> Site:
-    """A site where a function differs from row to row: noise that rows share mixes what its basis functions do."""
+    """A site with a function of the row: shared noise mixes rows, so that its columns are whitened as a whole."""
     return Site(site, coordinate, moves, np.ones((1, 1)), np.zeros(len(moves), dtype=np.int64), unknown, most)
 
 
@@ -219,8 +219,8 @@ def _of_target(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
     if points.pixel is None or points.xyz is None or derivatives.passing(Stage.TARGET) is None:
         return
     every, upwards = np.eye(3), fit.model.run.target.axes[:, 2][None]
-    for ways, basis in ((every, smooth(points.xyz)), (upwards, smooth(points.xyz, DENT, most=DENTS))):
-        yield _of_rows("target", "position on the target", _over_rows(derivatives, Stage.TARGET, ways, basis))
+    for directions, basis in ((every, smooth(points.xyz)), (upwards, smooth(points.xyz, DENT, most=DENTS))):
+        yield _of_rows("target", "position on the target", _over_rows(derivatives, Stage.TARGET, directions, basis))
 
 
 def _of_measuring_system(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis]) -> Iterator[Site]:
@@ -233,16 +233,16 @@ def _of_measuring_system(fit: Fit, derivatives: StageDerivatives, in_run: Sequen
         yield Site("measuring_system", coordinate, longer, basis, fit.pose_of_number)
     range_m = np.linalg.norm(points.xyz, axis=1, keepdims=True)
     for coordinate, basis in (
-        ("distance", smooth(range_m)),  # air bends the line of sight
+        ("distance", smooth(range_m)),  # refraction in air
         ("position in space", points.xyz / max(float(np.ptp(points.xyz)), 1e-12)),  # strain
     ):
         yield _of_rows("measuring_system", coordinate, _over_rows(derivatives, Stage.TARGET, np.eye(3), basis))
 
 
-def _over_plane(places: Array) -> Array:
-    """Basis of what a laser plane can be off by, over places (m, 2) on it: turned, twisted, bulged, anything smooth."""
-    across, deep = np.moveaxis((places - places.mean(axis=0)) / np.maximum(np.ptp(places, axis=0) / 2, 1e-9), -1, 0)
-    return np.column_stack([across, across * deep, across**2, smooth(places)])
+def _over_plane(points: Array) -> Array:
+    """Basis of a laser plane's errors at points (m, 2) on it: rotation, twist, curvature, and any smooth function."""
+    across, deep = np.moveaxis((points - points.mean(axis=0)) / np.maximum(np.ptp(points, axis=0) / 2, 1e-9), -1, 0)
+    return np.column_stack([across, across * deep, across**2, smooth(points)])
 
 
 def _centred(values: Array, pose: Ints, n: int) -> Array:

@@ -1,7 +1,7 @@
-"""Classes of causes: often certain where their members cannot be distinguished.
+"""Classes of causes: often certain although their members are indistinguishable.
 
-An arm with small errors everywhere has a dozen effects that could replace one another, but nothing outside the arm's
-geometry could replace all of them.
+In an arm with small errors everywhere a dozen effects can replace one another, but nothing outside the arm's geometry
+can replace all of them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -27,11 +27,11 @@ from robolaser.estimation.certainty import EVEN
 from robolaser.model.effects.effect import CandidateEffect, Effect
 
 UNKNOWN: Final = "unknown"
-"""The class of causes that no effect of the library describes."""
+"""The class of causes outside the library of effects."""
 
 
 def class_of(candidate_effect: CandidateEffect) -> str:
-    """The class of an effect: the one that it declares, or else one of its own."""
+    """The class that an effect declares, or its name."""
     return candidate_effect.effect.cause or candidate_effect.effect.name
 
 
@@ -44,17 +44,17 @@ def cause_classes(
     held_out: HeldOut,
     scatter: PartScatter | None = None,
 ) -> tuple[CauseClass, ...]:
-    """Every class that may be at work, the most probable first; of equally probable ones, that which closes more.
+    """Every class that may be present: probable ones first, by their part of the gap, then the others by probability.
 
     Args:
-        verdict: An `explained` gap has an unknown cause only where no class is likely, an `unexplained` one there, too;
-            without a gap there is none.
+        verdict: An `explained` gap has an unknown cause only if no class is likely, an `unexplained` one may have it
+            also beside likely classes; without a gap there is none.
         refits: Fits sets of effects.
         final: The final model.
         evidence: For each of its effects.
-        left: Where its residuals still lie.
+        left: Locations of its remaining error.
         held_out: Errors on held-out poses.
-        scatter: Of whole poses, beyond what counts as noise.
+        scatter: Excess scatter of whole poses, beyond noise.
     """
     if verdict == "no_gap":
         return ()
@@ -64,24 +64,24 @@ def cause_classes(
     for name in dict.fromkeys(map(class_of, probabilities)):
         members = {one: p for one, p in probabilities.items() if class_of(one) == name}
         own = [one for one in evidence if class_of(one.candidate_effect) == name]
-        some = at_least_one(list(members.values()))
+        probability = at_least_one(list(members.values()))
         without_m = None
         if own:
             without = refits.without(final, [one.candidate_effect for one in own])
             without_m = held_out.gap(refits.of(without))
-            some = max(some, _probability(refits, final, without, class_of, name))
-        if some < LEAST_PROBABILITY:
+            probability = max(probability, _probability(refits, final, without, class_of, name))
+        if probability < LEAST_PROBABILITY:
             continue
-        found.append(CauseClass(name, some, without_m, gap, _ordered(members), _credible_sets(own)))
+        found.append(CauseClass(name, probability, without_m, gap, _ordered(members), _credible_sets(own)))
     if scatter:
         found.append(CauseClass(SCATTER, scatter.share * (1.0 - scatter.p_value), None, gap, site=scatter.where))
-    strange = next((site for site in left if site.unknown), None)
-    if strange and verdict == "unexplained":
-        odds = posterior_weights(np.array([0.0, strange.likelihood_ratio - CHI2_OF_UNMODELLED_CAUSE]))
-        some = float(odds[0]) * departs(strange.site, evidence)
-        found.append(CauseClass(UNKNOWN, some, None, gap))
+    remaining = next((site for site in left if site.unknown), None)
+    if remaining and verdict == "unexplained":
+        odds = posterior_weights(np.array([0.0, remaining.likelihood_ratio - CHI2_OF_UNMODELLED_CAUSE]))
+        probability = float(odds[0]) * departs(remaining.site, evidence)
+        found.append(CauseClass(UNKNOWN, probability, None, gap))
     elif _likeliest(found) < EVEN and (evidence if verdict == "explained" else refits.effects and not scatter):
-        # where effects close the gap and yet no class of theirs is likely, they only imitate its cause
+        # effects that close the gap without a likely class only imitate its cause
         found.append(CauseClass(UNKNOWN, 1.0 - _likeliest(found), None, gap))
     return tuple(sorted(found, key=_importance))
 
@@ -93,9 +93,9 @@ def _kind(candidate_effect: CandidateEffect) -> type[Effect]:
 def cause_kinds(
     refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut
 ) -> tuple[CauseKind, ...]:
-    """Every effect that was found, with all of its locations: it can be certain where no location is.
+    """Every effect that was found, with all of its locations: it can be certain although no location is.
 
-    Those that are too improbable to be reported are left out, as of classes.
+    As with classes, those too improbable to be reported are omitted.
 
     Args:
         refits: Fits sets of effects.
@@ -109,38 +109,38 @@ def cause_kinds(
         own = [one for one in evidence if one.candidate_effect.effect is kind]
         locations = {one.where: p for one, p in probabilities.items() if one.effect is kind}
         without = refits.without(final, [one.candidate_effect for one in own])
-        some = at_least_one(list(locations.values()))
-        if some < CREDIBLE_MASS and len(locations) > 1:
+        probability = at_least_one(list(locations.values()))
+        if probability < CREDIBLE_MASS and len(locations) > 1:
             others = min(
                 max((w for c, w in one.weights.items() if c and c.effect is not kind), default=0.0) for one in own
             )
-            some = max(some, min(1.0 - others, _probability(refits, final, without, _kind, kind)))
-        if some < LEAST_PROBABILITY:
+            probability = max(probability, min(1.0 - others, _probability(refits, final, without, _kind, kind)))
+        if probability < LEAST_PROBABILITY:
             continue
         where = tuple(dict.fromkeys(one.candidate_effect.where for one in own))
-        found.append(CauseKind(kind.name, where, some, held_out.gap(refits.of(without))))
+        found.append(CauseKind(kind.name, where, probability, held_out.gap(refits.of(without))))
     return tuple(sorted(found, key=lambda one: (one.probability < EVEN, -one.gap_without_m)))
 
 
 def reweighed_classes(
     classes: Sequence[CauseClass], before: Sequence[EffectEvidence], now: Sequence[EffectEvidence]
 ) -> tuple[CauseClass, ...]:
-    """The classes with other evidence for their members; what else their probabilities rest on is as it was.
+    """The classes with new evidence for their members; everything else in their probabilities is unchanged.
 
     Args:
-        classes: As they were reported.
-        before: The evidence that they were based on.
-        now: The evidence that is to count.
+        classes: As reported.
+        before: The evidence for that report.
+        now: The new evidence.
     """
     were, are = member_probabilities(before), member_probabilities(now)
     updated = []
     for one in classes:
         members = {each: p for each, p in are.items() if class_of(each) == one.name}
-        some = _reweighed(
+        probability = _reweighed(
             one.probability, [p for each, p in were.items() if class_of(each) == one.name], list(members.values())
         )
         own = [each for each in now if class_of(each.candidate_effect) == one.name]
-        changed = replace(one, probability=some, members=_ordered(members), credible_sets=_credible_sets(own))
+        changed = replace(one, probability=probability, members=_ordered(members), credible_sets=_credible_sets(own))
         updated.append(changed if members else one)
     return tuple(sorted(updated, key=_importance))
 
@@ -148,7 +148,7 @@ def reweighed_classes(
 def reweighed_kinds(
     kinds: Sequence[CauseKind], before: Sequence[EffectEvidence], now: Sequence[EffectEvidence]
 ) -> tuple[CauseKind, ...]:
-    """The kinds likewise."""
+    """The kinds with new evidence, see `reweighed_classes`."""
     were, are = (
         {one: [p for each, p in found.items() if each.effect.name == one.effect] for one in kinds}
         for found in (member_probabilities(before), member_probabilities(now))
@@ -157,17 +157,17 @@ def reweighed_kinds(
 
 
 def _reweighed(stated: float, before: Sequence[float], now: Sequence[float]) -> float:
-    """The probability that some member is at work, if it was stated by each member's; else as it was stated."""
+    """The probability of any member, if the stated one was computed from the members; else the stated one."""
     return at_least_one(now) if np.isclose(stated, at_least_one(before), rtol=0.0) else stated
 
 
 def at_least_one(probabilities: Sequence[float]) -> float:
-    """Probability that at least one of some independent causes is at work."""
+    """Probability of at least one of several independent causes."""
     return 1.0 - float(np.prod([1.0 - p for p in probabilities]))
 
 
 def departs(site: str, evidence: Sequence[EffectEvidence]) -> float:
-    """Probability that what is left at a site is more than a departure from the form of an effect named there.
+    """Probability that the remaining error at a site is more than an inexact form of an effect found there.
 
     A second cause at one location is far less likely: the effect and the unknown share one probability.
     """
@@ -175,7 +175,7 @@ def departs(site: str, evidence: Sequence[EffectEvidence]) -> float:
 
 
 def unknown_at(classes: Sequence[CauseClass], where: Sequence[Localization]) -> tuple[CauseClass, ...]:
-    """The classes, the unknown located where most of the remaining gap is; nowhere if that is not known."""
+    """The classes, the unknown with the site of the largest remaining share; without a site if none is known."""
     site = where[0].site if where else ""
     return tuple(replace(one, site=site) if one.name == UNKNOWN else one for one in classes)
 
@@ -185,7 +185,7 @@ def _likeliest(classes: Sequence[CauseClass]) -> float:
 
 
 def unknown_instead(classes: Sequence[CauseClass]) -> CauseClass | None:
-    """The unknown, where it is likely and no class of the effects in the model is: those only imitate it."""
+    """The unknown if it is likely and no class of the effects in the model is: those only imitate it."""
     if any(one.probability >= EVEN for one in of_model(classes)):
         return None
     return next((one for one in classes if one.name == UNKNOWN and one.probability >= EVEN), None)
@@ -197,13 +197,13 @@ def of_model(classes: Sequence[CauseClass]) -> list[CauseClass]:
 
 
 def _importance(one: CauseClass) -> tuple[bool, float, float]:
-    """Probable classes first, those without which the gap is largest at their head."""
+    """Sort key: probable classes first, those with the largest part of the gap before the others."""
     doubtful = one.probability < EVEN
     return doubtful, -(one.gap_without_m or 0.0) * (not doubtful), -one.probability
 
 
 def member_probabilities(evidence: Sequence[EffectEvidence]) -> dict[CandidateEffect, float]:
-    """Of each candidate that it is one of the causes, where each found effect has one, by its alternatives' weights."""
+    """Probability of each candidate to be a cause, if each found effect has one, by its alternatives' weights."""
     none: dict[CandidateEffect, float] = {}
     for one in evidence:
         for candidate, weight in one.weights.items():
@@ -221,9 +221,9 @@ def _credible_sets(evidence: Sequence[EffectEvidence]) -> tuple[tuple[CandidateE
 
 
 def credible_set(evidence: EffectEvidence) -> tuple[CandidateEffect, ...]:
-    """The fewest candidates in an effect's place that together have the credible mass; what is at work together, whole.
+    """The smallest set of candidates for an effect with the credible mass; rivals that occur together stay together.
 
-    Empty where the mass includes that none is at work, or an unmodelled cause.
+    Empty if the mass includes the case of no effect, or an unmodelled cause.
     """
     chosen: list[CandidateEffect] = []
     mass = last = 0.0
@@ -240,10 +240,10 @@ def credible_set(evidence: EffectEvidence) -> tuple[CandidateEffect, ...]:
 def _probability(
     refits: Refits, final: Fit, without: Fit, of: Callable[[CandidateEffect], object], name: object
 ) -> float:
-    """Of effects that belong together, against the best replacement by other effects or an unmodelled cause.
+    """Probability of a group of effects against the best replacement by other effects or an unmodelled cause.
 
-    What is left beside it does not count: something else may be at work too. An unmodelled cause may be a function of
-    one joint, where that is the only one of its effects.
+    The remaining error does not count: another cause may be present, too. An unmodelled cause may be a function of one
+    joint if all effects of the group are there.
     """
     rivals = [without, *_substitutes(refits, final, without, of, name)]
     costs = np.array([refits.cost(fit) for fit in (final, *rivals)])
@@ -257,7 +257,7 @@ def _probability(
 def _substitutes(
     refits: Refits, final: Fit, without: Fit, of: Callable[[CandidateEffect], object], name: object
 ) -> list[Fit]:
-    """Models with other effects in the place of those that belong together, as the linear model ranks them."""
+    """Models with other effects instead of a group, in the order of the linear model."""
     others = refits.among([one for one in refits.effects if of(one) != name])
     tests = others.score_tests(without)
     most = len(final.effects) - len(without.effects)

@@ -1,4 +1,4 @@
-"""Classes of causes and their members in words that people at a robot use."""
+"""Words for classes of causes and their members in reports."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
@@ -25,9 +25,9 @@ NOUNS: Final[Mapping[str, str]] = {
 PARTS: Final = frozenset(
     ("base", "camera", "flange", "hand_eye", "image", "laser", "measuring_system", "target", "timing", "tool")
 )
-"""Sites that are no joints."""
+"""Sites other than joints."""
 FEW: Final = 3
-"""Names from which on those of joints are shortened."""
+"""Least number of joint names that are shortened."""
 
 
 def spoken(name: str) -> str:
@@ -38,7 +38,7 @@ def spoken(name: str) -> str:
 
 
 def sentence_case(text: str) -> str:
-    """Text as a sentence begins."""
+    """Text with a capital letter first."""
     return text[:1].upper() + text[1:]
 
 
@@ -48,19 +48,19 @@ def noun(name: str) -> str:
 
 
 def place(site: str) -> str:
-    """A site as people call it, one of several sensors with its name: "laser of left"; a joint as it is named."""
+    """A site in words: "hand-eye"; of one of several sensors "laser of left"; a joint by its name."""
     kind = kind_of_site(site)
-    said = spoken(kind) if kind in ("hand_eye", "measuring_system") else kind
-    return said if kind == site else f"{said} of {site.removesuffix(f'.{kind}')}"
+    words = spoken(kind) if kind in ("hand_eye", "measuring_system") else kind
+    return words if kind == site else f"{words} of {site.removesuffix(f'.{kind}')}"
 
 
 def site_phrase(site: str) -> str:
-    """The same in a sentence: "the hand-eye", but "joint_3"."""
+    """A site within a sentence: "the hand-eye", but "joint_3"."""
     return f"the {place(site)}" if kind_of_site(site) in PARTS else place(site)
 
 
 def named(one: CandidateEffect) -> str:
-    """An effect at its place: "joint offset of joint_3", or "laser roll"."""
+    """An effect with its location: "joint offset of joint_3", or "laser roll"."""
     return members([one])
 
 
@@ -71,12 +71,12 @@ def members(effects: Iterable[CandidateEffect]) -> str:
 
 
 def pairs_in_words(pairs: Iterable[Sequence[str]]) -> str:
-    """The same of names of effects and their sites, as a result's JSON has them; "nothing" where there are none."""
+    """Effects by their names and sites in a result's JSON, see `members`; "nothing" if there are none."""
     sites: dict[str, list[str]] = {}
     for effect, site in pairs:
         sites.setdefault(spoken(effect), []).extend([] if site in PARTS else [site])
-    said = [f"{one} of {joint_names(sorted(own, key=_number))}" if own else one for one, own in sites.items()]
-    return listed(said) or "nothing"
+    words = [f"{one} of {joint_names(sorted(own, key=_number))}" if own else one for one, own in sites.items()]
+    return listed(words) or "nothing"
 
 
 def listed(items: Sequence[str]) -> str:
@@ -97,13 +97,13 @@ def _of(same: Sequence[CandidateEffect]) -> str:
 
 
 def _number(joint: str) -> tuple[str, int, str]:
-    """Sorts joint_10 behind joint_9."""
+    """Sort key: joint_10 after joint_9."""
     stem = joint.rstrip("0123456789")
     return stem, len(joint), joint
 
 
 def joint_names(names: Sequence[str]) -> str:
-    """Names of joints, the numbers alone after the first where nothing else differs: "panda_joint2, 3 and 6"."""
+    """Names of joints, after the first only their numbers if nothing else differs: "panda_joint2, 3 and 6"."""
     stem = names[0].rstrip("0123456789")
     rests = [name.removeprefix(stem) for name in names]
     is_short = len(names) >= FEW and stem and all(rest.isdigit() for rest in rests)

@@ -1,4 +1,4 @@
-"""The corrected model: what a diagnosis found, as a calibration that other programs load, predict and scan with."""
+"""The corrected model: a diagnosis's result as a calibration for prediction and scanning in other programs."""
 
 from typing import Any, Final
 
@@ -20,8 +20,8 @@ ALGORITHM: Final = "diagnosis"
 def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
     """The final model with all effects found.
 
-    Its residuals are those of every row of points.csv, gross errors among them; its error on new poses is the gap
-    that is left, which is without them.
+    Its residuals are of every row of points.csv, gross errors included; its error on new poses is the remaining gap,
+    without them.
     """
     x, parameters = diagnosis.x, diagnosis.model.parameters
     noise = noise_of(diagnosis.model, x)
@@ -58,7 +58,7 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
 
 
 def given_on_bound(diagnosis: Diagnosis) -> Bools:
-    """Parameters that ended on one of the bounds that the data set gives them, (d,)."""
+    """Mask of the parameters on a bound that the data set gives, (d,)."""
     x, parameters = diagnosis.x, diagnosis.model.parameters
     fixed = np.isin(parameters.names, diagnosis.model.blocks.held)
     of_effects = np.isin(parameters.names, diagnosis.model.effect_parameters.names)
@@ -67,5 +67,5 @@ def given_on_bound(diagnosis: Diagnosis) -> Bools:
 
 
 def corrected_json(calibration: Calibration) -> dict[str, Any]:
-    """calibration.json of a corrected model, for which no evaluations were counted."""
+    """Contents of calibration.json for a corrected model, which has no count of evaluations."""
     return as_json(calibration) | {"evaluations": None}

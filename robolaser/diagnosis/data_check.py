@@ -1,4 +1,4 @@
-"""What a data set allows, before anything is fitted: a calibration, which effects, and what is missing for the rest."""
+"""Check of a data set before any fit: whether it can be calibrated, testable effects, and data missing for the rest."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,12 +21,12 @@ from robolaser.model.effects.requirements import DataLack
 from robolaser.model.forward_model import Model
 
 MOST_POINTS = 3000
-"""Points that parameters are checked with."""
+"""Number of points for the check of parameters."""
 ASIDE = 0.02
-"""Of the bounds' width: parameters are checked a little aside of their start values, which are often special (a right
-angle, a lens without distortion), where less can be determined than at the true values. A judgement."""
+"""Share of the bounds' width: parameters are checked at random values near their start values, which are often special
+(a right angle, a lens without distortion), so that less is identifiable there than at the true values. A judgement."""
 EXTRACT = "There are no points yet: `robolaser extract` finds them in the images."
-NO_POINTS = "There are no points: points.csv says what was measured in each pose."
+NO_POINTS = "There are no points: points.csv must have the measurements of each pose."
 
 
 @final
@@ -36,9 +36,9 @@ class Testability:
 
     Attributes:
         effect: Its name.
-        locations: Where it can be; empty where it cannot be tested.
-        reason: Why it cannot be tested; "" where it can.
-        remedy: What would have to be recorded or stated; "" where nothing helps with this kind of sensor.
+        locations: Its possible locations; empty if it cannot be tested.
+        reason: Why it cannot be tested; "" if it can.
+        remedy: Data to record or state; "" if nothing helps with this kind of sensor.
     """
 
     effect: str
@@ -50,15 +50,15 @@ class Testability:
 @final
 @dataclass(frozen=True)
 class DataCheck:
-    """What a data set allows.
+    """Analyses that a data set permits.
 
     Attributes:
-        dataset: It.
-        hindrance: Why it cannot be calibrated; "" where nothing speaks against it.
-        parameters: That a calibration finds.
+        dataset: The data set.
+        hindrance: Why it cannot be calibrated; "" if it can.
+        parameters: Names of the calibration's parameters.
         inseparable: Groups of them that these data cannot separate near the start values.
-        effects: Every effect.
-        missing: What would have to be recorded or stated, and the effects that need it.
+        effects: Testability of every effect.
+        missing: Data to record or state, and the effects that need them.
     """
 
     dataset: Dataset
@@ -69,7 +69,7 @@ class DataCheck:
     missing: Mapping[str, tuple[str, ...]]
 
     def to_dict(self) -> dict[str, Any]:
-        """As JSON holds it."""
+        """As JSON."""
         points, poses = self.dataset.points, self.dataset.poses
         return {
             "dataset": self.dataset.name,
@@ -98,7 +98,7 @@ class DataCheck:
 
 
 def check_data(dataset: Dataset, effects: Sequence[type[Effect]] = EFFECTS) -> DataCheck:
-    """Check what a data set allows; nothing is fitted, so a second is enough."""
+    """Check a data set without any fit, within a second."""
     hindrance, parameters, inseparable = _calibration(dataset)
     images = sum(map(bool, dataset.poses.image or ()))
     poses = len(np.unique(dataset.points.pose)) if len(dataset.points) else images
@@ -128,7 +128,7 @@ def _testability(kind: type[Effect], dataset: Dataset, poses: int) -> Testabilit
 
 
 def _calibration(dataset: Dataset) -> tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]]:
-    """Why it cannot be calibrated, the parameters, and those that cannot be separated."""
+    """Why it cannot be calibrated, the parameters, and groups that cannot be separated."""
     if not len(dataset.points):
         return EXTRACT if dataset.poses.image is not None else NO_POINTS, (), ()
     try:
@@ -143,7 +143,7 @@ def _calibration(dataset: Dataset) -> tuple[str, tuple[str, ...], tuple[tuple[st
     draw = np.random.default_rng(0).uniform(-ASIDE, ASIDE, len(names))
     aside = model.parameters.nominal + np.where(problem.fixed, 0.0, draw * model.parameters.width)
     J = np.nan_to_num(jacobian_matrix(model, np.clip(aside, model.parameters.lower, model.parameters.upper)))[:, free]
-    moved = (J != 0.0).any(axis=0)  # a column of zeros is a parameter that nothing sees
+    moved = (J != 0.0).any(axis=0)  # a column of zeros: the parameter moves no row
     groups = [tuple(names[free[moved]][direction != 0.0].tolist()) for direction in null_directions(J[:, moved])]
     groups += [(name,) for name in names[free[~moved]].tolist()]
     return "", tuple(names.tolist()), tuple(groups)

@@ -1,6 +1,6 @@
-"""The most promising of very many frequencies of a wave, or moments of a step, all by the same sums over poses.
+"""Search over dense grids of frequencies of a wave, or moments of a step, by shared sums over poses.
 
-Those at all frequencies are Fourier sums over a joint's angles; those at a moment are running sums in time.
+For frequencies these are Fourier sums over a joint's angles, for moments running sums over time.
 """
 
 import numpy as np
@@ -11,45 +11,45 @@ from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
 from robolaser.model.grouped_rows import group_sums
 
 SPREAD = 12
-"""Grid cells on either side, over which a term of a Fourier sum is spread: twelve digits stay."""
+"""Grid cells on either side over which a term of a Fourier sum is spread, for twelve correct digits."""
 
 
 def gains_of_waves(
     normal: tuple[Array, Array, Array], angle: Array, frequencies: Array, harmonics: tuple[int, ...], scales: Array
 ) -> Array:
-    """What waves of a joint's angle explain together, as far as the model is linear, by their frequency, (g,).
+    """Chi-squared that waves of a joint's angle explain together in the linear model, for each frequency, (g,).
 
     Args:
-        normal: Of free motions of the joint at n poses, see `normal_equations`.
-        angle: At these poses, (n,).
+        normal: Normal equations of free motions of the joint at n poses, see `normal_equations`.
+        angle: The joint's angle at these poses, (n,).
         frequencies: Evenly spaced, (g,).
-        harmonics: Their multiples at which there are waves, (h,).
-        scales: Of the sine and the cosine of each, (2 h,).
+        harmonics: Multiples of the frequency that have waves, (h,).
+        scales: Scales of the sine and the cosine of each, (2 h,).
     """
     gradient, own, shared = normal
     by_columns = [fourier_sums(h * angle, np.column_stack([gradient, shared]), frequencies) for h in harmonics]
     waves = np.stack([part for sums in by_columns for part in (sums.imag, sums.real)], axis=1) * scales[:, None]
     squares = np.empty((len(frequencies), len(harmonics), 2, len(harmonics), 2))
     for i, j in np.ndindex(len(harmonics), len(harmonics)):
-        added, less = (
+        plus, minus = (
             fourier_sums((harmonics[i] + sign * harmonics[j]) * angle, own[:, None], frequencies)[:, 0] / 2.0
             for sign in (1, -1)
         )
         squares[:, i, :, j, :] = np.stack(
-            [(less - added).real, (added + less).imag, (added - less).imag, (less + added).real], axis=-1
+            [(minus - plus).real, (plus + minus).imag, (plus - minus).imag, (minus + plus).real], axis=-1
         ).reshape(-1, 2, 2)
     whole = squares.reshape(len(frequencies), len(scales), len(scales)) * np.outer(scales, scales)
     return _gains(waves[:, :, 0], whole, waves[:, :, 1:])
 
 
 def gains_of_steps(fit: Fit, white: Array, when: Array, moments: Array) -> Array:
-    """The same of an effect that begins at a moment, by that moment, (g,).
+    """Chi-squared that an effect explains which begins at a moment, for each moment, (g,).
 
     Args:
         fit: The model.
-        white: Derivatives of its whitened residuals by the effect's parameters, had it begun before all, (K, a).
-        when: Each pose was, (n,).
-        moments: After which it acts, (g,).
+        white: Derivatives of its whitened residuals by the parameters of the effect acting from the start, (K, a).
+        when: Time of each pose, (n,).
+        moments: Possible beginnings of the effect, (g,).
     """
     seen, of_number = np.unique(fit.pose_of_number, return_inverse=True)
     basis = np.hstack([fit.at.Q, np.linalg.qr(fit.release)[0]])
@@ -64,12 +64,12 @@ def gains_of_steps(fit: Fit, white: Array, when: Array, moments: Array) -> Array
 
 
 def _gains(along: Array, whole: Array, shared: Array) -> Array:
-    """By how much columns lower chi-squared at most, by their products with the residuals and with each other, (g,).
+    """Largest decrease of chi-squared by columns, from their products with the residuals and with each other, (g,).
 
     Args:
-        along: Without what the parameters imitate, (g, a).
-        whole: With it, (g, a, a).
-        shared: Products with a basis of what the parameters can do, (g, a, d).
+        along: Products with the residuals, the part that the parameters imitate removed, (g, a).
+        whole: Products with each other, that part included, (g, a, a).
+        shared: Products with an orthonormal basis of the parameters' columns, (g, a, d).
     """
     a = along.shape[1]
     A = whole - shared @ np.swapaxes(shared, 1, 2)
@@ -81,15 +81,15 @@ def _gains(along: Array, whole: Array, shared: Array) -> Array:
 def fourier_sums(angle: Array, columns: Array, frequencies: Array) -> Array:
     """Σ columns exp(i f angle) over angles (n,) and columns (n, v), for evenly spaced frequencies f (g,), (g, v).
 
-    By a fast transform of a grid over which each term is spread as a bell (Greengard, Lee 2004, Accelerating the
+    Each term is spread over a grid by a Gaussian, and the grid transformed (Greengard, Lee 2004, Accelerating the
     nonuniform fast Fourier transform).
     """
     g = len(frequencies)
     size = 1 << int(2 * g - 1).bit_length()
-    cell, place = 2.0 * np.pi / size, (frequencies[1] - frequencies[0]) * angle[:, None]
-    near = np.round(place / cell).astype(np.int64) + np.arange(-SPREAD, SPREAD + 1)
+    cell, position = 2.0 * np.pi / size, (frequencies[1] - frequencies[0]) * angle[:, None]
+    near = np.round(position / cell).astype(np.int64) + np.arange(-SPREAD, SPREAD + 1)
     width = np.pi * SPREAD / (size * (size - 0.5 * g))
-    bells = np.exp(-np.square(place - cell * near) / (4.0 * width))
+    bells = np.exp(-np.square(position - cell * near) / (4.0 * width))
     starts = np.arange(len(near) + 1) * near.shape[1]
     spread = csr_array((bells.ravel(), (near % size).ravel(), starts), shape=(len(near), size))
     number = np.arange(g) - g // 2

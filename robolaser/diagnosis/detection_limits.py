@@ -1,7 +1,7 @@
-"""The size from which on each effect is detected, or identified, and the error at the tool if it is overlooked.
+"""The smallest detectable and identifiable size of each effect, and the error at the tool if it is overlooked.
 
-Geodesy knows the three as minimal detectable bias, minimal separable bias, and external reliability (Baarda 1968, A
-testing procedure for use in geodetic networks; Förstner 1983).
+Geodesy calls them minimal detectable bias, minimal separable bias, and external reliability (Baarda 1968, A testing
+procedure for use in geodetic networks; Förstner 1983).
 """
 
 from collections.abc import Sequence
@@ -20,30 +20,30 @@ from robolaser.estimation.certainty import CERTAIN
 from robolaser.model.effects.effect import CandidateEffect
 
 IMITATED = 1e-4
-"""Share of what is left of a column's square alone, that is left beside effects which do the same. A judgement: those
-that merely show less keep a hundredth and more."""
+"""Ratio of the remaining share of a column's square with and without the effects found, below which they imitate it. A
+judgement: effects that are merely less visible keep a hundredth and more."""
 
 
 def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()) -> tuple[DetectionLimit, ...]:
-    """For each effect that is not in the model, the size of its principal parameter that is found nine times in ten.
+    """For each effect outside the model, the size of its principal parameter that is detected nine times in ten.
 
-    A size δ explains δ² |s|², s being its column without what the fitted parameters imitate. The square root of what is
-    measured of that scatters by one standard deviation, and it must exceed the effect's complexity penalty. Beside a
-    rival at an angle c to it only (1 - cos² c) of that is left to distinguish the two. Implausible sizes count as none.
+    A size δ explains δ² |s|², where s is its column without the part that the fitted parameters imitate. The square
+    root of the measured value has a standard deviation of one, and the value must exceed the effect's complexity
+    penalty. Beside a rival at an angle c, only (1 - cos² c) of it distinguishes the two. Implausible sizes are omitted.
 
     Args:
         tests: All against the final model.
-        alone: All against the model without effects. What is seen there alone, and of whose column next to nothing is
-            left beside the effects found, these imitate.
+        alone: All against the model without effects. An effect that is visible only there, with next to nothing of its
+            column left in the final model, is imitated by the effects found.
     """
     seen_alone = {test.candidate_effect: _share_left(test) for test in alone if _size(test) <= _largest(test)}
     limits = []
-    for test, (rival, alike) in zip(tests, _nearest_rivals(tests), strict=True):
+    for test, (rival, overlap) in zip(tests, _nearest_rivals(tests), strict=True):
         one = test.candidate_effect
         amplitude = one.effect.amplitudes()[0]
         unit = one.parameters_in(test.against.model.dataset.robot).items[0].unit
         size, largest = _size(test), _largest(test)
-        identifiable = size / np.sqrt(1.0 - alike) if alike < 1.0 else np.inf
+        identifiable = size / np.sqrt(1.0 - overlap) if overlap < 1.0 else np.inf
         is_seen, is_identified = size <= largest, identifiable <= largest
         limits.append(
             DetectionLimit(
@@ -61,7 +61,7 @@ def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()
 
 
 def _size(test: ScoreTest) -> float:
-    """Of an effect's principal parameter, found nine times in ten; infinite where the fitted parameters imitate it."""
+    """Detectable size of an effect's principal parameter; infinite if the fitted parameters imitate the effect."""
     length = float(np.linalg.norm(test.columns[:, 0]))
     needed = np.sqrt(penalty(test)) + NormalDist().inv_cdf(CERTAIN)
     scale = test.candidate_effect.effect.amplitudes()[0].prior_scale
@@ -69,21 +69,21 @@ def _size(test: ScoreTest) -> float:
 
 
 def _largest(test: ScoreTest) -> float:
-    """Plausible size of that parameter."""
+    """Largest plausible size of that parameter."""
     amplitude = test.candidate_effect.effect.amplitudes()[0]
     return min(amplitude.bound, LARGEST_PLAUSIBLE * amplitude.prior_scale)
 
 
 def _share_left(test: ScoreTest) -> float:
-    """Share of the squared length of an effect's principal column that the fitted parameters do not imitate."""
+    """Share of an effect's squared principal column that the fitted parameters do not imitate."""
     left, whole = float((test.columns[:, 0] ** 2).sum()), float((test.white[:, 0] ** 2).sum())
     return left / max(whole, 1e-12)
 
 
 def _nearest_rivals(tests: Sequence[ScoreTest]) -> list[tuple[CandidateEffect | None, float]]:
-    """Of each effect the candidate, of no higher penalty, that imitates its principal column best, and cos² of both.
+    """For each effect the candidate that imitates its principal column best, and cos² of their angle.
 
-    A dearer rival is no rival: it would have to explain more.
+    Candidates of a higher penalty are no rivals: they would have to explain more.
     """
     if not tests:
         return []
@@ -92,15 +92,15 @@ def _nearest_rivals(tests: Sequence[ScoreTest]) -> list[tuple[CandidateEffect | 
     shares[prices[:, None] > prices] = 0.0
     np.fill_diagonal(shares, 0.0)
     nearest = shares.argmax(axis=0)
-    alike = np.minimum(shares.max(axis=0), 1.0)
+    overlap = np.minimum(shares.max(axis=0), 1.0)
     return [
         (tests[j].candidate_effect if share > 0.0 else None, float(share))
-        for j, share in zip(nearest.tolist(), alike.tolist(), strict=True)
+        for j, share in zip(nearest.tolist(), overlap.tolist(), strict=True)
     ]
 
 
 def correlations(tests: Sequence[ScoreTest]) -> Array:
-    """|cosine| of the angle between an effect's principal column and what another can do, the larger way, (e, e)."""
+    """|cosine| of the angle between one effect's principal column and another's columns, the larger of both, (e, e)."""
     cosine = np.sqrt(np.minimum(_shares(tests), 1.0))
     return np.asarray(np.maximum(cosine, cosine.T))
 
@@ -114,7 +114,7 @@ def _shares(tests: Sequence[ScoreTest]) -> Array:
 
 
 def _at_tool(test: ScoreTest, size: float) -> float:
-    """Root mean square over the rows of how far an effect of a size moves what is measured, nothing refitted [m]."""
+    """Root-mean-square displacement of the rows by an effect of a size, without a refit [m]."""
     fit, scale = test.against, test.candidate_effect.effect.amplitudes()[0].prior_scale
     moved = fit.noise.correlate(test.white[:, 0][None] * (size / scale))
     return rms(fit.in_metres(moved.reshape(fit.at.plain.shape)))

@@ -1,4 +1,4 @@
-"""Poses at which two alternative explanations disagree the most: measure these next."""
+"""The poses to measure next: those at which two alternative explanations differ most."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,16 +18,16 @@ from robolaser.robot.inverse_kinematics import touching
 from robolaser.robot.postures import limits, random_configurations
 
 TRIED = 1500
-"""Configurations that are tried: half near measured ones, half anywhere."""
+"""Number of configurations tried: half near measured ones, half anywhere."""
 NEAR_RAD = 0.4
-"""How far from a measured one, as a standard deviation of each joint [rad or m]."""
+"""Standard deviation of each joint around a measured configuration [rad or m]."""
 WANTED = 5
 APART_RAD = 0.3
-"""Distance in joint space that configurations keep from one another [rad or m]."""
+"""Least distance of two configurations in joint space [rad or m]."""
 
 
 def too_few_poses(dataset: Dataset) -> str:
-    """A sentence where fewer poses differ than it takes to judge any effect; empty where enough do."""
+    """A sentence if too few poses differ to judge any effect, else ""."""
     different, poses = different_poses(dataset, MIN_POSES), len(np.unique(dataset.points.pose))
     if different >= MIN_POSES:
         return ""
@@ -37,13 +37,13 @@ def too_few_poses(dataset: Dataset) -> str:
     if 1 < different < poses:
         which = f"Only {different} of {poses} poses differ"
     return (
-        f"{which}: they do not show whether something is wrong, or what. Measure {MIN_POSES} or more that differ,"
+        f"{which}: this is not enough to detect an error, or its cause. Measure {MIN_POSES} or more that differ,"
         " spread over the cell, turned and tilted."
     )
 
 
 def spread_poses(fit: Fit, *, seed: int) -> tuple[Mapping[str, float], ...]:
-    """The same where no rivals are known: those that would say most of what a fitted model knows least."""
+    """The next poses without known rivals: those with most information on a fitted model's least certain parameters."""
     scale = fit.problem.scale
     variances, V = np.linalg.eigh(fit.at.covariance / np.outer(scale, scale))
     aside = fit.x + scale * V[:, -1] * np.sqrt(max(float(variances[-1]), 0.0))
@@ -51,16 +51,16 @@ def spread_poses(fit: Fit, *, seed: int) -> tuple[Mapping[str, float], ...]:
 
 
 def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float], ...]:
-    """Configurations that would distinguish two fitted models best.
+    """Find the configurations that distinguish two fitted models best.
 
-    They are within the joint limits, have the target in sight, and the arm and its sensor do not hit themselves.
+    They are within the joint limits, with the target visible and without self-collisions of the arm and its sensor.
 
-    Both models, each with its own best parameters, predict what would be measured; where they differ most, in standard
-    deviations of the noise, a measurement decides most (T-optimality: Atkinson, Fedorov 1975).
+    Both models, each with its own best parameters, predict the measurements; a measurement decides most at the largest
+    difference in standard deviations of the noise (T-optimality: Atkinson, Fedorov 1975).
 
     Returns:
-        Joint values by name [rad or m], the most discriminating first; none where the sensor cannot go anywhere else
-        (sockets) or no joint angles were read.
+        Joint values by name [rad or m], the most discriminating first; none if the sensor has no other poses (sockets)
+        or no joint angles were read.
     """
     dataset = one.model.dataset
     robot, q = dataset.robot, dataset.poses.q
@@ -75,9 +75,9 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
     points, visible = seen
     tried = tried[visible]
     extended, rows = _extended(dataset, tried, points.take(visible[points.pose]))
-    apart = _prediction(one, extended)[rows] - _prediction(other, extended)[rows]
+    difference = _prediction(one, extended)[rows] - _prediction(other, extended)[rows]
     root = np.linalg.inv(np.linalg.cholesky(one.noise.covariances.mean(axis=0)))
-    distance = np.nan_to_num(((apart @ root.T) ** 2).sum(axis=(1, 2)))
+    distance = np.nan_to_num(((difference @ root.T) ** 2).sum(axis=(1, 2)))
     chosen: list[int] = []
     bodies = collision_model(dataset, Limits())
     for i in np.argsort(-distance, kind="stable"):
@@ -90,7 +90,7 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
 
 
 def _configurations(dataset: Dataset, rng: np.random.Generator) -> Array:
-    """Configurations within the joint limits, joints that never moved where they stood, (k, j)."""
+    """Configurations within the joint limits, with joints that never moved at their constant values, (k, j)."""
     robot, q = dataset.arm
     lower, upper = limits(robot)
     measured = q[np.unique(dataset.points.pose)]
@@ -103,7 +103,7 @@ def _configurations(dataset: Dataset, rng: np.random.Generator) -> Array:
 
 
 def _aimed(fit: Fit, values: Values, tried: Array, rng: np.random.Generator) -> Array:
-    """Configurations near by from which the sensor sees something; the same ones where it need not aim."""
+    """Nearby configurations with something in view; unchanged if the sensor need not aim."""
     robot, q = fit.model.dataset.arm
     aimed = fit.model.blocks.aims(values, robot.forward(q[None])[0])
     if aimed is None:
@@ -115,32 +115,32 @@ def _aimed(fit: Fit, values: Values, tried: Array, rng: np.random.Generator) -> 
 
 
 def _still(q: Array) -> Bools:
-    """Joints that never moved while others did: somebody holds them, (j,)."""
+    """Mask of joints that never moved while others did: they are held, (j,)."""
     moved = np.ptp(q, axis=0) > 0
     return np.asarray(~moved & moved.any())
 
 
 def _prediction(fit: Fit, extended: Dataset) -> Array:
-    """Residuals of all rows of a longer data set by a model's parameters, (m, k)."""
+    """Residuals of all rows of an extended data set at a model's parameters, (m, k)."""
     e: Array = replace(fit.model, dataset=extended).residuals_at(fit.problem.parameters.values(fit.x[None]))[0]
     return e
 
 
 def _extended(dataset: Dataset, q: Array, seen: Points) -> tuple[Dataset, Ints]:
-    """The data set with configurations (k, j) and what is seen there after its last pose; rows of each, (k, r).
+    """The data set with configurations (k, j) and their points appended; and the rows of each, (k, r).
 
-    All are at the time of the last pose, moving as it did, in its warmth, in the last session.
+    They have the time, velocity and temperature of the last pose, and the last session.
     """
     points, poses, n, k = dataset.points, dataset.poses, len(dataset.poses), len(q)
     last = 0 if poses.time_s is None else int(np.argmax(poses.time_s))
     session = None if poses.session is None else (dataset.sessions.names[-1] if dataset.sessions else "",) * k
-    there = replace(
+    new = replace(
         poses.take(np.full(k, last)), names=tuple(f"next {i}" for i in range(k)), q=q, image=None, session=session
     )
     number = np.unique(seen.pose, return_inverse=True)[1]
     longer = replace(
         dataset,
-        poses=stacked([poses, there]),
+        poses=stacked([poses, new]),
         points=stacked([points, replace(seen, pose=n + number)]),
     )
     return longer, len(points) + np.arange(len(seen)).reshape(k, -1)

@@ -1,4 +1,4 @@
-"""What effects would do to the residuals: by the chain rule, from what they do to the value that passes their stage."""
+"""Derivatives of the residuals by effects, by the chain rule through the value at their stage."""
 
 from typing import Any, cast, final
 
@@ -22,9 +22,9 @@ def prior_scales(candidate_effect: CandidateEffect) -> Array:
 
 @final
 class Columns:
-    """Derivatives of whitened residuals by effects' parameters and by joint angles, kept for models that lie near.
+    """Derivatives of whitened residuals by effects' parameters and by joint angles, cached for similar models.
 
-    A model with one effect more or less has nearly the same derivatives; what differs is which of them its parameters
+    A model with one effect more or less has nearly the same derivatives, and differs in those that its parameters
     imitate. Refits decide in the end.
     """
 
@@ -35,24 +35,24 @@ class Columns:
         self._passing: dict[Stage, Array | None] = {}
 
     def by_effect(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
-        """By the linear parameters in units of their prior scales, for each value of the others (g, s): (K, g a)."""
+        """By the linear parameters in units of their prior scales, for nonlinear parameters (g, s): (K, g a)."""
         key = candidate_effect, grid.tobytes()
         if key not in self._by_effect:
-            self._by_effect[key] = self._worked_out(fit, candidate_effect, grid)
+            self._by_effect[key] = self._computed(fit, candidate_effect, grid)
         return self._by_effect[key]
 
-    def _worked_out(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
+    def _computed(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
         stage = candidate_effect.effect.stage_in(fit.model.dataset)
         if stage is Stage.JOINTS:
             return self._by_joints(fit, stage_moves(fit.model, candidate_effect, grid, fit.model.dataset.arm[1]))
         value = self._passed(fit, stage)
-        if value is None:  # each session has its own
+        if value is None:  # the value differs between sessions
             columns = fit.at.columns(candidate_effect, grid) * prior_scales(candidate_effect)
             return np.moveaxis(columns, 0, 1).reshape(columns.shape[1], -1)
         return self._through(fit, stage, value, stage_moves(fit.model, candidate_effect, grid, value))
 
     def by_parameters(self, fit: Fit, candidate_effect: CandidateEffect, x: Array) -> Array | None:
-        """By all parameters of an effect that are x (p,), per unit of each, (K, p); None where that is not known."""
+        """By all parameters of an effect at values x (p,), per unit of each, (K, p); None if unknown."""
         stage = candidate_effect.effect.stage_in(fit.model.dataset)
         value = fit.model.dataset.arm[1] if stage is Stage.JOINTS else self._passed(fit, stage)
         if value is None:
@@ -67,7 +67,7 @@ class Columns:
         return self._passing[stage]
 
     def _through(self, fit: Fit, stage: Stage, value: Array, moves: Array) -> Array:
-        """By what is added to a stage's value, (q, ...): (K, q)."""
+        """By increments of a stage's value, (q, ...): (K, q)."""
         if stage in OF_ROWS:
             return self._of_rows.setdefault(stage, stage_derivatives(fit)).of_rows(stage, moves)
         twists = _twists(value, moves)
@@ -80,7 +80,7 @@ class Columns:
         return columns
 
     def _by_joints(self, fit: Fit, moves: Array) -> Array:
-        """An effect moves joints, (g a, n, j), and joints move each row of their own pose."""
+        """By motions of joints, (g a, n, j), which move the rows of their own pose: (K, g a)."""
         robot, _ = fit.model.dataset.arm
         columns = np.zeros((len(fit.pose_of_number), len(moves)))
         for i in np.flatnonzero(moves.any(axis=(0, 1))):
@@ -92,48 +92,48 @@ class Columns:
         return self._by_stage(fit, Stage.JOINTS, joint)[:, 0]
 
     def _by_stage(self, fit: Fit, stage: Stage, joint: str = "") -> Array:
-        """By small motions of what passes a stage, (K, q)."""
+        """By small motions of a stage's value, (K, q)."""
         if (stage, joint) not in self._by_motion:
             self._by_motion[stage, joint] = stage_derivatives(fit).by_motion(stage, joint)
         return self._by_motion[stage, joint]
 
 
 def stage_moves(model: Model, candidate_effect: CandidateEffect, grid: Array, value: Array) -> Array:
-    """Derivatives of what comes out of a stage by an effect's amplitudes, in units of prior scales, (g a, ...).
+    """Derivatives of a stage's output by an effect's amplitudes in units of prior scales, (g a, ...).
 
     Args:
-        model: What the effect may look at.
-        candidate_effect: Is at the stage.
+        model: The model whose run the effect depends on.
+        candidate_effect: An effect at the stage.
         grid: Values of its nonlinear parameters, (g, s).
-        value: What passes it.
+        value: The stage's input.
     """
     scales = prior_scales(candidate_effect)
     x = np.hstack([np.zeros((len(grid), len(scales))), grid])
     return _slopes(model, candidate_effect, x, np.eye(x.shape[1])[: len(scales)] * scales[:, None], value)
 
 
-def _slopes(model: Model, candidate_effect: CandidateEffect, x: Array, ways: Array, value: Array) -> Array:
-    """Derivatives of what comes out of an effect's stage with parameters x (c, p), along ways (q, p), (c q, ...)."""
+def _slopes(model: Model, candidate_effect: CandidateEffect, x: Array, directions: Array, value: Array) -> Array:
+    """Derivatives of a stage's output at an effect's parameters x (c, p), along directions (q, p), (c q, ...)."""
     numbers: list[Any] = []
-    for at, way in zip(x.T, ways.T, strict=True):
+    for at, way in zip(x.T, directions.T, strict=True):
         by = np.flatnonzero(way)
         slopes = np.repeat(way[by, None], len(x), axis=1)
         numbers.append(Dual(at, slopes, tuple(by.tolist())) if len(by) else at)
     effect = candidate_effect.at(cast("Values", dict(zip(candidate_effect.parameters.names, numbers, strict=True))))
     moved: Any = perturb_with((effect,), model.run)(candidate_effect.effect.stage_in(model.dataset), value[None])
-    slopes = np.zeros((len(x), len(ways), *moved.shape[1:]))
+    slopes = np.zeros((len(x), len(directions), *moved.shape[1:]))
     slopes[:, list(moved.of)] = np.swapaxes(moved.slopes, 0, 1)
     return slopes.reshape(-1, *slopes.shape[2:])
 
 
 def _twists(T: Array, slopes: Array) -> Array:
-    """Shifts and turns in its own frame with which a rigid motion T changes, (..., 6), by its slopes (..., 4, 4)."""
+    """Twists of a rigid motion T in its own frame, shifts before turns, (..., 6), from its slopes (..., 4, 4)."""
     W = inverse(T) @ slopes
     return np.stack([W[..., 0, 3], W[..., 1, 3], W[..., 2, 3], W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)
 
 
 def _chained(moves: Array, slopes: Array, of_number: Ints) -> Array:
-    """Derivatives (K, q) by motions that each number shares with its pose or row, times these motions (g, n, q)."""
+    """Derivatives (K, q) by motions of each number's pose or row, times these motions (g, n, q): (K, g)."""
     if moves.shape[1] == 1:
         return slopes @ moves[:, 0].T
     columns: Array = np.einsum("gkq,kq->kg", moves[:, of_number], slopes)

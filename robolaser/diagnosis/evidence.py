@@ -1,4 +1,4 @@
-"""How certain an effect is: what could replace it."""
+"""The evidence for an effect against the alternatives that could replace it."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -22,17 +22,17 @@ from robolaser.model.effects.effect import CandidateEffect
 @final
 @dataclass(frozen=True)
 class EffectEvidence:
-    """An effect of the final model against everything that could replace it.
+    """An effect of the final model against all alternatives.
 
     Attributes:
         candidate_effect: The effect.
-        explained: Chi-squared that only it explains.
-        probability: Of it.
-        credibility: Probability that it, and nothing unmodelled, explains what it does.
-        weights: Probabilities of it and of each candidate that was tried in its place, None for neither; sum 1, but for
-            those that are at work together.
-        fits: The model that each of these is a probability of.
-        alternatives: Indistinguishable candidates, the cheapest first, and the final model with each in its place.
+        explained: Increase of chi-squared without the effect.
+        probability: Probability of the effect.
+        credibility: Probability that the effect, not an unmodelled cause, explains this.
+        weights: Probabilities of the effect, of each candidate tried instead, and, under None, of neither; their sum is
+            1, except for candidates that occur together.
+        fits: The model for each of these probabilities.
+        alternatives: Indistinguishable candidates, the cheapest first, and the final model with each instead.
     """
 
     candidate_effect: CandidateEffect
@@ -45,7 +45,7 @@ class EffectEvidence:
 
     @property
     def without(self) -> Fit:
-        """The final model without it, fitted."""
+        """The refitted model without the effect."""
         return self.fits[None]
 
 
@@ -57,13 +57,13 @@ def evidence_for(
     unexplained: float,
     held_out: HeldOut,
 ) -> EffectEvidence:
-    """Weigh an effect of the final model.
+    """Weigh an effect of the final model against its alternatives.
 
     Args:
         refits: Fits other sets.
         final: The model.
         candidate_effect: The effect.
-        unmodelled: Probability of an unmodelled cause in its place.
+        unmodelled: Probability of an unmodelled cause instead.
         unexplained: Chi-squared that no effect explains.
         held_out: Errors on held-out poses.
     """
@@ -77,15 +77,15 @@ def evidence_for(
         zip((candidate_effect, *(one for one, _ in others), None), weights.tolist(), strict=True)
     )
     fits: dict[CandidateEffect | None, Fit] = {candidate_effect: final, None: without, **dict(others)}
-    alike = [pair for pair in others if is_indistinguishable(final.deviance, pair[1].deviance)]
-    alike = sorted(alike, key=lambda pair: refits.cost(pair[1]))
+    indistinguishable = [pair for pair in others if is_indistinguishable(final.deviance, pair[1].deviance)]
+    indistinguishable = sorted(indistinguishable, key=lambda pair: refits.cost(pair[1]))
     for rival in set_rivals(refits, final, candidate_effect, held_out):
         instead = by_candidate[candidate_effect] * rival.probability
         by_candidate[candidate_effect] -= instead
         by_candidate |= {one: max(instead, by_candidate.get(one, 0.0)) for one in rival.effects}
         fits |= dict.fromkeys(rival.effects, rival.fit)
         if rival.probability > LEAST_PROBABILITY:
-            alike = [*((one, rival.fit) for one in rival.effects), *alike]
+            indistinguishable = [*((one, rival.fit) for one in rival.effects), *indistinguishable]
     return EffectEvidence(
         candidate_effect,
         explained,
@@ -93,16 +93,16 @@ def evidence_for(
         believable,
         by_candidate,
         fits,
-        tuple({one: (one, fit) for one, fit in reversed(alike)}.values())[::-1],
+        tuple({one: (one, fit) for one, fit in reversed(indistinguishable)}.values())[::-1],
     )
 
 
 def _alternatives_refitted(
     refits: Refits, final: Fit, candidate_effect: CandidateEffect
 ) -> Iterator[tuple[CandidateEffect, Fit]]:
-    """Candidates that promise as much as an effect of the final model, and that model with each in its place.
+    """Candidates with a score near that of an effect of the final model, and that model with each instead.
 
-    None of them is larger than plausible there.
+    Candidates beyond their bounds there are omitted.
     """
     without = refits.refit(final, removed=candidate_effect)
     tests = [test for test in refits.score_tests(without) if test.candidate_effect != candidate_effect]

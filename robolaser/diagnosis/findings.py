@@ -1,4 +1,4 @@
-"""The findings of a diagnosis: the gap step by step, each effect with its parameters, what was not tested."""
+"""The findings of a diagnosis: the gap step by step, effects with their parameters, and untestable effects."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -36,12 +36,12 @@ def findings_of(
     whole: Fit,
     errors: Array,
 ) -> tuple[Finding, ...]:
-    """Each effect with its gaps, in the order in which they were added: the greatest loss first.
+    """Each effect with its gaps, in the order of `nested`: the effect with the largest gap without it first.
 
     Args:
         refits: Fits sets of effects.
-        nested: Fits of the effects added one by one.
-        evidence: For each of them.
+        nested: Fits with the effects added one by one.
+        evidence: The evidence for each of them.
         held_out: Errors on held-out poses.
         whole: The final model, fitted to all poses.
         errors: Standard errors of its parameters, (d,).
@@ -69,12 +69,12 @@ def findings_of(
 
 
 def listed(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Those that are probable enough to be listed; the others are reported as their class."""
+    """Findings that are probable enough to be listed; the others are reported as their class."""
     return tuple(found for found in findings if found.probability >= LEAST_PROBABILITY)
 
 
 def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: int) -> Gap:
-    """The held-out gap, from the nominal model to the final one; the calibrated model's is the calibration's own."""
+    """The held-out gap of the nominal, the calibrated and the final model."""
     pose = start.model.dataset.points.pose
     after = held_out.errors(final)
     floor = final.size_of(noise)
@@ -93,8 +93,8 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
 def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:
     """The nominal model's error; None without a nominal model, which needs the sensor's parameters and mount.
 
-    Where things that were put or mounted for a campaign were not measured, they are fitted. If nothing else is unknown
-    and nothing is given, the arm is the nominal model.
+    Unmeasured positions of things set up for a campaign are fitted. If nothing else is unknown and nothing is given,
+    the nominal model is the arm.
     """
     items, blocks = start.sensor.items, start.model.blocks
     lasting = {*blocks.free, *blocks.derived} - {*blocks.put_anew}
@@ -123,15 +123,15 @@ def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Ma
 
 
 def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence], tried: int) -> list[Localization]:
-    """Where the gap lay, by what each effect explains of it.
+    """Locations of an explained gap, with the share that each effect explains.
 
-    Of several effects at one site, the one that is least likely by chance gives the site's p value and coordinate.
+    Of several effects at one site, the least likely by chance gives the site's p value and coordinate.
 
     Args:
         start: The model without effects.
-        final: With all of them.
-        evidence: For each of them, in any order.
-        tried: Candidates that they were chosen among.
+        final: The model with all effects.
+        evidence: The evidence for each effect, in any order.
+        tried: Number of candidates that they were chosen from.
     """
     excess = max(start.chi2 - start.freedoms, 1e-9)
     closed = float(np.clip((start.chi2 - final.chi2) / excess, 0.0, 1.0))
@@ -154,14 +154,14 @@ def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence], 
 
 
 def _chance(one: EffectEvidence) -> float:
-    """Probability that noise makes one given candidate explain as much."""
+    """Probability that a given candidate explains as much of pure noise."""
     return float(chdtrc(len(one.candidate_effect.effect.units()), max(one.explained, 0.0)))
 
 
 def _coordinate(kind: type[Effect], site: str, located: Sequence[Localization]) -> str:
     """The coordinate of an unknown function at an effect's location, if the effect may depend on it; else its title.
 
-    A constant of the arm depends on nothing, and on time only what drifts.
+    Constants of the arm depend on no coordinate, and only effects that depend on the trajectory depend on time.
     """
     own = [one.coordinate for one in located if one.site == site and kind.cause != GEOMETRY]
     return next((one for one in own if one != TIME or kind.depends_on_trajectory), kind.title)
@@ -170,7 +170,7 @@ def _coordinate(kind: type[Effect], site: str, located: Sequence[Localization]) 
 def not_testable(
     kinds: Sequence[type[Effect]], dataset: Dataset, limits: Sequence[DetectionLimit], *, enough: bool
 ) -> dict[str, str]:
-    """Why an effect could not be tested, by its name; effects that this kind of sensor cannot have are left out."""
+    """Why effects could not be tested, by name, without effects that this kind of sensor cannot have."""
     missing = {kind.name: kind.missing(dataset) or lack_of_poses(kind, dataset) for kind in kinds}
     reasons = {name: reason for name, reason in missing.items() if not isinstance(reason, SensorLacks)}
     if not enough:

@@ -1,4 +1,4 @@
-"""A model with some effects in it, fitted: `calibrate`'s problem with whitened rows and weak priors."""
+"""Fits of models with effects: the problem of `calibrate` with whitened rows and weak priors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,31 +22,31 @@ from robolaser.model.noise.covariance import NoiseModel
 from robolaser.parameters import Parameters
 
 SEEN, LEAST_SHARE = 1e-3, 0.1
-"""Variance by whole poses' scatter, over the largest, from which on a direction shows it; and the least share of
-those directions that the sensor's parameters leave. Effects count by their penalties."""
+"""Least variance by the scatter of whole poses, relative to the largest, in directions that show it; and the least
+share of those directions that remains beside the sensor's parameters. Effects count by their penalties."""
 LEAST_FACTOR = 1e-2
-"""The least factor on an assumed scatter."""
+"""Least factor on an assumed scatter."""
 MOST_STEPS = 40
-"""Of a fit: a good model takes twenty at most; a hopeless one may creep along a curved valley, for a sixth of a tracked
-arm's diagnosis."""
+"""Most steps of a fit: a good model takes twenty at most; a hopeless one may creep along a curved valley, for a sixth
+of the time of a tracked arm's diagnosis."""
 NEGLIGIBLE = 1e-8
-"""Share of a column's squared length, below which it is a combination of others, or what the fitted parameters imitate:
+"""Share of a column's squared length below which it is a combination of others, or imitated by the fitted parameters:
 half of double precision."""
 
 CORRELATED = 1e-12
-"""Eigenvalues of correlations, over the largest, that are rounding: double precision with four digits to spare."""
+"""Eigenvalue of a correlation, relative to the largest, that is rounding: double precision with four spare digits."""
 
 
 def problem_of(model: Model, noise: NoiseModel, sensor: Parameters) -> Problem:
-    """The problem that a diagnosis solves: bounds count as a prior, a uniform distribution's standard deviation wide.
+    """The problem that a diagnosis solves: priors have the standard deviation of a uniform distribution in the bounds.
 
-    Nonlinear parameters have no prior: while the others are zero they mean nothing. The geometry of a whole arm has
-    that of its usual size.
+    Nonlinear parameters have no prior: they have no meaning while the others are zero. The prior of a whole arm's
+    geometry has its usual size.
 
     Args:
-        model: With its effects.
-        noise: Of its rows.
-        sensor: The sensor's parameters, those of all rows where the model holds some of them.
+        model: The model with its effects.
+        noise: The noise of its rows.
+        sensor: The sensor's parameters for all rows, also for a model of some rows.
     """
     parameters = sensor + model.effect_parameters
     nonlinear = [one.key(each.name) for one in model.effects for each in one.effect.nonlinear_parameters()]
@@ -63,9 +63,9 @@ class Fit:
     """The optimum of a problem.
 
     Attributes:
-        problem: What was fitted.
+        problem: The fitted problem.
         x: The parameters, (d,).
-        slopes: Derivatives of the whitened residuals there, where they are known, see `Linearization`, (K, d).
+        slopes: Derivatives of the whitened residuals there, if known, see `Linearization`, (K, d).
     """
 
     problem: Problem
@@ -74,41 +74,41 @@ class Fit:
 
     @classmethod
     def of(cls, problem: Problem, start: Array, slopes: Array | None = None, rival: float = np.inf) -> "Fit":
-        """Fit, from parameters (d,) that are near, with derivatives (d, K) that are, see `solve`."""
+        """Fit from nearby parameters (d,) and derivatives (d, K), see `solve`."""
         end = solve(problem, start[None], tol=SHARE, enough=ENOUGH, slopes=slopes, rival=rival, most_steps=MOST_STEPS)
         return cls(problem, end.x[0], None if end.slopes is None else end.slopes[0].T)
 
     @cached_property
     def at(self) -> Linearization:
-        """The problem near the optimum. Its rows are K whitened numbers of the data and e of distances and priors."""
+        """The linearization at the optimum: K whitened numbers of the data, then e of distances and priors."""
         return Linearization(self.problem, self.x, self.slopes)
 
     @property
     def model(self) -> Model:
-        """Data and effects."""
+        """The model: data and effects."""
         return self.problem.model
 
     @property
     def noise(self) -> NoiseModel:
-        """Of the rows."""
+        """The noise of the rows."""
         noise = self.problem.noise
         assert noise is not None  # `problem_of` has it
         return noise
 
     @property
     def sensor(self) -> Parameters:
-        """The parameters that are no effect's."""
+        """The parameters other than those of effects."""
         every = self.problem.parameters
         return Parameters(every.items[: len(every) - len(self.model.effect_parameters)])
 
     @property
     def effects(self) -> tuple[CandidateEffect, ...]:
-        """Effects in the model."""
+        """The effects in the model."""
         return self.model.effects
 
     @property
     def has_optics(self) -> bool:
-        """Whether the sensor sees pixels: then its own parameters imitate much of an arm's geometry.
+        """Whether the sensor measures pixels: its parameters then imitate much of an arm's geometry.
 
         Without optics only a few fixed positions are fitted beside the arm, and a pose has few rows.
         """
@@ -116,7 +116,7 @@ class Fit:
 
     @property
     def chi2(self) -> float:
-        """Squared length of the whitened residuals, known distances and distances from the priors counted in."""
+        """Squared length of the whitened residuals, including those of known distances and priors."""
         return self.at.cost
 
     @cached_property
@@ -126,7 +126,7 @@ class Fit:
 
     @property
     def spread(self) -> float:
-        """How unevenly the rows hold the error, see `spread_of`."""
+        """Unevenness of the error over the rows, see `spread_of`."""
         return spread_of(self.row_squares, self.model.blocks.row_numbers)
 
     @cached_property
@@ -138,22 +138,22 @@ class Fit:
 
     @property
     def deviance(self) -> float:
-        """Chi-squared with the scatter of whole poses as large as makes the residuals likeliest.
+        """Minus twice the logarithm of the likelihood, profiled over the scatter of whole poses.
 
-        Minus twice the logarithm of the likelihood, profiled over that scatter; `chi2` where it is as assumed.
+        It equals `chi2` if the likeliest scatter is the assumed one.
         """
         return self.chi2 + self._profile[1]
 
     @property
     def scatter_factor(self) -> float:
-        """That scatter over the one assumed."""
+        """Ratio of the likeliest scatter to the assumed one."""
         return self._profile[0]
 
     @cached_property
     def with_likeliest_scatter(self) -> "Fit":
-        """The same model fitted beside noise with that scatter.
+        """The same model fitted with the likeliest scatter.
 
-        Weights and scatter are found in turn: parameters that were fitted with other weights leave more of it.
+        Weights and scatter are determined in turn: parameters that were fitted with other weights leave more scatter.
         """
         fit = self
         for _ in range(ROUNDS):
@@ -166,7 +166,7 @@ class Fit:
 
     @property
     def freedoms(self) -> int:
-        """Whitened residuals less parameters, at least 1."""
+        """Degrees of freedom: whitened residuals less parameters, at least 1."""
         return max(1, self.problem.numbers - len(self.x))
 
     @cached_property
@@ -185,16 +185,16 @@ class Fit:
         return np.sqrt(np.maximum(np.diag(self.at.covariance), 0.0))
 
     def marginal_cost(self, effects: Sequence[CandidateEffect]) -> float:
-        """What the freedom of effects with usual sizes costs, in chi-squared; those on a bound are left out."""
+        """Cost of the freedom of effects with usual sizes, in chi-squared, without parameters on a bound."""
         own = self._free_parameters(effects)
         prior = self.problem.prior
         assert prior is not None  # `problem_of` has it
         return marginal_cost(self.x[own], self.at.covariance[np.ix_(own, own)], prior[own])
 
     def wald(self, candidate_effect: CandidateEffect) -> float:
-        """Chi-squared by which an effect's parameters differ from zero; those on a bound are left out.
+        """Chi-squared of an effect's parameters against zero, without those on a bound.
 
-        Directions that move no row, whose covariance is zero, count for nothing.
+        Directions of zero covariance, which move no row, contribute nothing.
         """
         own = np.flatnonzero(self._free_parameters([candidate_effect]))
         own = own[self.deviations[own] > 0.0]
@@ -203,10 +203,10 @@ class Fit:
         return float(unit @ np.linalg.pinv(correlation, rcond=CORRELATED, hermitian=True) @ unit)
 
     def exceeds_bounds(self, candidate_effect: CandidateEffect) -> bool:
-        """Whether a parameter of an effect is beyond what is plausible: an amplitude on a bound, where a valley led it.
+        """Whether a parameter of an effect exceeds its plausible range: an amplitude on a bound, as in a long valley.
 
-        Or a nonlinear one that the data push there. Not by the nominal value, nor by the ends of a shape, which has no
-        unit, or of a series' further terms.
+        Or a nonlinear parameter that the data push there. Nominal values on a bound do not count, nor do bounds of
+        shape parameters, which have no unit, or of a series' further terms.
         """
         kind, problem, near = candidate_effect.effect, self.problem, TOUCH * self.problem.scale
         amplitudes = {one.name: np.logical_or(*self.at.touching) for one in kind.amplitudes()[:FULLY_PENALIZED]}
@@ -223,7 +223,7 @@ class Fit:
 
     @cached_property
     def pose_of_number(self) -> Ints:
-        """Pose of each whitened number of the data, (K,)."""
+        """The pose of each whitened number of the data, (K,)."""
         return self.model.dataset.points.pose[self.problem.row_of_number]
 
     def in_metres(self, residuals: Array) -> Array:
@@ -235,13 +235,13 @@ class Fit:
         return noise.size_m(self.in_metres)
 
     def rotation_of(self, noise: NoiseModel) -> float:
-        """The same of those numbers of a row that are angles [rad]."""
+        """Root-mean-square rotation of a row by noise alone [rad]."""
         rows = self.model.dataset.format
         return noise.size_m(lambda residuals: residuals[:, rows.numbers - rows.angles :])
 
     @cached_property
     def release(self) -> Array:
-        """What parameters on a bound would do on their way back, without what the others imitate, (K + e, q)."""
+        """Columns of parameters on a bound, pointing inwards, without the part that the others imitate, (K + e, q)."""
         return self.at.project(self.at.release)
 
     def best_amplitudes(self, white: Array) -> Array:
@@ -250,7 +250,7 @@ class Fit:
         return best_amplitudes(columns, self.at.r)[: white.shape[1]]
 
     def moved(self, white: Array, amplitudes: Array) -> Array:
-        """Where the parameters go once further whitened columns (K, n) have some amplitudes (n,), (d,)."""
+        """The parameters in the linear model with amplitudes (n,) of further whitened columns (K, n), (d,)."""
         r = self.at.r.copy()
         r[: len(white)] += white @ amplitudes
         return self.x + self.at.step(r)

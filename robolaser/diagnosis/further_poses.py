@@ -1,6 +1,6 @@
-"""What further poses say of models that were fitted without them: recursive least squares.
+"""Update of fitted models by further poses: recursive least squares.
 
-Normal equations add up, so a pose more needs its own rows only: residuals r and derivatives J by parameters of
+Normal equations add up, so that a further pose needs only its own rows: residuals r and derivatives J by parameters of
 covariance P raise chi-squared by rᵀ(1 + J P Jᵀ)⁻¹r and move the parameters by -P Jᵀ(1 + J P Jᵀ)⁻¹r (Plackett 1950,
 Biometrika 37).
 """
@@ -31,12 +31,12 @@ from robolaser.model.stages import OF_ROWS
 @final
 @dataclass(frozen=True, eq=False)
 class FurtherRows:
-    """Rows of further poses, as any of the models sees them.
+    """Rows of further poses, for all models.
 
     Attributes:
         dataset: All rows, these last.
-        shots: Rows of points.csv behind each of these, (m,).
-        start: The model without effects, which was fitted to the others.
+        shots: Number of rows of points.csv averaged in each of these, (m,).
+        start: The model without effects, fitted to the earlier rows.
     """
 
     dataset: Dataset
@@ -45,18 +45,18 @@ class FurtherRows:
 
     @classmethod
     def of(cls, start: Fit, before: Dataset, further: Dataset) -> "FurtherRows":
-        """Of poses that followed others.
+        """Average the rows of the latest poses and append them.
 
         Args:
             start: The model without effects.
-            before: Its averaged rows, with those of further poses so far.
-            further: The poses that came last.
+            before: The averaged rows so far.
+            further: The latest poses.
         """
         averaged = AveragedData.of(further)
         return cls(with_poses_of(before, averaged.dataset), averaged.shots, start)
 
     def white(self, fit: Fit, x: Array) -> tuple[Array, Array]:
-        """Their whitened residuals by a model with parameters x (d,), and the derivatives of these, (k,) and (k, d)."""
+        """Their whitened residuals in a model with parameters x (d,), and the derivatives, (k,) and (k, d)."""
         looks_at_rows = any(one.effect.stage_in(self.dataset) in OF_ROWS for one in fit.effects)
         model = (self._whole if looks_at_rows else self._own).with_effects(fit.effects)
         last = slice(-len(self.shots), None)
@@ -82,13 +82,13 @@ class FurtherRows:
 @final
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """A model, and what further poses say of it.
+    """A model updated by further poses.
 
     Attributes:
-        fit: As it was fitted.
-        x: Its parameters now, (d,).
-        covariance: Of them, (d, d); zero for those that cannot move.
-        added: Chi-squared that those poses added.
+        fit: The fit before them.
+        x: The updated parameters, (d,).
+        covariance: Their covariance, (d, d); zero for fixed ones.
+        added: Chi-squared added by those poses.
         chance: Probability of the last rows' residuals by chance.
     """
 
@@ -100,11 +100,11 @@ class Followed:
 
     @classmethod
     def of(cls, fit: Fit) -> "Followed":
-        """A model as it was fitted."""
+        """A model without further poses."""
         return cls(fit, fit.x, fit.at.covariance)
 
     def with_rows(self, rows: FurtherRows) -> "Followed":
-        """After these rows, too."""
+        """Update by rows."""
         r, J = rows.white(self.fit, self.x)
         PJ = self.covariance @ J.T
         solved = np.linalg.solve(np.eye(len(r)) + J @ PJ, np.column_stack([r, PJ.T]))
@@ -119,7 +119,7 @@ class Followed:
         )
 
     def narrowed(self, since: "Followed") -> Array:
-        """Standard deviations of the parameters over those of an earlier state, (d,); 1 for those that cannot move."""
+        """Ratio of the parameters' standard deviations to those of an earlier state, (d,); 1 for fixed ones."""
         before, now = np.diag(since.covariance), np.diag(self.covariance)
         return np.sqrt(np.divide(np.maximum(now, 0.0), before, out=np.ones(len(now)), where=before > 0.0))
 
@@ -127,14 +127,14 @@ class Followed:
 @final
 @dataclass(frozen=True, eq=False)
 class Weighed:
-    """The models that a diagnosis weighed against each other, and what further poses say of them.
+    """The models that a diagnosis weighed against each other, with updates by further poses.
 
     Attributes:
         start: The model without effects.
-        final: That with all effects found.
-        evidence: For each of them, when all poses were examined.
-        dataset: The averaged rows of all poses since.
-        followed: The models by their fits; empty while no pose came since all were examined.
+        final: The model with all effects found.
+        evidence: The evidence for each effect at the last full examination.
+        dataset: The averaged rows of all poses, further ones included.
+        followed: The updated models by their fits; empty without further poses.
     """
 
     start: Fit
@@ -144,19 +144,19 @@ class Weighed:
     followed: Mapping[Fit, Followed] = field(default_factory=dict)
 
     def with_poses(self, further: Dataset) -> "Weighed":
-        """After these poses, too."""
+        """Update all models by further poses."""
         rows = FurtherRows.of(self.start, self.dataset, further)
         rivals = (fit for one in self.evidence for fit in one.fits.values())
         followed = {fit: self.now(fit).with_rows(rows) for fit in dict.fromkeys((self.start, self.final, *rivals))}
         return replace(self, dataset=rows.dataset, followed=followed)
 
     def now(self, fit: Fit) -> Followed:
-        """One of the models after the poses so far."""
+        """The current state of a model."""
         return self.followed.get(fit) or Followed.of(fit)
 
     @property
     def reweighed(self) -> tuple[EffectEvidence, ...]:
-        """The evidence with what these poses say of each model."""
+        """The evidence with the likelihoods of the further poses."""
         return tuple(map(self._reweighed, self.evidence))
 
     def _reweighed(self, one: EffectEvidence) -> EffectEvidence:

@@ -1,4 +1,4 @@
-"""Coordinates in which a gap may lie, as smooth functions of them: one column for each basis function."""
+"""Bases of smooth random functions of the coordinates that a gap may depend on: one column for each basis function."""
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
@@ -10,29 +10,29 @@ from robolaser.diagnosis.pose_coordinates import Coordinate
 from robolaser.diagnosis.thresholds import FLAT, ROUGH, SMOOTH
 
 KEPT = 1e-3
-"""Basis functions with a smaller share of the variance are left out."""
+"""Least variance of a basis function, relative to the largest."""
 MOST = 24
-"""Basis functions at most, but for the one coordinate in which each pose has its own."""
+"""Most basis functions, except of dents in a target."""
 LANDMARKS = 300
-"""Values of a coordinate that make its basis; those between are interpolated (Nyström)."""
+"""Number of values of a coordinate that determine its basis; the others are interpolated (Nyström)."""
 
 REMEMBERED = 64
-"""Coordinates whose basis is kept."""
+"""Number of coordinates whose basis is cached."""
 
 
 def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array:
-    """Independent basis functions of a smooth function of coordinates (n, k), the most likely first, (n, p).
+    """Independent basis functions of a smooth function of coordinates (n, k), those of largest variance first, (n, p).
 
-    A Gaussian process with a squared-exponential kernel of unit variance, by its eigenvectors; where values are many,
-    by those of some of them (Williams, Seeger 2001), so that the cost grows as their number. The last ones are kept: a
-    diagnosis asks for the same coordinates at each of its fits.
+    Eigenvectors of a Gaussian process with a squared-exponential kernel of unit variance; a subset represents many
+    values (Williams, Seeger 2001), so that the cost grows linearly. Results are cached: each fit of a diagnosis needs
+    the same coordinates.
     """
     values = np.asarray(coordinate, dtype=np.float64).tobytes()
     return _remembered(values, coordinate.shape, length, most, _squared_exponential)
 
 
 def rough(coordinate: Array) -> Array:
-    """The same of a function of one coordinate (n,) that may have corners, (n, p): a Matérn kernel of order 3/2."""
+    """Basis of a function of one coordinate (n,) that may have corners, (n, p): a Matérn kernel of order 3/2."""
     return _remembered(np.asarray(coordinate, dtype=np.float64).tobytes(), (len(coordinate), 1), ROUGH, MOST, _matern)
 
 
@@ -59,19 +59,19 @@ def _frozen(basis: Array) -> Array:
     return basis
 
 
-def _squares(some: Array, others: Array) -> Array:
-    apart = some[:, None, :] - others
-    squares: Array = np.einsum("ijk,ijk->ij", apart, apart)
+def _squares(first: Array, second: Array) -> Array:
+    differences = first[:, None, :] - second
+    squares: Array = np.einsum("ijk,ijk->ij", differences, differences)
     return squares
 
 
-def _squared_exponential(some: Array, others: Array) -> Array:
-    return np.exp(-0.5 * _squares(some, others))
+def _squared_exponential(first: Array, second: Array) -> Array:
+    return np.exp(-0.5 * _squares(first, second))
 
 
-def _matern(some: Array, others: Array) -> Array:
-    apart = np.sqrt(3.0 * _squares(some, others))
-    return (1.0 + apart) * np.exp(-apart)
+def _matern(first: Array, second: Array) -> Array:
+    distances = np.sqrt(3.0 * _squares(first, second))
+    return (1.0 + distances) * np.exp(-distances)
 
 
 def _basis(kernel: Array, most: int) -> Array:

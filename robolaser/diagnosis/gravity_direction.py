@@ -1,4 +1,4 @@
-"""Arms mounted otherwise than stated: their joints deflect under another direction of gravity."""
+"""Arms mounted in another orientation than stated: elastic deflection under another direction of gravity."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -19,19 +19,19 @@ from robolaser.model.effects.joint_compliance import JointCompliance
 from robolaser.model.forward_model import Model
 
 POSES = 80
-"""Of which a direction is found at most: it is found again from all of them."""
+"""Most poses for the search of a direction; the diagnosis with it uses all."""
 ROUNDS = 30  # of compliances by direction and direction by compliances
 LEFT = 0.5
-"""Share of the squared residuals under the stated gravity that may be left under another one. A judgement: tilts
+"""Largest ratio of the squared residuals under another gravity to those under the stated one. A judgement: tilts
 of five and twenty degrees left 24 and 4 % of a soft UR5e's, seven other causes 94 % and more, four real arms 66 % and
 more."""
 
 
 def with_gravity_turned(found: Diagnosis, examine: Callable[[Dataset], Diagnosis]) -> Diagnosis:
-    """The diagnosis under another gravity, where joints that deflect explain what the stated one does not.
+    """The diagnosis with another direction of gravity, if compliant joints then explain the gap.
 
     Args:
-        found: Under the gravity that the data set states.
+        found: The diagnosis with the stated gravity.
         examine: Diagnoses another data set in the same way.
     """
     robot = found.dataset.robot
@@ -45,33 +45,33 @@ def with_gravity_turned(found: Diagnosis, examine: Callable[[Dataset], Diagnosis
     stated, turned = np.array(robot.gravity), _turned(found)
     if turned is None:
         return found
-    mended = examine(replace(found.dataset, robot=robot.under(turned)))
-    falls = fall_in_sigmas(squares(found.observed, found.after_m), squares(mended.observed, mended.after_m))
-    yields = any(one.name == JointCompliance.cause and one.probability >= CERTAIN for one in mended.classes)
-    if mended.verdict != "explained" or falls < SIGMA_OF_95_PERCENT or not yields:
+    corrected = examine(replace(found.dataset, robot=robot.under(turned)))
+    falls = fall_in_sigmas(squares(found.observed, found.after_m), squares(corrected.observed, corrected.after_m))
+    yields = any(one.name == JointCompliance.cause and one.probability >= CERTAIN for one in corrected.classes)
+    if corrected.verdict != "explained" or falls < SIGMA_OF_95_PERCENT or not yields:
         return found
-    soft = [one for one in mended.findings if one.candidate_effect.effect is JointCompliance]
-    if stated @ turned < 0.0 and len(soft) < 2:  # a lone joint that yields backwards may be pulled by a spring
+    soft = [one for one in corrected.findings if one.candidate_effect.effect is JointCompliance]
+    if stated @ turned < 0.0 and len(soft) < 2:  # a lone joint with a reversed deflection may have a spring
         return found
     wrong = WrongInput(
         "gravity_direction",
         "base",
         "base",
-        probability_of(found, mended),
+        probability_of(found, corrected),
         {axis: Estimate(float(value), None, "m/s²") for axis, value in zip("xyz", turned, strict=True)},
         found.gap.calibrated_m,
-        mended.gap.after_m,
+        corrected.gap.after_m,
     )
     text = (
         f"Gravity in the base frame is stated as {_vector(stated)} m/s², but the arm deflects as under"
         f" {_vector(turned)} m/s². Correct gravity under [robot] in dataset.toml: the error on new poses is then"
-        f" {millimetres(mended.gap.after_m)} instead of {millimetres(found.gap.after_m)}."
+        f" {millimetres(corrected.gap.after_m)} instead of {millimetres(found.gap.after_m)}."
     )
-    return with_fault(found, mended, wrong, text, "gravity torque")
+    return with_fault(found, corrected, wrong, text, "gravity torque")
 
 
 def _turned(found: Diagnosis) -> Array | None:
-    """Gravity under which compliant joints explain most, (3,); None where that is the stated one, nearly."""
+    """Find the gravity under which compliant joints explain most, (3,); None if the stated one is nearly as good."""
     robot = found.dataset.robot
     assert robot is not None
     size = float(np.linalg.norm(robot.gravity))
@@ -90,7 +90,7 @@ def _turned(found: Diagnosis) -> Array | None:
 def _columns(few: Dataset, found: Diagnosis, size: float) -> tuple[Array, Array]:
     """Derivatives by the joints' compliances under gravity along x, y and z, (3, j, m k), and residuals, (m k,).
 
-    Of both, what the sensor's parameters do is taken away.
+    The part of both that the sensor's parameters explain is removed.
     """
     robot = few.arm[0]
     given = []
@@ -116,7 +116,7 @@ def _columns(few: Dataset, found: Diagnosis, size: float) -> tuple[Array, Array]
 
 
 def _descended(columns: Array, residuals: Array, direction: Array) -> tuple[Array, float]:
-    """The direction (3,) near a first one under which compliances of no negative size leave least, and what is left."""
+    """Refine a direction (3,) for the least residual with nonnegative compliances; and the norm of that residual."""
     left = np.inf
     for _ in range(ROUNDS):
         compliances, left = _compliances(columns, residuals, direction)
@@ -128,8 +128,8 @@ def _descended(columns: Array, residuals: Array, direction: Array) -> tuple[Arra
 
 
 def _compliances(columns: Array, residuals: Array, direction: Array) -> tuple[Array, float]:
-    """Compliances of no negative size, (j,), that leave least under gravity along a direction, and what is left."""
-    from scipy.optimize import nnls  # noqa: PLC0415 - a tenth of a second that most diagnoses do without
+    """Nonnegative compliances, (j,), with the least residual under gravity along a direction, and its norm."""
+    from scipy.optimize import nnls  # noqa: PLC0415 - the import takes a tenth of a second, and few diagnoses need it
 
     compliances, left = nnls(np.einsum("k,kjm->mj", direction, columns), -residuals)
     return compliances, float(left)

@@ -1,4 +1,4 @@
-"""Rows that no model accounts for: gross errors, poses off as a whole, a point that moved, a wrong distance."""
+"""Rows that no model explains: gross errors, whole poses in error, a point that moved, a wrong distance."""
 
 from collections.abc import Sequence
 
@@ -17,33 +17,33 @@ from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
 
 NAMED = 5
-"""Poses that a sentence names; the rest are counted."""
+"""Most poses that a sentence names; the rest are counted."""
 
 
 def outlying_poses(dataset: Dataset, rows: Ints) -> tuple[str, ...]:
-    """Poses with several points of which all are among some rows of points.csv: the arm may have been elsewhere."""
+    """Names of poses with several points, all among some rows of points.csv: the arm may have been elsewhere."""
     of_pose, count = dataset.points.pose, len(dataset.poses)
     every, out = np.bincount(of_pose, minlength=count), np.bincount(of_pose[rows], minlength=count)
     return tuple(dataset.poses.names[i] for i in np.flatnonzero((every > 1) & (out == every)))
 
 
 def probability(dataset: Dataset, rows: Ints, verdict: str) -> float:
-    """That rows which are far off are gross errors.
+    """Probability that outlying rows are gross errors.
 
-    Whole poses may show a cause that no effect describes, and so may single rows where something is unexplained.
+    Whole poses may show a cause that no effect describes, and so may single rows if a gap is unexplained.
     """
     return LIKELY if verdict == "unexplained" or _are_whole(dataset, rows) else 1.0
 
 
 def rows_sentence(final: Fit, noise: NoiseModel, verdict: str, dataset: Dataset, outliers: Ints) -> str:
-    """A sentence on rows, and known distances, that do not agree with the others; may be empty.
+    """A sentence on rows, and known distances, that disagree with the others; may be empty.
 
     Args:
-        final: The model.
-        noise: By which what it leaves was judged.
-        verdict: Of that.
-        dataset: What was measured.
-        outliers: Its gross errors.
+        final: The final model.
+        noise: The noise in the judgement of its residuals.
+        verdict: The verdict on it.
+        dataset: The measurements.
+        outliers: Their gross errors.
     """
     scatter = ""
     if verdict == "unexplained":
@@ -52,7 +52,7 @@ def rows_sentence(final: Fit, noise: NoiseModel, verdict: str, dataset: Dataset,
 
 
 def gross_sentence(dataset: Dataset, rows: Ints) -> str:
-    """A sentence on rows that are far off; may be empty."""
+    """A sentence on gross errors; may be empty."""
     if not len(rows):
         return ""
     if _are_whole(dataset, rows):
@@ -69,7 +69,7 @@ def gross_sentence(dataset: Dataset, rows: Ints) -> str:
 
 
 def _uneven(final: Fit) -> str:
-    """A sentence on rows that hold most of the error and are too many to be left out; may be empty."""
+    """A sentence on rows with most of the error that are too many for gross errors; may be empty."""
     if final.spread < NO_NOISE:
         return ""
     dataset, squares = final.model.dataset, final.row_squares
@@ -81,14 +81,14 @@ def _uneven(final: Fit) -> str:
 
 
 def _beyond_stated(noise: NoiseModel) -> str:
-    """A sentence on rows that scatter far more than is stated; may be empty."""
+    """A sentence on rows with far more scatter than stated; may be empty."""
     if (times := over_stated(noise)) < MOST_OVER_STATED:
         return ""
-    return f" Rows scatter {times:.0f} times as much as [noise] states: correct it, or look for what else moves them."
+    return f" Rows scatter {times:.0f} times as much as [noise] states: correct it, or look for another cause."
 
 
 def contradicted_distance(model: Model, x: Array) -> tuple[str, float] | None:
-    """The known distance that is farthest from what the poses show, and how much longer it is [m]; None if all fit."""
+    """The known distance with the largest residual, and its excess over the model [m]; None if all fit."""
     distances = model.known_distances
     if distances is None:
         return None
@@ -109,7 +109,7 @@ def _distance(final: Fit) -> str:
 
 
 def shortened(poses: Sequence[str]) -> str:
-    """Names of poses, the first of many."""
+    """The first names of poses, and the number of the others."""
     more = len(poses) - NAMED
     return listed([*poses[:NAMED], f"{more} more"] if more > 0 else list(poses))
 

@@ -1,4 +1,4 @@
-"""Faults of files that show before anything is diagnosed: reported where the files are imported."""
+"""Faults of files that are visible before a diagnosis, and are reported at import."""
 
 import numpy as np
 
@@ -11,10 +11,10 @@ from robolaser.model.forward_model import Model
 
 
 def gross_mistakes(dataset: Dataset) -> tuple[str, ...]:
-    """Sentences on data that are centimetres off, or images that are exchanged, and fit when they are read otherwise.
+    """Sentences on errors of centimetres that another reading of the files removes, and on exchanged images.
 
     Args:
-        dataset: With points; none is reported where it cannot be calibrated for other reasons.
+        dataset: Has points; no fault is reported if it cannot be calibrated for other reasons.
     """
     try:
         preparation = Preparation.of(dataset, seed=0)

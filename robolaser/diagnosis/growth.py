@@ -1,7 +1,7 @@
-"""A diagnosis that grows: further poses change how sure it is, and the sizes of what it found.
+"""Updates of a diagnosis: further poses change its probabilities and the sizes of its effects.
 
-Held-out errors stay those of the last examination of all poses. After enough further poses, or one that says something
-else, all are examined anew.
+Held-out errors remain those of the last full examination. After enough further poses, or a contradicting one, all
+poses are examined again.
 """
 
 from collections.abc import Callable
@@ -20,20 +20,20 @@ from robolaser.diagnosis.result import Diagnosis, Finding
 from robolaser.diagnosis.summary_text import imitated_sentence, sentence, transfer_sentences
 
 SHARE: Final = 0.05
-"""Of the poses of the last examination of all, that may be added before the next one. A judgement."""
+"""Largest share of further poses, relative to those of the last full examination. A judgement."""
 SURPRISE: Final = 1e-3
-"""Probability of a pose's residuals by chance, below which all poses are examined anew. A judgement."""
+"""Probability of a pose's residuals by chance, below which all poses are examined again. A judgement."""
 CHANGE: Final = 0.1
-"""Of a probability, from which on all poses are examined anew: other effects may take the lead. A judgement."""
+"""Change of a probability above which all poses are examined again: other effects may lead then. A judgement."""
 
 
 def with_poses(found: Diagnosis, dataset: Dataset, examine: Callable[[Dataset], Diagnosis]) -> Diagnosis:
-    """The diagnosis of more poses.
+    """Update a diagnosis by further poses.
 
     Args:
-        found: Of the poses so far.
-        dataset: The further poses, or all of them, those so far first.
-        examine: Diagnoses a data set from the beginning.
+        found: The diagnosis of the poses so far.
+        dataset: The further poses, or all poses with those so far first.
+        examine: Diagnoses a whole data set.
 
     Raises:
         DataError: The further poses are of another arm or kind of sensor, or have names of those so far.
@@ -43,7 +43,7 @@ def with_poses(found: Diagnosis, dataset: Dataset, examine: Callable[[Dataset], 
     names = so_far.poses.names
     if dataset.poses.names[: len(names)] == names:
         whole, further = dataset, poses_beyond(so_far, dataset)
-        if further is None:  # what was measured at poses so far has changed
+        if further is None:  # measurements at the poses so far have changed
             return examine(dataset)
     else:
         whole, further = with_poses_of(so_far, dataset), dataset
@@ -102,7 +102,7 @@ def _updated(found: Diagnosis, before: Weighed, whole: Dataset, grown: Weighed) 
 
 
 def _resized(finding: Finding, final: Fit, moved: Array, narrowed: Array) -> Finding:
-    """A finding whose parameters have moved and whose standard errors have narrowed since, by the model's, (d,)."""
+    """A finding with its parameters and standard errors changed as those of the model, (d,)."""
     names = final.problem.parameters.names
     parameters = {}
     for name, was in finding.parameters.items():

@@ -1,4 +1,4 @@
-"""The model's error on poses that it was not fitted to."""
+"""A model's errors on held-out poses."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -23,11 +23,11 @@ RESAMPLES = 2000
 @final
 @dataclass(frozen=True, eq=False)
 class _Errors:
-    """On held-out poses, of a model."""
+    """A model's errors on held-out poses."""
 
-    in_metres: Array  # at the points, (m, j) [m]
+    in_metres: Array  # of the points, (m, j) [m]
     rows: Array  # in the sensor's unit, (m, k)
-    folds: FoldFits | None  # the fits without each fold, where they were made
+    folds: FoldFits | None  # the fits without each fold, if any
     x: Array  # the model's parameters, (d,)
 
 
@@ -36,14 +36,14 @@ class HeldOut:
     """Held-out errors of fits to the same rows, computed once for each.
 
     With fewer than three poses, of which none can be held out, they are the errors of the fit itself. A model without
-    effects is the calibration: its rows are weighed by their own noise, whatever scatter of poses was estimated since.
+    effects is the calibration: its rows have the weights of row noise, whatever scatter of poses was estimated later.
 
     Args:
         start: Any of the fits.
         seed: Assigns poses to folds.
-        calibration: Of the model without effects, weighed by noise: of the same rows, its held-out errors are that
-            model's.
-        selected: The model with all effects that cost less than they explain; without it, rotations do not count.
+        calibration: The calibration without effects, weighed by noise; on the same rows, its held-out errors are those
+            of the model without effects.
+        selected: The model with all selected effects; without it, rotations do not count.
     """
 
     def __init__(
@@ -56,9 +56,9 @@ class HeldOut:
 
     @cached_property
     def _lever(self) -> float:
-        """At which the noise of rotations is that of positions [m].
+        """Lever at which the noise of rotations equals that of positions [m].
 
-        0 where the effects selected leave most of the rotations' error: they may only imitate its cause.
+        0 if the selected effects leave most of the rotations' error: they may only imitate its cause.
         """
         start, selected = self._start, self._selected
         if selected is None or not start.model.dataset.format.angles:
@@ -70,10 +70,10 @@ class HeldOut:
 
     def _of(self, fit: Fit) -> _Errors:
         if fit not in self._known:
-            self._known[fit] = self._found(fit)
+            self._known[fit] = self._computed(fit)
         return self._known[fit]
 
-    def _found(self, fit: Fit) -> _Errors:
+    def _computed(self, fit: Fit) -> _Errors:
         known = self._calibration
         if known is not None and not fit.effects:
             if known.fitted_model.dataset is fit.model.dataset and known.held_out is not None and known.unseen:
@@ -87,53 +87,53 @@ class HeldOut:
         return _Errors(fit.in_metres(folds.errors), folds.errors, folds, fit.x)
 
     def errors(self, fit: Fit) -> Array:
-        """Of each row, (m, j) [m]."""
+        """Errors of each row, (m, j) [m]."""
         return self._of(fit).in_metres
 
     def unseen(self, fit: Fit) -> FoldFits | None:
-        """The fits without each fold, where they were made for this fit."""
+        """The fits without each fold; None if no pose was held out."""
         return self._of(fit).folds
 
     def parameters(self, fit: Fit) -> Array:
-        """Of the model that these errors are of, (d,)."""
+        """Parameters of the model with these errors, (d,)."""
         return self._of(fit).x
 
     def rotation_errors(self, fit: Fit) -> Array:
-        """Of each row, those of its numbers that are angles, (m, j) [rad]."""
+        """Errors of the rotations of each row, (m, j) [rad]."""
         row_format = fit.model.dataset.format
         return self._of(fit).rows[:, row_format.numbers - row_format.angles :]
 
     def gap(self, fit: Fit) -> float:
-        """Root mean square of those at the points [m]."""
+        """Root-mean-square error of the points [m]."""
         return rms(self.errors(fit))
 
     def _all_errors(self, fit: Fit) -> Array:
-        """Of each row, (m, j'), rotations counted in, by their lever [m]."""
+        """Errors of each row, (m, j'), including rotations times their lever [m]."""
         return np.hstack([self.errors(fit), self._lever * self.rotation_errors(fit)])
 
     def lowers(self, before: Fit, after: Fit) -> bool:
-        """Whether one fit has certainly smaller errors than another one, see `is_lower`."""
+        """Whether the second fit has certainly smaller errors, see `is_lower`."""
         pose = after.model.dataset.points.pose
         return is_lower(self._all_errors(before), self._all_errors(after), pose)
 
     def misfit(self, fit: Fit) -> float:
-        """Root mean square of these, and of known distances that were not known, over the rows [m].
+        """Root mean square over the rows of all errors, including those of held-out known distances [m].
 
-        It is what an effect must lower.
+        An effect must lower it.
         """
         errors = self._all_errors(fit)
         return float(np.sqrt((np.square(errors).sum() + np.square(distance_errors(fit)).sum()) / len(errors)))
 
     def calibrated(self, start: Fit) -> float:
-        """The calibration's own [m], also where a search left out other rows; without one, that of the start."""
+        """The calibration's gap [m], even if a search excluded other rows; without a calibration, that of the start."""
         known = self._calibration.held_out_rms_m if self._calibration else None
         return self.gap(start) if known is None else known
 
 
 def distance_errors(fit: Fit) -> Array:
-    """Of each known distance, predicted by the poses and the other distances, (e,) [m].
+    """Errors of known distances, each predicted by the poses and the other distances, (e,) [m].
 
-    To first order it is the residual over what the parameters leave of it: one minus its leverage.
+    To first order they are the residuals over one minus their leverages.
     """
     known = fit.model.known_distances
     if known is None:
@@ -145,9 +145,9 @@ def distance_errors(fit: Fit) -> Array:
 
 
 def _with_usual_sizes(fit: Fit) -> Problem:
-    """A fit's problem with a prior for each effect: its numbers are as large as they are in all.
+    """A fit's problem with a prior for each effect, as wide as its fitted parameters.
 
-    Without a whole socket, the others may say nothing of some of them, as of a turn about the line through two.
+    Without a whole socket, the others may not determine some of them, as a rotation about the line through two sockets.
     """
     prior = np.full(len(fit.x), np.inf) if fit.problem.prior is None else fit.problem.prior.copy()
     for one in fit.effects:
@@ -158,7 +158,7 @@ def _with_usual_sizes(fit: Fit) -> Problem:
 
 
 def is_lower(before: Array, after: Array, pose: Ints) -> bool:
-    """Whether squared errors (m, j) fall by more than chance from pose (m,) to pose would make them, by Student's t."""
+    """Whether squared errors (m, j) fall significantly over independent poses (m,), by Student's t."""
     _, number = np.unique(pose, return_inverse=True)
     falls = np.bincount(number, (before**2 - after**2).sum(axis=-1))
     n = len(falls)
@@ -166,7 +166,7 @@ def is_lower(before: Array, after: Array, pose: Ints) -> bool:
 
 
 def expected_gap(fit: Fit, noise: NoiseModel) -> float:
-    """The gap that noise alone would leave on held-out poses: noise of rows, and errors of the parameters [m]."""
+    """Expected held-out gap of noise alone: noise of rows, and resulting errors of the parameters [m]."""
     rows = fit.at.plain.shape
     moves = fit.noise.correlate(fit.at.Q[: len(fit.at.white)].T).reshape(-1, *rows)
     by_parameters = sum(np.square(fit.in_metres(move)).sum() for move in moves) / rows[0]
@@ -174,7 +174,7 @@ def expected_gap(fit: Fit, noise: NoiseModel) -> float:
 
 
 def interval(errors: Array, pose: Ints, seed: int) -> tuple[float, float]:
-    """The gap's 95 % interval, by resampling poses; of few, quantiles are further out (Hesterberg 2015) [m]."""
+    """The gap's 95 % interval by resampling poses, with wider quantiles for few poses (Hesterberg 2015) [m]."""
     squares = (errors**2).sum(axis=-1)
     seen, number = np.unique(pose, return_inverse=True)
     total, count = np.bincount(number, squares), np.bincount(number)

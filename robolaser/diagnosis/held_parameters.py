@@ -1,4 +1,4 @@
-"""Parameters that the data set holds, or bounds narrowly, at wrong values."""
+"""Parameters that the data set fixes, or narrowly bounds, at wrong values."""
 
 from collections.abc import Callable, Iterable, Mapping, Set
 from dataclasses import replace
@@ -30,14 +30,14 @@ PARTS: Final[Mapping[str, str]] = {
     "base": "base",
     "tool": "tool",
 }
-"""The sensor's part that a parameter describes, by the first part of its name; all others are the camera's."""
+"""The sensor's part of a parameter, by the first part of its name; all others are the camera's."""
 
 
 def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosis], seed: int) -> Diagnosis:
-    """The diagnosis with the parameters of one part free that the data set holds, where that explains more.
+    """The diagnosis with one part's held parameters free, if that explains more.
 
     Args:
-        found: With these parameters as the data set has them: fixed, or on a bound.
+        found: The diagnosis with these parameters as in the data set: fixed, or on a bound.
         examine: Diagnoses another data set in the same way.
         seed: Assigns poses to folds.
     """
@@ -56,12 +56,12 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
 
 
 def _held(found: Diagnosis) -> dict[str, dict[str, float]]:
-    """Fixed parameters with their values, and those that end on a bound without effects, by the part they describe."""
+    """Values of fixed parameters, and of those on a bound without effects, by their part."""
     blocks = found.model.blocks
     without_effects = dict(zip(found.model.parameters.names, found.calibrated_x.tolist(), strict=False))
     parts: dict[str, dict[str, float]] = {"target": _radii(found)} if found.dataset.radius_m else {}
     for name, item in blocks.given.items():
-        if not item.given:  # a closed form's, which no file holds
+        if not item.given:  # it follows in closed form, and no file holds it
             continue
         near = TOUCH * (item.upper - item.lower)
         if name not in blocks.fixed and not item.lower + near < without_effects[name] < item.upper - near:
@@ -70,7 +70,7 @@ def _held(found: Diagnosis) -> dict[str, dict[str, float]]:
 
 
 def _radii(found: Diagnosis) -> dict[str, float]:
-    """The stated radii of balls, by the parameters that they are without a statement."""
+    """The stated radii of balls, by the names of the parameters if they were not stated."""
     names = (name.partition("@") for name in found.model.blocks.derived if name.startswith("ball."))
     balls = [(plain[:-1], session) for plain, *session in names if plain.endswith(".x")]
     return {f"{ball}radius{''.join(session)}": found.dataset.radius_m[ball[5:-1]] for ball, session in balls}
@@ -90,7 +90,7 @@ def _cause(part: str) -> str:
 
 
 def _freed(found: Diagnosis, part: str, names: Iterable[str], seed: int) -> Calibration | None:
-    """With some parameters left out of the data set, in place of effects of their class; None where none is found."""
+    """The calibration with some parameters free instead of effects of their class; None if it fails."""
     plain = {name.partition("@")[0] for name in names}
     given = found.dataset.parameters
     kept = {name: item for name, item in given.items() if name not in plain}
@@ -104,9 +104,9 @@ def _freed(found: Diagnosis, part: str, names: Iterable[str], seed: int) -> Cali
 
 
 def _is_suspect(found: Diagnosis, freed: Calibration) -> bool:
-    """Whether free parameters predict certainly better than what was found.
+    """Whether free parameters predict certainly better than the effects found.
 
-    As well is not enough: an effect of the same part, such as a decentred lens, is then the better name.
+    If they predict equally well, an effect of the same part, such as a decentred lens, is the better name.
     """
     if freed.held_out is None:
         return False
@@ -115,7 +115,7 @@ def _is_suspect(found: Diagnosis, freed: Calibration) -> bool:
 
 
 def _moved(free: Diagnosis, held: Mapping[str, float]) -> dict[str, float]:
-    """How many of its standard errors each parameter is from where it was held."""
+    """Distance of each parameter from its held value, in its standard errors."""
     would_be = {name: _estimate(free, name) for name in held}
     return {name: abs(would_be[name].value - held[name]) / (would_be[name].std or np.inf) for name in held}
 
@@ -128,11 +128,11 @@ def _reported(
     moved: Mapping[str, float],
     probability: float,
 ) -> Diagnosis:
-    """The diagnosis with free parameters, as one of the data set that holds them."""
+    """The diagnosis with free parameters, reported as one of the data set that holds them."""
     shown = [name for name in held if moved[name] > SIGMA_OF_95_PERCENT] or [max(held, key=lambda one: moved[one])]
     before, after = found.gap, free.gap
     gaps = before.calibrated_m, after.calibrated_m
-    if gaps[1] >= gaps[0]:  # another cause is larger, and only beside its effects the error falls
+    if gaps[1] >= gaps[0]:  # another cause is larger: the error falls only beside its effects
         gaps = before.after_m, after.after_m
     wrong = WrongInput(
         "held_parameter",
@@ -148,7 +148,7 @@ def _reported(
 
 
 def _sentence(wrong: WrongInput, held: Mapping[str, float], radii: Set[str]) -> str:
-    """What is held, what it would be, and what that does to the error; radii are in another table than parameters."""
+    """A sentence on the held and the free values and their errors; radii and parameters have different tables."""
     numbers = list(wrong.parameters.items())[:NAMED]
     are = listed([f"{name} at {held[name]:.4g} {number.unit}".rstrip() for name, number in numbers])
     would_be = listed([f"{number.value:.4g} {number.unit}".rstrip() for _, number in numbers])

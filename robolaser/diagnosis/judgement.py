@@ -1,4 +1,4 @@
-"""The verdict on a final model, beside the noise and the scatter of poses that it leaves."""
+"""The verdict on a final model, with its remaining noise and scatter of poses."""
 
 import typing
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from robolaser.model.noise.covariance import NoiseModel
 @typing.final
 @dataclass(frozen=True)
 class Judgement:
-    """What a final model leaves, and the verdict on it."""
+    """The verdict on a final model, with its remaining noise, gap and scatter of poses."""
 
     verdict: str
     noise: NoiseModel
@@ -43,14 +43,14 @@ def judged(
     """Judge a final model.
 
     Args:
-        preparation: Estimates noise beside it.
+        preparation: Estimates its noise.
         data: Its rows.
         start: The model without effects.
         final: The model.
-        left: Where its residuals still lie.
+        left: Locations of its remaining error.
         held_out: Errors on held-out poses.
         seed: Resamples poses.
-        scatters: Whether scatter of whole poses may be a gap.
+        scatters: Whether scatter of whole poses may count as a gap.
     """
     noise = preparation.noise_beside(data, final) if left else final.noise
     gap = gap_of(start, final, noise, held_out, seed)
@@ -71,8 +71,8 @@ def judged(
 def _by_rows(final: Fit, verdict: str, noise: NoiseModel, gap: Gap) -> Judgement:
     """The verdict with noise that new poses do not contradict.
 
-    Where a gap is left that is below the noise, the scatter of poses was estimated from the gap: rows alone count. And
-    rows as they are stated, where what residuals give is no noise.
+    If an unexplained gap is below the noise, the scatter of poses was estimated from the gap: only row noise counts. If
+    the estimated row noise is too large for noise, the stated one counts.
     """
     if verdict == "unexplained" and gap.noise_floor_m > gap.after_m:
         of_poses = [source.name for source in noise.sources_of_poses]
@@ -84,7 +84,7 @@ def _by_rows(final: Fit, verdict: str, noise: NoiseModel, gap: Gap) -> Judgement
 
 
 def _above(gap: Gap, final: Fit, noise: NoiseModel) -> Gap:
-    """The gap above other noise."""
+    """The gap with the noise floor of other noise."""
     turns = gap.rotations and replace(gap.rotations, noise_floor_rad=final.rotation_of(noise))
     return replace(gap, noise_floor_m=final.size_of(noise), rotations=turns)
 

@@ -1,9 +1,9 @@
-"""A function of unknown form at one joint, or at several at once: the rival of whatever the library names there.
+"""Functions of unknown form at one joint or several: the rivals of the library's effects there.
 
-A parametric form is believed where it explains the residuals better than any function of the same joint does, each at
-its cost. Both pay for being one of many causes, and the unknown for being in no library; an effect pays for its
-parameters, a random function for its freedom, by the marginal likelihood. And a form is wrong where such a function
-still finds much beside it.
+A parametric form is accepted if it explains the residuals better, after all penalties, than any function of the same
+joint. Both are penalised for being one of many causes, and the unknown for being outside the library; an effect is
+penalised for its parameters, a random function for its freedom, by the marginal likelihood. A form is wrong if such a
+function still explains much beside it.
 """
 
 from collections.abc import Iterator
@@ -30,15 +30,15 @@ from robolaser.model.effects.run import Run
 from robolaser.model.stages import Stage
 
 GEOMETRY: Final = "arm_geometry"
-"""The class of effects that are constants of the arm."""
+"""The class of effects with constants of the arm."""
 TARGET: Final = "target"
 
 
 def has_form(fit: Fit, candidate_effect: CandidateEffect) -> bool:
-    """Whether an effect is in a form, at a joint or in a target, that may be wrong: a placement has none.
+    """Whether an effect at a joint or in a target has a form that may be wrong: a placement has none.
 
-    A wrong zero may be a part of what varies there. What begins at a moment may be a joint that slipped, wherever it
-    seems to be.
+    A wrong zero may be a part of a varying error there. An effect that begins at a moment, at any location, may be a
+    slipped joint.
     """
     effect, joints = candidate_effect.effect, moving_joints(fit.model.dataset.robot)
     return (effect.cause != GEOMETRY or effect is JointOffset) and (
@@ -51,29 +51,29 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
 
     Args:
         fit: The model.
-        site: A joint that moves; or another site, which may wander in time, or any joint instead of it.
+        site: A moving joint; or another site, which itself or any joint instead may drift in time.
     """
     joints = moving_joints(fit.model.dataset.robot)
     if site == TARGET:
-        return 0.0  # `unmodelled_chi2` has functions of the position on it
+        return 0.0  # `unmodelled_chi2` includes functions of the position on it
     if site in joints:
         sums = joint_equations(fit, site)
         return max(chance_ratio(*sums), *(_ratio(basis, *sums) for basis in _bases(fit.model.run, site)))
     in_time, functions = rough(fit.model.run.progress), RandomFunctions(fit)
-    wanders = (replace(one, basis=in_time) for one in sites(fit) if (one.site, one.coordinate) == (site, TIME))
-    by_site = (likelihood_ratio(functions.normal_equations(one), functions.gradient(one))[0] for one in wanders)
+    drifts = (replace(one, basis=in_time) for one in sites(fit) if (one.site, one.coordinate) == (site, TIME))
+    by_site = (likelihood_ratio(functions.normal_equations(one), functions.gradient(one))[0] for one in drifts)
     return max(*by_site, *(_ratio(in_time, *joint_equations(fit, joint)) for joint in joints))
 
 
 def chance_chi2(fit: Fit, joint: str) -> float:
-    """Chi-squared that chance at a joint, from pose to pose, explains beyond its freedom's cost; 0 elsewhere."""
+    """Chi-squared that pose-to-pose scatter of a joint explains beyond the cost of its freedom; 0 at other sites."""
     if joint not in moving_joints(fit.model.dataset.robot):
         return 0.0
     return chance_ratio(*joint_equations(fit, joint))
 
 
 def joint_equations(fit: Fit, joint: str) -> tuple[Array, Array, Array]:
-    """Normal equations of a joint that moves freely at each pose, see `normal_equations`."""
+    """Normal equations of independent motions of a joint at each pose, see `normal_equations`."""
     by_joint = stage_derivatives(fit).by_motion(Stage.JOINTS, joint)[:, 0]
     return normal_equations(fit, by_joint, fit.pose_of_number, len(fit.model.dataset.poses))
 
@@ -85,9 +85,9 @@ def _ratio(basis: Array, gradient: Array, own: Array, shared: Array) -> float:
 
 
 def posture_unknown_chi2(fit: Fit) -> float:
-    """Chi-squared that one smooth function that turns several joints explains, beyond its freedom's cost.
+    """Chi-squared that a single smooth cause at several joints explains beyond the cost of its freedom.
 
-    Of the whole posture, one for each of these joints, all of one size; or a force at the flange.
+    It is a function of the posture for each of these joints, all of one size; or a force at the flange.
     """
     functions, several = RandomFunctions(fit), tuple(of_several_joints(fit))
     by = ((functions.normal_equations(site), functions.gradient(site)) for site in several)
@@ -95,15 +95,15 @@ def posture_unknown_chi2(fit: Fit) -> float:
 
 
 def probability_of_local_unknown(final: float, left: float, without: float, instead: float) -> float:
-    """Probability that a function of unknown form is at work at a joint, instead of the effects there or beside them.
+    """Probability of a function of unknown form at a joint, instead of the effects there or beside them.
 
-    What such a function explains more than they do, or beside them, may be their form being a little different.
+    A small part that it explains beyond the effects, or beside them, may be an inexact form of the effects.
 
     Args:
         final: Cost of the model with the effects.
         left: Chi-squared that such a function explains beside them.
-        without: Cost of the model without them.
-        instead: Chi-squared that it explains there.
+        without: Cost of the model without the effects.
+        instead: Chi-squared that such a function explains in it.
     """
     explained, price = without - final, CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
     beside = final - left + price if left > FORM_SHARE * explained else np.inf

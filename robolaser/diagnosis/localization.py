@@ -1,4 +1,4 @@
-"""The share of a gap at each site: random functions there, their size by maximum likelihood."""
+"""The share of a gap at each site, by random functions there, with sizes of maximum likelihood."""
 
 import math
 import sys
@@ -15,21 +15,21 @@ from robolaser.diagnosis.random_functions import RandomFunctions
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, MOST_CAUSES
 
 SIZES = np.exp(np.linspace(np.log(1e-2), np.log(1e4), 60))
-"""Standard deviations tried for a function, relative to one that just shows among the noise."""
+"""Standard deviations tried for a function, relative to one that is just visible in the noise."""
 
 
 @final
 @dataclass(frozen=True)
 class Localization:
-    """A site where the gap, or a part of it, is.
+    """A site of the gap, or of a part of it.
 
     Attributes:
         site: A joint's name, or another of `Site.site`.
-        coordinate: In which coordinate.
-        share: Of the squared whitened gap beyond noise, what a function there explains beyond the price of its freedom.
+        coordinate: The coordinate that the error depends on.
+        share: Share of the squared whitened gap above noise that a function there explains beyond its freedom's cost.
         likelihood_ratio: Twice its logarithm, against no function there.
-        p_value: Of the best of what was tried at all sites, if there were only noise, see `corrected`.
-        unknown: Whether the function may be of a form that the library of effects does not have.
+        p_value: Probability by noise alone, corrected for the number of candidates at all sites, see `corrected`.
+        unknown: Whether the function may have a form outside the library of effects.
     """
 
     site: str
@@ -40,7 +40,7 @@ class Localization:
     unknown: bool = True
 
     def beside(self, other: "Localization") -> "Localization":
-        """Both as one."""
+        """The sum of two locations."""
         return replace(
             self,
             share=min(1.0, self.share + other.share),
@@ -51,11 +51,11 @@ class Localization:
 
 
 def likelihood_ratio(normal: Array, gradient: Array, most: float = np.inf) -> tuple[float, float]:
-    """Twice the logarithm of the largest likelihood ratio of a random function, and the size that has it.
+    """Twice the logarithm of the largest likelihood ratio of a random function, and the size that maximizes it.
 
     Args:
-        normal: Products of the derivatives of the whitened residuals by the function's basis with each other, (p, p).
-        gradient: Their products with the residuals, (p,).
+        normal: JᵀJ of the derivatives J of the whitened residuals by the function's basis, (p, p).
+        gradient: Jᵀr, their products with the residuals, (p,).
         most: Largest plausible size.
     """
     ratios, sizes = _likelihood_ratios(normal[None], gradient[None], np.array([most]), np.zeros(1))
@@ -63,14 +63,14 @@ def likelihood_ratio(normal: Array, gradient: Array, most: float = np.inf) -> tu
 
 
 def chance_ratio(gradient: Array, own: Array, shared: Array) -> float:
-    """The same ratio of chance: independent motions, one for each of n groups, all of one size.
+    """Twice the logarithm of the likelihood ratio of chance: independent motions of n groups, all of one size.
 
-    By the matrix inversion lemma: what grows with the cube of n is left out.
+    The matrix inversion lemma avoids a cost of n³.
 
     Args:
-        gradient: Products of what the motions do with the residuals, (n,).
-        own: Their products with each other are diag(own) - shared sharedᵀ, (n,).
-        shared: See there, (n, d).
+        gradient: Products of the motions' columns with the residuals, (n,).
+        own: Diagonal part of their products with each other, diag(own) - shared sharedᵀ, (n,).
+        shared: Low-rank part of these products, (n, d).
     """
     mean = float(np.mean(own - np.square(shared).sum(axis=1)))
     if mean <= 0.0:
@@ -87,13 +87,13 @@ def chance_ratio(gradient: Array, own: Array, shared: Array) -> float:
 
 
 def _likelihood_ratios(normal: Array, gradient: Array, most: Array, least: Array) -> tuple[Array, Array]:
-    """The same of several functions, (n,) each.
+    """Likelihood ratios of several functions and their sizes, see `likelihood_ratio`, (n,) each.
 
     Args:
         normal: Products of their derivatives with each other, (n, p, p).
-        gradient: With the residuals, (n, p).
+        gradient: Products of these with the residuals, (n, p).
         most: Largest plausible sizes, (n,).
-        least: Squared lengths up to which a direction is imitated: what is left of it is rounding, (n,).
+        least: Squared lengths up to which a direction counts as imitated and its remainder as rounding, (n,).
     """
     eigenvalues, V = np.linalg.eigh(normal)
     seen = eigenvalues > least[:, None]
@@ -110,25 +110,25 @@ def _likelihood_ratios(normal: Array, gradient: Array, most: Array, least: Array
 
 
 def corrected(chance: float, tried: int) -> float:
-    """The p value of the best of so many candidates by the p value of that one (Bonferroni 1936).
+    """The p value of the best of several candidates, corrected for their number (Bonferroni 1936).
 
-    It is positive: a chance that is below the least positive number is that number.
+    It is at least the smallest positive number.
     """
     return min(1.0, tried * max(chance, sys.float_info.min))
 
 
 def p_value(ratio: float, tried: int) -> float:
-    """Of a likelihood ratio of a variance that cannot be negative, the largest of so many (Self and Liang 1987)."""
+    """The p value of the largest of several likelihood ratios of a nonnegative variance (Self and Liang 1987)."""
     return corrected(0.5 * math.erfc(math.sqrt(0.5 * max(ratio, 0.0))), tried)
 
 
 def localize(fit: Fit) -> list[Localization]:
-    """Divide what a model leaves among the sites, one at a time, the likeliest first.
+    """Assign a model's remaining error to sites, one at a time, the likeliest first.
 
-    A smooth random function of one coordinate at one site is added to the noise, its size by maximum likelihood; then
-    the next, given the first. So rich functions pay for their freedom, and of two sites that could both explain the
-    residuals only one is named. Whole poses scatter as much as they would if there were no such function: what chance
-    explains is no site.
+    A smooth random function of one coordinate at one site is added to the noise, with the size of maximum likelihood;
+    then the next, given the first. This penalises the freedom of rich functions, and only one of two sites that explain
+    the same residuals is reported. The scatter of whole poses is that without such functions, so that error explained
+    by chance has no site.
     """
     fit = fit.with_likeliest_scatter
     selected, tried = _select_sites(fit, sites(fit))
@@ -143,7 +143,7 @@ def localize(fit: Fit) -> list[Localization]:
 
 
 def merged(located: Iterable[Localization]) -> list[Localization]:
-    """Each site and coordinate once, with its whole share."""
+    """Locations with the shares of equal sites and coordinates added."""
     whole: dict[tuple[str, str], Localization] = {}
     for one in located:
         before = whole.get(key := (one.site, one.coordinate))
@@ -152,18 +152,18 @@ def merged(located: Iterable[Localization]) -> list[Localization]:
 
 
 def unmodelled_chi2(fit: Fit, where: str = "") -> float:
-    """Chi-squared that functions of unknown form explain of what is left, beyond what chance gives.
+    """Chi-squared of the remaining error that functions of unknown form explain, beyond chance.
 
     Args:
         fit: The model.
-        where: The site that they are at; any by default.
+        where: Their site; any by default.
     """
     unknown = [site for site in sites(fit) if site.unknown and where in ("", site.site)]
     return sum(one.ratio - CHI2_PER_EFFECT for one in _select_sites(fit, unknown)[0])
 
 
 def smooth_remainder(fit: Fit) -> Array:
-    """Orthonormal directions of the whitened residuals in which those functions exceed the noise, (K, n)."""
+    """Orthonormal directions of the whitened residuals in which smooth functions at sites exceed the noise, (K, n)."""
     fit = fit.with_likeliest_scatter
     selected, _ = _select_sites(fit, sites(fit))
     columns = [one.size * one.site.columns for one in selected]
@@ -174,7 +174,7 @@ def smooth_remainder(fit: Fit) -> Array:
 @final
 @dataclass(frozen=True)
 class _SelectedSite:
-    """A site that the residuals speak for, by twice the logarithm of a likelihood ratio, and the size that has it."""
+    """A site with evidence in the residuals: twice the logarithm of the likelihood ratio, and the function's size."""
 
     site: Site
     ratio: float
@@ -182,7 +182,7 @@ class _SelectedSite:
 
 
 def _select_sites(fit: Fit, candidates: Iterable[Site]) -> tuple[list[_SelectedSite], int]:
-    """The sites that the residuals speak for; and how many were tried."""
+    """Select the sites with evidence in the residuals; also return the number of candidates."""
     tried, functions = list(candidates), RandomFunctions(fit)
     normals = [functions.normal_equations(site) for site in tried]
     least = np.array([NEGLIGIBLE * functions.largest_square(site) for site in tried])
@@ -192,9 +192,9 @@ def _select_sites(fit: Fit, candidates: Iterable[Site]) -> tuple[list[_SelectedS
         gradients = [functions.gradient(site) for site in tried]
         ratios, size = np.zeros(len(tried)), np.zeros(len(tried))
         for p in np.unique(sizes):
-            alike = np.flatnonzero(sizes == p)
-            both = np.stack([normals[i] for i in alike]), np.stack([gradients[i] for i in alike])
-            ratios[alike], size[alike] = _likelihood_ratios(*both, most[alike], least[alike])
+            same_size = np.flatnonzero(sizes == p)
+            both = np.stack([normals[i] for i in same_size]), np.stack([gradients[i] for i in same_size])
+            ratios[same_size], size[same_size] = _likelihood_ratios(*both, most[same_size], least[same_size])
         best = int(np.argmax(ratios))
         if ratios[best] < CHI2_PER_EFFECT:
             break

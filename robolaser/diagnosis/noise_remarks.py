@@ -1,4 +1,4 @@
-"""What a person should know of the noise: where it is not as stated, shared by an image, or grows with range."""
+"""Remarks on noise that differs from the stated one, is shared by an image, or grows with range."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -20,9 +20,9 @@ KEYS: Final = {
     "angle": "angle_rad",
     "joint": "joint_rad",
 }
-"""What `[noise]` calls a source."""
+"""The key of each source in `[noise]`."""
 SHOWN: Final = {"repeats": "repeated shots", "estimated": "residuals"}
-"""What shows the noise, by its origin."""
+"""The evidence for noise, by its origin."""
 
 
 def noise_remarks(final: Fit, noise: NoiseModel, shots: Dataset, *, fits: bool) -> tuple[str, ...]:
@@ -30,9 +30,9 @@ def noise_remarks(final: Fit, noise: NoiseModel, shots: Dataset, *, fits: bool) 
 
     Args:
         final: Its model.
-        noise: By which what it leaves was judged.
+        noise: The noise in the judgement of its residuals.
         shots: The data set with its repeats.
-        fits: Whether what the model leaves is noise: what is unexplained grows with anything.
+        fits: Whether the residuals are noise: an unexplained error may grow with any quantity.
     """
     remarks = []
     for sensor in shots.sensors:
@@ -47,7 +47,7 @@ def noise_remarks(final: Fit, noise: NoiseModel, shots: Dataset, *, fits: bool) 
 
 
 def over_stated(noise: NoiseModel) -> float:
-    """Largest ratio of a size of rows' noise that residuals gave to the stated one; 0 where none is stated."""
+    """Largest ratio of estimated to stated row noise; 0 if none is stated."""
     ratios = (
         noise.sigmas[source.name] / source.stated
         for source in noise.sources
@@ -57,12 +57,12 @@ def over_stated(noise: NoiseModel) -> float:
 
 
 def as_stated(noise: NoiseModel) -> NoiseModel:
-    """The noise with rows' sizes as they are stated."""
+    """The noise with row noise as stated."""
     return noise.at({one.name: one.stated for one in noise.sources if one.stated and one.level != "pose"})
 
 
 def _contradicted(noise: NoiseModel, shots: Dataset, prefix: str, *, fits: bool) -> Iterator[str]:
-    """What residuals leave without being noise leaves the stated value in force, see `over_stated`."""
+    """Remarks on sources that exceed the stated value; it stays in use if the excess is no noise, see `over_stated`."""
     for key_name, key in KEYS.items():
         name = f"{prefix}{key_name}"
         stated, used = getattr(shots.noise, key), noise.sigmas.get(name)
@@ -104,7 +104,7 @@ def _shared(shots: Dataset, repeats: PixelRepeats | None) -> Iterator[str]:
 
 
 def _growing(final: Fit) -> Iterator[str]:
-    """By a score test of squared whitened residuals against the logarithm of the range (Cook, Weisberg 1983)."""
+    """Test squared whitened residuals against the logarithm of the range by a score test (Cook, Weisberg 1983)."""
     model = final.model
     ranges = model.blocks.ranges(*model.at(final.x))
     if ranges is None or ranges.min() <= 0.0 or np.ptp(ranges) == 0.0:

@@ -1,4 +1,4 @@
-"""From a data set to its diagnosis."""
+"""The pipeline from a data set to its diagnosis."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -62,13 +62,13 @@ def examine(
     Args:
         dataset: The measurements, with the nominal parameters.
         effects: The library of effects.
-        seed: Of everything random.
+        seed: Seed of all random numbers.
         without: Names of effects to remove from the library.
-        validate: Other data of the same arm, on which the result is tested.
+        validate: Other data of the same arm, for a test of the result.
         progress: Called with the current step and its finished share.
 
     Raises:
-        UsageError: There is no such effect to take out.
+        UsageError: An effect to remove does not exist.
         DataError: The data set has too few data, or other data are of another arm or kind of sensor.
 
     Examples:
@@ -184,15 +184,15 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
 def _selected(
     preparation: Preparation, effects: Sequence[CandidateEffect], progress: Progress
 ) -> tuple[AveragedData, Refits, Fit, Ints]:
-    """The rows that count, the fits that were made, the set of effects that costs least, and the rows left out.
+    """Select effects: return the rows used, all fits, the set of effects with the lowest cost, and the excluded rows.
 
-    Noise and gross errors are judged by what a model leaves: once effects explain much, both are judged again.
+    Noise and gross errors are estimated from a model's residuals, and again once effects are in the model.
     """
     data, outliers, start = preparation.weighted.data, preparation.weighted.outliers, preparation.fit(effects)
     refits = Refits(start, effects)
     final = select(refits, progress=lambda what: progress(what, 0.3))
 
-    def again(start: Fit, share: float) -> tuple[Refits, Fit]:
+    def reselected(start: Fit, share: float) -> tuple[Refits, Fit]:
         fresh = Refits(start, effects)
         return fresh, select(fresh, fresh.warm_start(final, refits), lambda what: progress(what, share))
 
@@ -201,13 +201,13 @@ def _selected(
             if (other := preparation.with_other_noise(data, start, final)) is None:
                 break
             start = other
-            refits, final = again(start, 0.4)
+            refits, final = reselected(start, 0.4)
         found = preparation.outliers(final)
         if not left or np.array_equal(found, outliers):
             break
         outliers = found
         data, start = preparation.without(outliers, start)
-        refits, final = again(start, 0.5)
+        refits, final = reselected(start, 0.5)
     return data, refits, unless_one_does_it(refits, final), np.flatnonzero(outliers).astype(np.int64)
 
 
@@ -219,10 +219,10 @@ def _only_imitate(
     classes: Sequence[CauseClass],
     held_out: HeldOut,
 ) -> bool:
-    """Whether the effects explain nothing: neither they nor their classes are probable enough to be named.
+    """Whether the effects explain nothing: neither they nor their classes are probable enough to be reported.
 
-    Or something else is left, and they do not lower the held-out error for certain: there chi-squared is not that of
-    noise, and only other poses can decide.
+    Or a gap remains, and they do not certainly lower the held-out error: chi-squared is then not that of noise, and
+    only held-out poses can decide.
     """
     likely = {one.name for one in classes if one.probability >= EVEN}
     if not any(one.probability >= LEAST_PROBABILITY or class_of(one.candidate_effect) in likely for one in evidence):
@@ -246,7 +246,7 @@ def _where(
 
 
 def _next_poses(final: Fit, evidence: Sequence[EffectEvidence], seed: int) -> tuple[Mapping[str, float], ...]:
-    """Poses that decide between the least probable effect, of those that are listed, and its best alternative."""
+    """Poses that decide between the least probable listed effect and its best alternative."""
     unsure = [one for one in evidence if one.alternatives]
     if not unsure:
         return ()

@@ -1,4 +1,4 @@
-"""Coordinates of poses: what an error may depend on, in the words of a report."""
+"""Coordinates of poses that an error may depend on, with their names in reports."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ from robolaser.data.path_velocities import known_velocities
 from robolaser.model.effects.run import Run
 
 TIME: Final = "time"
-"""The coordinate of what changes along the run."""
+"""Name of the coordinate along the run."""
 LEAST_TORQUE_NM: Final = 1e-6
-"""Range of a joint's gravity torque, below which it is none."""
+"""Least range of a joint's gravity torque."""
 WORDS: Final = {"temperature_c": "temperature", "payload_kg": "payload"}
 UNITS: Final = {"temperature_c": "°C", "payload_kg": "kg"}
 
@@ -21,11 +21,11 @@ UNITS: Final = {"temperature_c": "°C", "payload_kg": "kg"}
 @final
 @dataclass(frozen=True, eq=False)
 class Coordinate:
-    """What has a value, or several, at each pose.
+    """A quantity with one or more values at each pose.
 
     Attributes:
-        name: For a person.
-        values: At each pose, (n, k).
+        name: Its name in reports.
+        values: Its values at each pose, (n, k).
         unit: "rad", "m", "rad/s", "m/s", "Nm", "°C", "kg", "sign" of a direction, "share of the run", or "".
     """
 
@@ -35,7 +35,7 @@ class Coordinate:
 
 
 def of_run(run: Run) -> Iterator[Coordinate]:
-    """Those in which anything may change from pose to pose."""
+    """Coordinates that any error may depend on: time and recorded conditions that vary."""
     poses = run.poses
     if poses.time_s is not None and np.ptp(run.progress) > 0:
         yield Coordinate(TIME, run.progress[:, None], "share of the run")
@@ -45,20 +45,20 @@ def of_run(run: Run) -> Iterator[Coordinate]:
 
 
 def angle_of(run: Run, joint: str) -> Coordinate:
-    """The value of one joint."""
+    """The angle or position of a joint."""
     column = run.robot.joints.index(joint)
     return Coordinate(f"angle of {joint}", run.q[:, [column]], "m" if run.robot.prismatic[column] else "rad")
 
 
 def torque_of(run: Run, joint: str) -> Iterator[Coordinate]:
-    """What one joint must bear, where that changes."""
+    """The gravity torque at a joint, if it varies."""
     torque = run.loads.gravity_torques[:, [run.robot.joints.index(joint)]] if run.robot.has_masses else np.zeros((1, 1))
     if np.ptp(torque) > LEAST_TORQUE_NM:
         yield Coordinate(f"gravity torque at {joint}", torque, "Nm")
 
 
 def motion_of(run: Run, joint: str) -> Iterator[Coordinate]:
-    """How one joint came to each pose, where that is known and changes."""
+    """A joint's direction of approach and its velocity, if known and varying."""
     column = run.robot.joints.index(joint)
     if run.dataset.path_known and run.poses.time_s is not None:
         approach = run.approach[:, [column]].astype(np.float64)
@@ -71,7 +71,7 @@ def motion_of(run: Run, joint: str) -> Iterator[Coordinate]:
 
 
 def hanging(run: Run) -> Iterator[Coordinate]:
-    """The direction of gravity, as the flange feels it."""
+    """The direction of gravity in the flange frame."""
     robot = run.dataset.robot
     if robot is None or np.any(robot.gravity):
         yield Coordinate("direction of gravity in the flange", run.gravity_in_flange)

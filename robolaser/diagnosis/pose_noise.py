@@ -1,4 +1,4 @@
-"""What parameters, effects and smooth functions could explain: what remains is the scatter of whole poses."""
+"""The part of residuals that parameters, effects and smooth functions explain; the rest is scatter of whole poses."""
 
 from collections.abc import Sequence
 
@@ -16,22 +16,22 @@ from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA
 from robolaser.model.effects.effect import CandidateEffect
 
 ROUNDS = 30
-"""Of the scatter given what is explained, and what is explained given the scatter."""
+"""Iterations between the scatter and the explained part."""
 MOTIONS = 6
-"""Independent motions of a pose."""
+"""Number of independent motions of a pose."""
 
 
 def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: bool) -> Array:
     """Directions of the plain residuals that parameters and effects within their bounds explain, (K, n).
 
-    A direction that needs parameters far beyond their bounds explains nothing. Where the effects have nearly as many
-    parameters as poses have motions, they would explain anything: then the sensor's parameters count, beside the one
-    effect, if any, that explains all there is to explain.
+    Directions that need parameters far beyond their bounds are excluded. Effects with nearly as many parameters as the
+    poses have motions would explain anything: then only the sensor's parameters count, and the one effect, if any, that
+    explains the whole gap.
 
     Args:
-        fit: The model without effects, its noise that of rows.
-        effects: All effects that may be at work; nonlinear parameters have their first values.
-        poses_scatter: Whether the scatter of whole poses is wanted, not of rows alone.
+        fit: The model without effects, with row noise only.
+        effects: All candidate effects, nonlinear parameters at their first values.
+        poses_scatter: Whether the scatter of whole poses is estimated, not only that of rows.
     """
     columns, parts = Columns(), [fit.at.slopes * UNIFORM]
     for one in effects:
@@ -55,7 +55,7 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: 
 
 
 def _beside_cause(fit: Fit, effects: Sequence[CandidateEffect]) -> Fit:
-    """A fit beside the one effect that explains all there is to explain: scatter imitates none that does."""
+    """The fit with the one effect that explains the whole gap, if any: scatter does not imitate such an effect."""
     refits = Refits(fit, effects)
     tests = refits.score_tests(fit)[:1]
     above_noise = fit.chi2 - fit.freedoms
@@ -65,14 +65,14 @@ def _beside_cause(fit: Fit, effects: Sequence[CandidateEffect]) -> Fit:
 
 
 def explained(fit: Fit, *, smooth: bool) -> Array:
-    """Directions of the plain residuals that a model's parameters explain, those that can move, (K, n).
+    """Directions of the plain residuals that a model's free parameters explain, (K, n).
 
-    A direction that known distances and priors determine more than the data do explains nothing: an arm that shrinks
-    with all its sockets would leave no residuals at all.
+    Directions that known distances and priors determine more than the data are excluded: an arm that shrinks with all
+    its sockets would leave no residuals.
 
     Args:
         fit: The model.
-        smooth: Whether smooth functions at sites that the residuals speak for explain, too.
+        smooth: Whether to include smooth functions at sites with evidence in the residuals.
     """
     own = fit.at.Q[: len(fit.at.white)]
     shares, turned = np.linalg.eigh(own.T @ own)

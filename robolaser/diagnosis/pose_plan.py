@@ -1,4 +1,4 @@
-"""What poses could show, before anything is measured in them: which effects, and from which size on."""
+"""Prediction of detectable effects and their sizes from planned poses, before a measurement."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -32,17 +32,17 @@ FORMAT = "robolaser-plan/1"
 @final
 @dataclass(frozen=True)
 class PosePlan:
-    """What planned poses could show.
+    """Effects that planned poses can detect and distinguish.
 
     Attributes:
-        dataset: The poses, and what would be seen in them.
-        seeing: How many of them see something.
-        noise: The errors that are reckoned with.
-        silent: Sources of error of which nothing is stated: they are taken to be none.
-        limits: The smallest size of each effect that would be detected, and distinguished from its nearest rival.
+        dataset: The poses with their expected measurements.
+        seeing: Number of poses with points.
+        noise: The assumed noise.
+        silent: Sources of error without a stated size, assumed to be zero.
+        limits: The smallest detectable size of each effect, and the smallest identifiable one beside its nearest rival.
         candidates: Effects at their locations, in the order of `alike`.
-        alike: |cosine| of the angle between what each does to the measurements and what the other can do, the sensor's
-            parameters fitted; 1: these poses cannot distinguish them, (e, e).
+        alike: |cosine| of the angle between the columns of two effects, the sensor's parameters fitted, (e, e); at 1
+            these poses cannot distinguish them.
         untestable: Why an effect could not be tested, by its name.
     """
 
@@ -56,7 +56,7 @@ class PosePlan:
     untestable: Mapping[str, str]
 
     def to_dict(self) -> dict[str, Any]:
-        """What `--json` prints: format `robolaser-plan/1`."""
+        """Contents of the output of `--json`, format `robolaser-plan/1`."""
         return {
             "format": FORMAT,
             "dataset": self.dataset.name,
@@ -93,14 +93,14 @@ def examine_plan(
     mount: Mount = "flange",
     seed: int = 0,
 ) -> PosePlan:
-    """Determine what poses could show, from the Fisher information of what is seen in them.
+    """Determine detectable and distinguishable effects from the Fisher information of planned poses.
 
     Args:
-        dataset: The poses of a robot, the kind of sensor and the expected noise. If it has points, these are what is
-            seen, with the noise that they show; else a sensor of that kind is simulated.
+        dataset: The poses of a robot, the kind of sensor and the expected noise. Measured points, if any, are used with
+            their noise; else a sensor of that kind is simulated.
         effects: The library of effects.
-        points: Simulated ones in each pose.
-        mount: Where a simulated camera sits.
+        points: Number of simulated points in each pose.
+        mount: Mount of a simulated camera.
         seed: Seed of the simulated sensor.
 
     Raises:
@@ -108,7 +108,7 @@ def examine_plan(
         EstimationError: Too few poses see the target.
     """
     if dataset.robot is None or dataset.poses.q is None:
-        raise DataError("A plan needs an arm and its joint angles: flange poses do not show what its joints do.")
+        raise DataError("A plan needs an arm and its joint angles: flange poses do not determine its joint motions.")
     with threadpool_limits(limits=1, user_api="blas"):
         fit, silent = _measured(dataset, seed) if len(dataset.points) else _simulated(dataset, points, mount, seed)
         seen, kinds = fit.model.dataset, list(EFFECTS if effects is None else effects)
@@ -127,13 +127,13 @@ def examine_plan(
 
 
 def _measured(dataset: Dataset, seed: int) -> tuple[Fit, tuple[str, ...]]:
-    """The sensor's parameters fitted to measured points."""
+    """The model fitted to measured points."""
     _enough(len(np.unique(dataset.points.pose)), dataset)
     return Preparation.of(dataset, seed).fit([]), ()
 
 
 def _simulated(dataset: Dataset, points: int | None, mount: Mount, seed: int) -> tuple[Fit, tuple[str, ...]]:
-    """A simulated sensor's true parameters, which its points fit; and errors of which nothing is stated."""
+    """The model at a simulated sensor's true parameters; and sources of error without a stated size."""
     run = planned(dataset, points=points, mount=mount, seed=seed)
     _enough(run.seeing, dataset)
     model = Model(run.dataset)
@@ -143,8 +143,8 @@ def _simulated(dataset: Dataset, points: int | None, mount: Mount, seed: int) ->
     if not any(sigmas.values()):
         rows = " or ".join(f"--{key.replace('_', '-')}" for name, key in KEYS.items() if name in sigmas)
         raise DataError(
-            f"No noise is stated, and without it any effect would show. State what you expect: {rows}, or [noise] in"
-            " dataset.toml."
+            f"No noise is stated, and without it any effect would be detectable. State the expected noise: {rows}, or"
+            " [noise] in dataset.toml."
         )
     silent = tuple(source.name for source in sources if source.name == "joint" and source.stated is None)
     return Fit(problem_of(model, NoiseModel(sources, sigmas), model.parameters), x), silent
@@ -153,5 +153,5 @@ def _simulated(dataset: Dataset, points: int | None, mount: Mount, seed: int) ->
 def _enough(seeing: int, dataset: Dataset) -> None:
     if seeing < MIN_POSES:
         raise EstimationError(
-            f"Only {seeing} of {len(dataset.poses)} poses see anything: at least {MIN_POSES} are needed."
+            f"Only {seeing} of {len(dataset.poses)} poses have visible points: at least {MIN_POSES} are needed."
         )

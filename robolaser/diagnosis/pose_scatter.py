@@ -1,4 +1,4 @@
-"""Scatter of whole poses by the part that scatters: noise within its limit, beyond it a gap there."""
+"""Scatter of whole poses by its location: noise within a limit, a gap beyond it."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -21,15 +21,15 @@ from robolaser.model.noise.covariance import NoiseModel
 NAME, CLASS = "pose_scatter", "repeatability"
 """Names of the effect and of its class of causes in results."""
 JOINTS, FLANGE = "joints", "flange"
-"""Locations: all joints alike, and the flange, for motion of unknown origin."""
+"""Locations: all joints equally, and the flange, for motion of unknown origin."""
 ONE_JOINT = "joint "
-"""How the name of a source of noise begins that is one joint's readings."""
+"""Prefix of the name of a noise source for the readings of one joint."""
 GRANTED: Final = (1.0, 0.5, 0.25, 0.125)
-"""Shares of the scatter that may be chance beside a shape."""
+"""Shares of the scatter that are tried as chance beside a shape."""
 BY_CHANCE = "chance, from pose to pose"
-"""The coordinate that the gap depends on where poses scatter."""
+"""The coordinate of a gap by scatter of poses."""
 NUMBERS: Final = {"m": "shift", "rad": "turn"}
-"""What a standard deviation is called, by its unit."""
+"""Name of a standard deviation by its unit."""
 
 
 @final
@@ -53,19 +53,19 @@ class Spread:
 @final
 @dataclass(frozen=True)
 class PartScatter:
-    """Scatter of whole poses at one part: noise within its limit, a gap beyond it.
+    """Scatter of whole poses at one location: noise within its limit, a gap beyond it.
 
     Attributes:
         where: A joint, `joints` or `flange`.
-        probability: That the scatter is there rather than at another of these locations.
+        probability: Probability of this location among all possible ones.
         sizes: `turn` [rad] or `shift` [m], of a joint reading or of the flange.
         is_stated: Whether the limit is the repeatability that the data set states.
         likelihood_ratio: Twice its logarithm, against scatter within the limits.
         p_value: Of that ratio, corrected for the locations that were tried.
         size_m: Root-mean-square 3-D error of a row by all noise, this scatter included [m].
-        noise: All noise, without what exceeds the limits.
-        share: Of the gap, beside functions of unknown form. Steps and corners, which are not smooth, leave scatter
-            beside such a function: it is as probable as that.
+        noise: All noise, each source at most at its limit.
+        share: Share of the gap beside functions of unknown form, and probability of scatter: errors with steps and
+            corners leave scatter beside a smooth function.
     """
 
     where: str
@@ -80,16 +80,16 @@ class PartScatter:
 
     @property
     def is_excess(self) -> bool:
-        """Whether it is beyond what counts as noise."""
+        """Whether it exceeds the limit of noise."""
         return any(size.value > size.limit for size in self.sizes.values())
 
     @property
     def as_cause(self) -> float:
-        """Probability that it is at work, and there."""
+        """Probability of scatter at this location."""
         return self.share * self.probability
 
     def located(self, gap_m: float, floor_m: float) -> Localization:
-        """As a location of the gap, with its share of the squared gap above the noise floor."""
+        """The location of the gap by scatter, with its share of the squared gap above the noise floor."""
         whole = max(gap_m**2 - floor_m**2, 1e-300)
         share = float(np.clip((self.size_m**2 - floor_m**2) / whole, 0.0, 1.0))
         return Localization(self.where, BY_CHANCE, share, self.likelihood_ratio, self.p_value, unknown=False)
@@ -98,7 +98,7 @@ class PartScatter:
 @final
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """A part that may scatter: the sources that are estimated without a limit, and those of them that are added."""
+    """A location that may scatter: its noise sources without a limit, and those that are added to the noise model."""
 
     where: str
     names: tuple[str, ...]
@@ -106,19 +106,19 @@ class _Part:
 
 
 def beside(where: Iterable[Localization], scattered: Localization) -> list[Localization]:
-    """All locations of the gap, the largest share first; those of the rest divide what the scatter leaves."""
+    """All locations of the gap, the largest share first; the others divide the share that scatter leaves."""
     rest = [replace(one, share=(1.0 - scattered.share) * one.share) for one in where]
     return sorted([scattered, *rest], key=lambda one: -one.share)
 
 
 def pose_scatter(fit: Fit, found: NoiseEstimate) -> PartScatter | None:
-    """Scatter of whole poses at the likeliest part, where it explains more than scatter within the limits; else None.
+    """Scatter of whole poses at the likeliest location, if it explains more than scatter within the limits; else None.
 
-    That of one part at a time is estimated without a limit. What repeats with something is none.
+    The scatter of one location at a time is estimated without a limit. A repeatable error is no scatter.
 
     Args:
         fit: The final model.
-        found: The noise estimated from its residuals.
+        found: The noise estimate from its residuals.
     """
     base = found.limited()
     of_poses = _limits_of_poses(found)
@@ -159,7 +159,7 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> PartScatter | None:
 
 
 def _limits_of_poses(found: NoiseEstimate) -> dict[str, float]:
-    """Limits of lengths and angles: those of pixels say nothing of poses."""
+    """Limits of lengths and angles, without those of pixels, which are not of poses."""
     units = {source.name: source.unit for source in found.likelihood.sources}
     return {name: limit for name, limit in found.limits.items() if units.get(name) in NUMBERS}
 
@@ -190,11 +190,11 @@ def _scattering_parts(fit: Fit, found: NoiseEstimate) -> Iterator[_Part]:
 
 
 def _has_shape(fit: Fit, found: NoiseEstimate, part: _Part) -> bool:
-    """Whether what scatters repeats with something, beside all of the scatter or a part of it.
+    """Whether the apparent scatter, all or a part of it, depends on a coordinate.
 
-    At a joint with its own angle or torque, or with time, also in a step; smoothly with another joint's angle or the
-    posture. Elsewhere with whatever a function at any site may depend on. It costs being in no library, and by how
-    much less chance makes the residuals less likely.
+    At a joint this is its own angle or torque, or time, also in steps, or smoothly another joint's angle or the
+    posture; elsewhere any coordinate at any site. The penalty is that of causes outside the library, and the likelihood
+    lost by a smaller scatter.
     """
     alone = replace(found, likelihood=replace(found.likelihood, J=explained(fit, smooth=False)))
     noise = alone.limited()
@@ -209,12 +209,12 @@ def _has_shape(fit: Fit, found: NoiseEstimate, part: _Part) -> bool:
 
 
 def _shape_chi2(fit: Fit, where: str) -> float:
-    """Chi-squared that shapes and functions explain beyond what chance gives."""
+    """Chi-squared that shapes and functions explain beyond chance."""
     if where not in moving_joints(fit.model.dataset.robot):
         return unmodelled_chi2(fit)
     return max(sparse_shape_chi2(fit, where) - CHI2_PER_EFFECT, unmodelled_chi2(fit, where))
 
 
 def _within(noise: NoiseModel, limits: Mapping[str, float]) -> NoiseModel:
-    """Noise in which no source exceeds its limit."""
+    """The noise with each source at most at its limit."""
     return noise.at({name: min(noise.sigmas[name], limit) for name, limit in limits.items()})

@@ -1,7 +1,7 @@
-"""One function of unknown form that turns several joints: the rival of several effects together.
+"""A single function of unknown form that turns several joints: the rival of several effects together.
 
-A cable that pulls at the wrist looks like a compliance here, a turned link there and a sagging bracket. Each of them is
-needed beside the others, but one unknown function does what all of them do.
+Cable drag at the wrist looks like a joint's compliance, a rotated link and a sagging bracket. Each of these effects is
+needed beside the others, but one unknown function explains as much as all of them.
 """
 
 from collections.abc import Iterable
@@ -19,11 +19,11 @@ from robolaser.model.effects.effect import CandidateEffect
 @final
 @dataclass(frozen=True)
 class PostureRivals:
-    """Models with such a function, beside ever fewer effects of the final model.
+    """Models with such a function and subsets of the final model's effects.
 
     Attributes:
-        held: The effects that each holds.
-        weights: Their probabilities; the rest is that of the final model without such a function.
+        held: The effects in each model.
+        weights: Their probabilities; the remainder to 1 is that of the final model without such a function.
     """
 
     held: tuple[frozenset[CandidateEffect], ...]
@@ -31,18 +31,18 @@ class PostureRivals:
 
     @classmethod
     def of(cls, refits: Refits, final: Fit) -> "PostureRivals":
-        """Beside all effects, all but one, and ever fewer, those that are missed least taken out first."""
+        """Weigh models with all effects, all but one, and ever fewer, removing the least needed first."""
         single = {one: refits.refit(final, removed=one) for one in final.effects}
         models = {frozenset(fit.effects): fit for fit in (final, *single.values())}
         costs = {held: refits.cost_beside_posture_unknown(fit) for held, fit in models.items()}
-        less, alone = final, refits.cost_by_chi2(final)
+        reduced, alone = final, refits.cost_by_chi2(final)
         for one in sorted(single, key=lambda one: costs[frozenset(single[one].effects)]):
-            less = refits.refit(less, removed=one)
-            costs[frozenset(less.effects)] = refits.cost_beside_posture_unknown(less)
+            reduced = refits.refit(reduced, removed=one)
+            costs[frozenset(reduced.effects)] = refits.cost_beside_posture_unknown(reduced)
         weights = posterior_weights(np.array([alone, *costs.values()]))
         return cls(tuple(costs), tuple(weights[1:].tolist()))
 
     def unmodelled(self, effects: Iterable[CandidateEffect]) -> float:
-        """Probability that such a function is at work, and that none of some effects is."""
-        some = frozenset(effects)
-        return float(sum(weight for held, weight in zip(self.held, self.weights, strict=True) if not held & some))
+        """Probability of such a function without any of some effects."""
+        excluded = frozenset(effects)
+        return float(sum(weight for held, weight in zip(self.held, self.weights, strict=True) if not held & excluded))

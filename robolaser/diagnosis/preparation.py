@@ -1,4 +1,4 @@
-"""What a diagnosis starts from: a calibration weighed by noise, and the scatter of poses beside candidate effects."""
+"""The basis of a diagnosis: a calibration weighed by noise, and the noise that candidate effects do not explain."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -33,12 +33,12 @@ from robolaser.model.noise.covariance import FLOOR, NoiseModel
 @final
 @dataclass(frozen=True)
 class Preparation:
-    """A data set made ready.
+    """A data set prepared for diagnosis.
 
     Attributes:
-        calibration: Of the model without effects, weighed by noise.
-        weighted: The rows that it was fitted to, and their weights.
-        belongs: The poses to which rows belong that the data set has at others; here they are there.
+        calibration: The calibration without effects, weighed by noise.
+        weighted: The fitted rows, and their weights.
+        belongs: The right poses of exchanged rows, by their poses in the data set; the calibration uses the right ones.
     """
 
     calibration: Calibration
@@ -47,32 +47,32 @@ class Preparation:
 
     @classmethod
     def of(cls, dataset: Dataset, seed: int) -> "Preparation":
-        """Calibrate, weighed by noise; also from fewer poses than a calibration should have.
+        """Calibrate, weighed by noise, also with fewer poses than a calibration needs.
 
         Raises:
-            EstimationError: The poses cannot say where the sensor sits.
+            EstimationError: The poses do not determine the sensor's mount.
         """
         if len(np.unique(dataset.points.pose)) >= MIN_POSES:
             check_orientations(Model(dataset))
         found, weighted = _calibrated(dataset, seed)
         if belongs := seem_exchanged(found.model, found.x, found.errors_m):
-            mended, weighted_mended = _calibrated(with_rows_at(dataset, belongs), seed)
-            if belong_there(belongs, found.model, found.errors_m, mended.errors_m):
-                return cls(mended, weighted_mended, belongs)
+            corrected, weighted_corrected = _calibrated(with_rows_at(dataset, belongs), seed)
+            if belong_there(belongs, found.model, found.errors_m, corrected.errors_m):
+                return cls(corrected, weighted_corrected, belongs)
         return cls(found, weighted)
 
     @property
     def _whole(self) -> Model:
-        """All rows, without effects."""
+        """The model of all rows, without effects."""
         return self.calibration.model
 
     def misread(self) -> Misread | None:
-        """What seems to be read wrongly: no effect is worth a search then."""
+        """Check for a wrong reading of the files: a search of effects is then useless."""
         return misread(self._whole, self._rms_m)
 
     @property
     def is_far_off(self) -> bool:
-        """Whether rows are so far off that no effect of the library is worth a search."""
+        """Whether errors are too large for any effect of the library."""
         return self._rms_m > MOST_RMS_M
 
     @property
@@ -80,10 +80,10 @@ class Preparation:
         return rms(self.calibration.errors_m[~self.weighted.outliers])
 
     def fit(self, effects: Sequence[CandidateEffect]) -> Fit:
-        """The calibration beside the noise that effects do not explain.
+        """Fit the model without effects, with the noise that effects cannot explain.
 
         Args:
-            effects: Effects that may explain what is left.
+            effects: Candidate effects.
         """
         problem, sensor = self.weighted.problem, self._whole.parameters
         assert problem.noise is not None  # rows were weighed by noise
@@ -93,12 +93,12 @@ class Preparation:
         return Fit.of(problem_of(problem.model, noise, sensor), fit.x)
 
     def without(self, outliers: Bools, fit: Fit, most: int = MAX_POSES) -> tuple[AveragedData, Fit]:
-        """A model on rows without other gross errors, its noise as it was.
+        """Refit a model without gross errors, with unchanged noise.
 
         Args:
-            outliers: Marks the gross errors, (rows of points.csv,).
+            outliers: Mask of the gross errors, (rows of points.csv,).
             fit: The model.
-            most: About how many poses with rows are kept.
+            most: Approximate number of poses to keep.
         """
         data = AveragedData.of(self._whole.dataset, outliers).subsampled(self.calibration.seed, most)
         model, was = of_data(self._whole, data.dataset).with_effects(fit.effects), fit.noise
@@ -107,10 +107,10 @@ class Preparation:
         return data, Fit.of(problem_of(model, noise, fit.sensor), fit.x)
 
     def on_all_poses(self, outliers: Ints, final: Fit) -> Fit:
-        """A model with effects fitted to all poses, where its effects were sought in some of them.
+        """Fit a model with effects to all poses, if its effects were selected on some of them.
 
         Args:
-            outliers: Rows of points.csv that are gross errors.
+            outliers: Gross errors, as rows of points.csv.
             final: The model.
         """
         points = self._whole.dataset.points
@@ -120,9 +120,9 @@ class Preparation:
         return self.without(left_out, final, most=len(self._whole.dataset.poses))[1]
 
     def with_other_noise(self, data: AveragedData, start: Fit, final: Fit) -> Fit | None:
-        """The start with the noise that the final model leaves, where that is not what was assumed."""
+        """The start with the noise estimated from the final model; None if it is the assumed one, or too small."""
         noise = self._left(data, final, smooth=False)
-        white = left_by(noise, final.at.plain, jacobian_matrix(final.model, final.x))  # once fitted with its weights
+        white = left_by(noise, final.at.plain, jacobian_matrix(final.model, final.x))  # after a fit with its weights
         if white @ white > NO_NOISE * final.problem.numbers:
             return None
         of_poses = 0.5 * (np.log1p(noise.scatter) - np.log1p(start.noise.scatter))
@@ -133,19 +133,19 @@ class Preparation:
         return Fit.of(problem_of(start.model, noise, self._whole.parameters), start.x)
 
     def noise_beside(self, data: AveragedData, final: Fit) -> NoiseModel:
-        """The noise that a model leaves beside smooth functions at sites that its residuals speak for.
+        """The remaining noise of a model beside smooth functions at sites with evidence in its residuals.
 
-        For weights and likelihoods all that a model leaves is chance; what is smooth is no noise, though.
+        Weights and likelihoods treat all residuals as chance; but smooth residuals are no noise.
         """
         return self._left(data, final, smooth=True) if _scatter_is_seen(final) else final.noise
 
     def scatter_beside(self, data: AveragedData, final: Fit, *, smooth: bool) -> PartScatter | None:
-        """Scatter of whole poses beyond what counts as noise; None where there is none, or it cannot be seen.
+        """Scatter of whole poses beyond noise; None if there is none, or it cannot be distinguished.
 
         Args:
             data: The rows.
-            final: The model that leaves it.
-            smooth: Whether its residuals speak for smooth functions at some sites: those are no scatter.
+            final: The final model.
+            smooth: Whether smooth functions at sites with evidence in the residuals are no scatter.
         """
         if not _scatter_is_seen(final):
             return None
@@ -153,9 +153,9 @@ class Preparation:
         return pose_scatter(final, NoiseEstimate.of(data, final.model, final.x, columns))
 
     def outliers(self, final: Fit) -> Bools:
-        """Rows that the final model leaves far off by the noise that it leaves them, (rows of points.csv,).
+        """Mask of gross errors of the final model by its remaining noise, (rows of points.csv,).
 
-        And by the scatter of whole poses as well, which moves rows of a stretched arm more than those of a folded one.
+        They are gross errors by row noise, and also with scatter of poses, which moves rows of a stretched arm more.
         """
         model = Model(self._whole.dataset, final.effects).sharing(self._whole.sensor_parameters)
         shots, sizes = self.weighted.shots, final.noise.sigmas
@@ -182,16 +182,16 @@ def _calibrated(dataset: Dataset, seed: int) -> tuple[Calibration, NoiseWeighted
 
 
 def _scatter_is_seen(fit: Fit) -> bool:
-    """Whether the scatter of whole poses can be distinguished from what the sensor's model lacks.
+    """Whether the scatter of whole poses is distinguishable from errors of the sensor's model.
 
-    Not where a camera moves with flange poses of unknown joints: poses that are free in all six ways explain any error
-    of a lens or a laser plane, and weights that allow for them trust the model within each pose, where it fails.
+    It is not for a camera on flange poses of unknown joints: poses with six free motions explain any error of a lens or
+    a laser plane, and weights that permit them rely on the model within each pose, where it fails.
     """
     return not fit.has_optics or fit.model.dataset.robot is not None
 
 
 def _of_rows(noise: NoiseModel, other: NoiseModel) -> float:
-    """Largest logarithm, either way, of the ratio of the sizes of a source of rows in two noises."""
+    """Largest absolute logarithm of the ratio of a row source's sizes in two noise models."""
     names = [source.name for source in noise.sources if source.level != "pose"]
     sizes = np.array([[max(one.sigmas[name], FLOOR) for name in names] for one in (noise, other)])
     return float(np.abs(np.log(sizes[0] / sizes[1])).max(initial=0.0))

@@ -1,7 +1,7 @@
-"""The likelihood of residuals where the scatter of whole poses is unknown: profiled over that scatter.
+"""The likelihood of residuals, profiled over an unknown scatter of whole poses.
 
-With ν residuals that scatter alone moves, a gain g of chi-squared counts as ν log(1 + g/ν): few poses give no
-certainty. Cox, Reid 1987, J. R. Stat. Soc. B 49.
+With ν residuals of scatter alone, a gain g of chi-squared counts as ν log(1 + g/ν): few poses give no certainty. Cox,
+Reid 1987, J. R. Stat. Soc. B 49.
 """
 
 import numpy as np
@@ -9,22 +9,22 @@ import numpy as np
 from robolaser.arrays import Array
 
 FACTORS = np.concatenate([[0.0], np.geomspace(0.02, 1e5, 200)])
-"""Scatter over the assumed one, where its likelihood is first looked at."""
+"""First grid of the ratio of scatter to the assumed one."""
 ZOOM = np.linspace(-1.0, 1.0, 41)
 AT_ONCE = 8
-"""Variances of which one logarithm is taken: that of their product, which stays within double precision."""
+"""Number of variances per logarithm: their product stays within double precision."""
 
 
 def profile(squares: Array, variances: Array, share: float) -> tuple[float, float]:
-    """The likeliest scatter over the assumed one, and by how much minus twice the log-likelihood falls with it.
+    """The ratio of the likeliest scatter to the assumed one, and the change of minus twice the log-likelihood.
 
     Args:
-        squares: Of residuals that are white with the assumed scatter, (n,).
-        variances: By the assumed scatter, in units of the rest of the noise, (n,).
-        share: Of the residuals, what fitted parameters leave.
+        squares: Squared residuals, whitened with the assumed scatter, (n,).
+        variances: Variances by the assumed scatter, in units of the other noise, (n,).
+        share: Share of the residuals that remains beside fitted parameters.
 
     Returns:
-        Factor and change, which is not above zero.
+        Ratio and change, which is at most zero.
     """
     if not len(squares):
         return 1.0, 0.0

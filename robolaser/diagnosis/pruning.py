@@ -1,6 +1,6 @@
-"""Which effects stay in the final model: those that help new poses, and that no unmodelled cause explains better.
+"""Pruning of the final model: effects must improve the prediction of new poses and be likelier than unmodelled causes.
 
-What stays is what is listed, exported, counted in classes and predicted with.
+The remaining effects are listed, exported, counted in classes and used in predictions.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,24 +25,24 @@ from robolaser.model.effects.effect import CandidateEffect
 def prune(
     refits: Refits, final: Fit, held_out: HeldOut, progress: Announce = lambda what: None
 ) -> tuple[list[Fit], list[EffectEvidence], list[Localization]]:
-    """Remove effects until there is enough evidence for each one that is left.
+    """Remove effects until there is enough evidence for each remaining one.
 
-    First go those that are larger than plausible, then those without which held-out poses are predicted as well; then
-    those that an unmodelled cause explains better; then those that are not credible. Of several, the worse half goes at
-    a time. Last go those that do not lower the held-out error when they are added. Once others are removed, an
-    alternative may be more probable than an effect: then it replaces it. The effects that explain least are weighed
-    first: they are the likeliest to be exchanged, after which all are weighed again. And an effect that was removed may
-    be needed again, where another one stays at its site.
+    The order of removal is: effects beyond their bounds; effects without which held-out poses are predicted as well;
+    effects less likely than an unmodelled cause; effects that are not credible; effects that do not lower the held-out
+    error when they are added. Of several, the worse half is removed at a time. After removals an alternative may be
+    more probable than an effect, and then replaces it. The effects that explain least are weighed first: they are the
+    likeliest to be replaced, after which all are weighed again. A removed effect may be needed again beside one that
+    remains at its site.
 
     Args:
         refits: Fits sets of effects.
-        final: The set that costs least.
+        final: The set with the lowest cost.
         held_out: Errors on held-out poses.
-        progress: Is called with what is being weighed.
+        progress: Called with the current step.
 
     Returns:
-        Fits of the effects that are left, added one by one to the model without any; the evidence for each of them; and
-        where the residuals of the last fit still lie.
+        Fits of the remaining effects, added one by one to the model without any; the evidence for each of them; and the
+        locations of the last fit's remaining error.
     """
     located, rivals = cache(localize), cache(lambda fit: PostureRivals.of(refits, fit))
 
@@ -55,12 +55,12 @@ def prune(
         return max(_unmodelled(refits, fit, one), rivals(fit).unmodelled([one]))
 
     selected, final = final, _helpful(refits, final, held_out, progress)
-    had = {frozenset(final.effects)}  # sets so far: an exchange or a return may undo an earlier one
+    visited = {frozenset(final.effects)}  # sets so far: a replacement or a return may undo an earlier one
     while True:
         if (plausible := _plausible(refits, final)) is not final:
             final = _helpful(refits, plausible, held_out, progress)
             continue
-        # without optics a whole arm's geometry counts, each part of which explains little: none is taken out for that
+        # without optics the geometry of a whole arm counts, and none of its parts is removed for explaining little
         unmodelled = {one: instead_of(final, one) for one in final.effects if final.has_optics}
         doubtful = _above(unmodelled, EVEN)
         if unmodelled and not doubtful:
@@ -77,9 +77,9 @@ def prune(
             progress(f"weighing {one} against other effects")
             evidence[one] = evidence_for(refits, final, one, instead_of(final, one), unexplained(final), held_out)
             better = exchanged(final, evidence[one], held_out)
-            if better is not None and frozenset(better.effects) not in had:
+            if better is not None and frozenset(better.effects) not in visited:
                 final = better
-                had.add(frozenset(final.effects))
+                visited.add(frozenset(final.effects))
                 break
         else:
             found = [evidence[one] for one in final.effects]
@@ -88,17 +88,17 @@ def prune(
                 final = _without_half(refits, nested[-1], doubtful)
                 continue
             needed = needed_again(refits, selected, refits.of(final), held_out)
-            if needed is None or frozenset(needed.effects) in had:
+            if needed is None or frozenset(needed.effects) in visited:
                 return nested, found, located(final)
             final = needed
-            had.add(frozenset(final.effects))
+            visited.add(frozenset(final.effects))
 
 
 def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequence[EffectEvidence] = ()) -> list[Fit]:
-    """Fits of the final model's effects, each time the one added without which the gap is largest; the start first.
+    """Fits from the start to the final model, adding the effect with the largest gap without it first.
 
-    One that does not lower the gap waits for the others: many do so only beside them. Effects that are too improbable
-    to be listed come last.
+    An effect that does not lower the gap is postponed: many do so only beside others. Effects too improbable to be
+    listed are last.
     """
     gaps = {one: held_out.misfit(refits.refit(final, removed=one)) for one in final.effects}
     folded = {one.candidate_effect for one in evidence if one.probability < LEAST_PROBABILITY}
@@ -119,7 +119,7 @@ def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequenc
 
 
 def _not_lowering(nested: Sequence[Fit], held_out: HeldOut) -> list[CandidateEffect]:
-    """Effects that do not lower the held-out error when they are added, the one that raises it most first."""
+    """Effects that do not lower the held-out error when they are added, the largest increase first."""
     rises = {}
     for before, after in pairwise(nested):
         (added,) = set(after.effects) - set(before.effects)
@@ -128,10 +128,10 @@ def _not_lowering(nested: Sequence[Fit], held_out: HeldOut) -> list[CandidateEff
 
 
 def needed_again(refits: Refits, selected: Fit, final: Fit, held_out: HeldOut) -> Fit | None:
-    """The fit with one of the effects that were taken out, beside one at the same site; None if none is needed.
+    """The fit with a removed effect that is needed beside another at its site; None without such an effect.
 
-    Where the sensor has optics, an unmodelled cause takes effects out one after the other: one whose site is certain
-    may have gone because of others that are out by now.
+    With optics, effects are removed one after the other for an unmodelled cause: an effect at a certain site may have
+    been removed because of others that were removed later.
     """
     sites = {one.where for one in final.effects if final.has_optics}
     out = {one for one in selected.effects if one.where in sites} - set(final.effects)
@@ -147,27 +147,27 @@ def needed_again(refits: Refits, selected: Fit, final: Fit, held_out: HeldOut) -
 
 
 def _without_half(refits: Refits, final: Fit, doubtful: Sequence[CandidateEffect]) -> Fit:
-    """Without the first half of some effects."""
+    """Remove the first half of some effects."""
     return refits.without(final, doubtful[: -(-len(doubtful) // 2)])
 
 
 def _plausible(refits: Refits, final: Fit) -> Fit:
-    """Without effects that the data push beyond their bounds, taken out one by one, the least explaining first."""
+    """Remove effects that the data push beyond their bounds, one by one, the one that explains least first."""
     while beyond := [one for one in final.effects if final.exceeds_bounds(one)]:
         final = min((refits.refit(final, removed=one) for one in beyond), key=lambda fit: fit.chi2)
     return final
 
 
 def exchanged(final: Fit, evidence: EffectEvidence, held_out: HeldOut) -> Fit | None:
-    """The fit with an effect replaced by one more probable than not that predicts new poses as well."""
+    """The fit with an effect replaced by a likely alternative that predicts new poses at least as well; else None."""
     probable = (fit for other, fit in evidence.alternatives if evidence.weights[other] > EVEN)
     return next((fit for fit in probable if held_out.misfit(fit) <= held_out.misfit(final)), None)
 
 
 def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -> float:
-    """Probability of an unmodelled cause in the place of an effect, or of all effects at its location together.
+    """Probability of an unmodelled cause instead of an effect, or of all effects at its location.
 
-    At a joint it may be a function of that joint alone, in the place of those that have a form, or beside them.
+    At a joint it may be a function of that joint alone, instead of effects with a form, or beside them.
     """
     where = candidate_effect.where
     without = refits.refit(final, removed=candidate_effect)
@@ -186,24 +186,24 @@ def _above(probability: Mapping[CandidateEffect, float], limit: float) -> list[C
 def _incredible(
     refits: Refits, final: Fit, unmodelled: Mapping[CandidateEffect, float], unexplained: float
 ) -> list[CandidateEffect]:
-    """Effects with next to no evidence beside what is unexplained, the least credible first."""
+    """Effects that are not credible beside an unexplained error, the least credible first."""
     explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects}
     believable = {one: credibility(unmodelled[one], unexplained, explained[one]) for one in final.effects}
     return sorted((one for one in believable if believable[one] < 1.0 - CERTAIN), key=lambda one: believable[one])
 
 
 def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Announce) -> Fit:
-    """Without effects that do not help to predict held-out poses, taken out one by one, the least explaining first.
+    """Remove effects that do not improve the prediction of held-out poses, one by one, the least explaining first.
 
-    And without any, where all of them together do not.
+    Remove all if together they do not improve it.
     """
     error = held_out.misfit(final)
     while final.effects:
         progress(f"leaving out each of {len(final.effects)} effects")
-        less = min((refits.refit(final, removed=one) for one in final.effects), key=lambda fit: fit.chi2)
-        if held_out.misfit(less) > error:
+        reduced = min((refits.refit(final, removed=one) for one in final.effects), key=lambda fit: fit.chi2)
+        if held_out.misfit(reduced) > error:
             break
-        final, error = less, held_out.misfit(less)
+        final, error = reduced, held_out.misfit(reduced)
     return refits.start if final.effects and error >= held_out.misfit(refits.start) else final
 
 
@@ -214,7 +214,7 @@ def probable_remainder(
     classes: Sequence[CauseClass],
     left: list[Localization],
 ) -> list[Localization]:
-    """Where the rest of the gap is without effects that, like their class, are less likely than not."""
+    """Locations of the remaining gap in the model without effects that, like their class, are unlikely."""
     likely = {one.name for one in classes if one.probability >= EVEN}
     doubted = [one.candidate_effect for one in evidence if one.probability < EVEN]
     doubted = [one for one in doubted if class_of(one) not in likely]

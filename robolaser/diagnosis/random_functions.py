@@ -1,7 +1,7 @@
-"""Random functions at sites beside a fitted model: their normal equations, a pose at a time.
+"""Random functions at sites beside a fitted model: their normal equations, from sums over poses.
 
-A function of a coordinate of the pose moves all rows of a pose by the same amount. So what its basis functions do
-together follows from sums over each pose's rows, which all functions that move the same share.
+A function of a pose coordinate moves all rows of a pose by the same amount. So the products of its basis functions
+follow from sums over each pose's rows, which all functions of the same moved quantity share.
 """
 
 from typing import final
@@ -16,9 +16,9 @@ from robolaser.model.grouped_rows import GroupedRows
 
 @final
 class RandomFunctions:
-    """Functions at sites, without what the fitted parameters imitate, beside those that are already believed.
+    """Functions at sites, without the part that fitted parameters imitate, beside functions that count as noise.
 
-    Whitening residuals for a believed function B of size t takes U D Uᵀ from them and from all other columns, where
+    Whitening for an accepted function B of size t multiplies residuals and all other columns by 1 - U D Uᵀ, where
     t B = U s Vᵀ and D = 1 - 1/√(1 + s²).
 
     Args:
@@ -27,7 +27,7 @@ class RandomFunctions:
 
     def __init__(self, fit: Fit) -> None:
         self._rows, self._Q, self._residuals = len(fit.at.white), fit.at.Q, fit.at.r
-        self._believed: list[tuple[Array, Array]] = []
+        self._accepted: list[tuple[Array, Array]] = []
         self._imitated, self._along = self._Q, self._back(self._residuals)[:, None]
         self._sums: dict[tuple[int, int, str], Array] = {}
         self._apart: dict[tuple[int, int], Array] = {}
@@ -47,12 +47,12 @@ class RandomFunctions:
         return np.asarray(G.reshape(q * p, q * p) - self.newly_imitated(site))
 
     def largest_square(self, site: Site) -> float:
-        """Squared length of the longest of a function's columns, with what the parameters imitate."""
+        """Squared length of the longest of a function's columns, including the part that the parameters imitate."""
         squares = np.diagonal(self._summed(site, "own", site.moves), axis1=1, axis2=2)
         return float(((site.basis**2).T @ squares).max(initial=0.0))
 
     def newly_imitated(self, site: Site) -> Array:
-        """What these lose to the parameters, or since then to the function that was believed last, (q p, q p)."""
+        """Part of these products that the parameters, or else the last accepted function, imitate, (q p, q p)."""
         along = _over(site, self._summed(site, "imitated", self._imitated))
         return np.asarray(along @ along.T)
 
@@ -61,28 +61,28 @@ class RandomFunctions:
         return _over(site, self._summed(site, "gradient", self._along))[:, 0]
 
     def believe(self, site: Site, size: float) -> None:
-        """Count a function of a size as noise."""
+        """Accept a function of a size: count it as noise."""
         columns = np.zeros((len(self._Q), site.moves.shape[1] * site.basis.shape[1]))
         columns[: self._rows] = site.columns
         columns -= self._Q @ (self._Q.T @ columns)
-        for one in self._believed:
+        for one in self._accepted:
             columns = _whitened(columns, *one)
         U, s, _ = np.linalg.svd(size * columns, full_matrices=False)
         self._imitated = self._back(U * (s / np.sqrt(1.0 + s**2)))
-        self._believed.append((U, 1.0 - 1.0 / np.sqrt(1.0 + s**2)))
-        self._residuals = _whitened(self._residuals, *self._believed[-1])
+        self._accepted.append((U, 1.0 - 1.0 / np.sqrt(1.0 + s**2)))
+        self._residuals = _whitened(self._residuals, *self._accepted[-1])
         self._along = self._back(self._residuals)[:, None]
         self._apart.clear()
         self._sums = {key: sums for key, sums in self._sums.items() if key[2] == "own"}
 
     def _back(self, columns: Array) -> Array:
-        """Transposed to what happens to a function's columns, of (K + e, ...)."""
-        for one in reversed(self._believed):
+        """Apply the transpose of the whitening and projection of a function's columns to columns (K + e, ...)."""
+        for one in reversed(self._accepted):
             columns = _whitened(columns, *one)
         return np.asarray(columns - self._Q @ (self._Q.T @ columns))
 
     def _summed(self, site: Site, what: str, by: Array) -> Array:
-        """Products of the moves (K, q) with columns (K, d), summed over the numbers of each pose or row, (n, q, d)."""
+        """Products of a site's moves (K, q) with columns (K, d), summed over each pose or row, (n, q, d)."""
         key = id(site.moves), len(site.basis), what
         if key not in self._sums:
             own = np.swapaxes(self._by_group(site, site.moves), 1, 2) @ self._by_group(site, by)
@@ -91,7 +91,7 @@ class RandomFunctions:
         return self._sums[key]
 
     def _by_group(self, site: Site, columns: Array) -> Array:
-        """Columns (K + e, d) by the pose or row of their numbers, (n', k, d)."""
+        """Columns (K + e, d) grouped by pose or row, (n', k, d)."""
         key = id(columns), len(site.basis)
         if key not in self._apart:
             rows = self._grouped.setdefault(len(site.basis), GroupedRows(site.of_number))
@@ -104,6 +104,6 @@ def _whitened(columns: Array, U: Array, less: Array) -> Array:
 
 
 def _over(site: Site, sums: Array) -> Array:
-    """Sums over the numbers of each pose or row (n, q, d) times the basis functions, (q p, d)."""
+    """Products of the basis functions with sums over each pose or row (n, q, d): (q p, d)."""
     products = site.basis.T @ np.moveaxis(sums, 1, 0)
-    return np.asarray(products.reshape(np.prod(products.shape[:2]), sums.shape[2]))  # no columns: all is held fixed
+    return np.asarray(products.reshape(np.prod(products.shape[:2]), sums.shape[2]))  # no columns: all are fixed

@@ -1,4 +1,4 @@
-"""Fits of sets of effects, each worked out once, and what each set costs."""
+"""Fits of sets of effects, computed once, and their costs."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -28,21 +28,21 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
 
 Announce = Callable[[str], None]
-"""Called with what is being tried, in words."""
+"""Called with the current step in words."""
 Chi2By = Callable[..., float]
-"""Works out what a function of a fit and a site explains."""
+"""Evaluates the chi-squared that a function of a fit and a site returns."""
 Rival = Callable[[Fit, Fit, str, Chi2By], float]
-"""The probability of something unknown at a site, by a fit with some effects and one without them."""
+"""Probability of an unknown cause at a site, from a fit with some effects and one without them."""
 
 
 @final
 @dataclass
 class Refits:
-    """Fits of all sets of effects that were looked at.
+    """Fits of all sets of effects that were tried.
 
     Attributes:
         start: The model without effects, fitted.
-        effects: Candidates that may be added.
+        effects: Candidate effects.
     """
 
     start: Fit
@@ -58,7 +58,7 @@ class Refits:
         self._fits[frozenset(self.start.effects)] = self.start
 
     def refit(self, near: Fit, added: Sequence[ScoreTest] = (), removed: CandidateEffect | None = None) -> Fit:
-        """Fit the effects of another fit with some added and one removed, from where the linear model puts them."""
+        """Fit a set of effects from another fit, with some added and one removed, starting at the linear prediction."""
         kept = tuple(one for one in near.effects if one != removed)
         effects = (*kept, *(test.candidate_effect for test in added))
         key = frozenset(effects)
@@ -79,7 +79,7 @@ class Refits:
     def _slopes_near(
         self, near: Fit, added: Sequence[ScoreTest], values: Mapping[str, float], problem: Problem
     ) -> Array | None:
-        """Derivatives (d, K) by a problem's parameters from those of a fit with other effects, where all are known."""
+        """Derivatives (d, K) by a problem's parameters from a fit with other effects; None if some are unknown."""
         if len(problem.batches) > 1:
             return None
         slopes = dict(zip(near.problem.parameters.names, near.at.slopes.T, strict=True))
@@ -91,13 +91,13 @@ class Refits:
         return np.array([slopes[name] for name in problem.parameters.names])
 
     def without(self, fit: Fit, effects: Iterable[CandidateEffect]) -> Fit:
-        """A fit without some of its effects, taken out one by one."""
+        """Refit without some effects, removing one at a time."""
         for one in effects:
             fit = self.refit(fit, removed=one)
         return fit
 
     def of(self, near: Fit, added: Sequence[ScoreTest] = ()) -> Fit:
-        """The best fit so far of a set of effects; a refit where there is none."""
+        """The best fit so far of a set of effects, or else a new one."""
         key = frozenset((*near.effects, *(test.candidate_effect for test in added)))
         return self._fits[key] if key in self._fits else self.refit(near, added)
 
@@ -105,22 +105,22 @@ class Refits:
         return problem_of(self.start.model.with_effects(effects), self.start.noise, self.start.sensor)
 
     def warm_start(self, earlier: Fit, refits: "Refits") -> Fit:
-        """Fit the effects that were found on slightly other rows, from where they ended there."""
+        """Fit the effects that were found on slightly different rows, starting at their optimum."""
         self._latest |= {test.candidate_effect: retest(test, self.start) for test in refits.tests_of(earlier)}
         fit = Fit.of(self._problem(earlier.effects), earlier.x)
         self._fits[frozenset(earlier.effects)] = fit
         return fit
 
     def among(self, effects: Sequence[CandidateEffect]) -> "Refits":
-        """The same fits, with other candidates that may be added."""
+        """The same fits, with other candidates."""
         return replace(self, effects=effects, _tests={})
 
     def linearize_again(self) -> None:
-        """Forget derivatives that were worked out near an earlier model."""
+        """Discard derivatives of earlier models."""
         self._columns = Columns()
 
     def score_tests(self, fit: Fit) -> list[ScoreTest]:
-        """Of all candidates that a fit does not hold, best first."""
+        """Score tests of all candidates outside a fit, best first."""
         key = frozenset(fit.effects)
         if key not in self._tests:
             found = score_tests(fit, self.effects, self._columns)
@@ -128,35 +128,35 @@ class Refits:
         return self._tests[key]
 
     def tests_of(self, fit: Fit) -> list[ScoreTest]:
-        """The score tests by which the effects of a fit were found."""
+        """The score tests of a fit's effects when they were added."""
         return [self._latest[one] for one in fit.effects]
 
     def cost(self, fit: Fit) -> float:
-        """The deviance and the complexity penalties of the effects."""
+        """Deviance plus complexity penalties of the effects."""
         return fit.deviance + self._penalties(fit)
 
     def cost_by_chi2(self, fit: Fit) -> float:
-        """The same with the scatter of whole poses as assumed."""
+        """Chi-squared, with the assumed scatter of whole poses, plus complexity penalties."""
         return fit.chi2 + self._penalties(fit)
 
     def _penalties(self, fit: Fit) -> float:
-        """Of a fit's effects. The geometry of a whole arm is one effect, and costs what the data say of it."""
+        """Penalties of a fit's effects. A whole arm's geometry is one effect, and costs its marginal likelihood."""
         arm = placements_of_arm(fit.effects)
         price = CHI2_PER_EFFECT + fit.marginal_cost(arm) if arm else 0.0
         return price + sum(penalty(test) for test in self.tests_of(fit) if test.candidate_effect not in arm)
 
     def unmodelled(self, fit: Fit, without: Fit) -> float:
-        """Probability that an unmodelled cause explains what some effects do, with no need of them.
+        """Probability that an unmodelled cause explains the same as some effects and makes them unnecessary.
 
         Smooth functions of any form at any site represent that cause, beside the effects and instead of them.
         """
         return probability_of_unmodelled(self._beside_unmodelled(without), self._beside_unmodelled(fit))
 
     def locally_unmodelled(self, fit: Fit, candidate_effect: CandidateEffect) -> float:
-        """Probability that something unknown at a joint explains what an effect there does, or its rest.
+        """Probability of an unknown cause at a joint instead of an effect, or of all effects there, or beside them.
 
-        Or what all effects there do together. It is a function of unknown form, a sparse shape, or chance from pose to
-        pose. What would not be reported counts as none.
+        It is a function of unknown form, a sparse shape, or chance from pose to pose. Probabilities too low to be
+        reported count as zero.
         """
         joint, without = candidate_effect.where, self.refit(fit, removed=candidate_effect)
         beside = [one for one in without.effects if one.where == joint and has_form(fit, one)]
@@ -166,29 +166,29 @@ class Refits:
         return unknown if unknown >= LEAST_PROBABILITY else 0.0
 
     def _beside_any_scatter(self, rival: Rival, fit: Fit, without: Fit, joint: str) -> float:
-        """A rival's probability, whole poses scattering as assumed and as much as the effects leave: the lesser one."""
+        """A rival's probability, the lower of those with the assumed scatter of whole poses and the likeliest one."""
         unknown = rival(fit, without, joint, self._once)
-        if unknown < LEAST_PROBABILITY or (calm := fit.with_likeliest_scatter) is fit:
+        if unknown < LEAST_PROBABILITY or (rescattered := fit.with_likeliest_scatter) is fit:
             return unknown
-        alike = Fit.of(without.problem.with_noise(calm.noise), without.x)
-        return min(unknown, rival(calm, alike, joint, lambda chi2_of, one, *site: chi2_of(one, *site)))
+        refitted = Fit.of(without.problem.with_noise(rescattered.noise), without.x)
+        return min(unknown, rival(rescattered, refitted, joint, lambda chi2_of, one, *site: chi2_of(one, *site)))
 
     def _of_any_form(self, fit: Fit, without: Fit, joint: str, chi2_by: Chi2By) -> float:
-        """Of a function of unknown form at a joint, instead of the effects or beside them; elsewhere only instead."""
+        """Probability of a function of unknown form instead of the effects, or, at a joint, also beside them."""
         left = chi2_by(local_unknown_chi2, fit, joint) if joint in moving_joints(fit.model.dataset.robot) else 0.0
         instead = chi2_by(local_unknown_chi2, without, joint)
         return probability_of_local_unknown(self.cost_by_chi2(fit), left, self.cost_by_chi2(without), instead)
 
     def _by_chance(self, fit: Fit, without: Fit, joint: str, chi2_by: Chi2By) -> float:
-        """Of a joint that scatters from pose to pose, instead of the effects."""
+        """Probability of pose-to-pose scatter of a joint instead of the effects."""
         by_chance = self.cost_by_chi2(without) - chi2_by(chance_chi2, without, joint) + CHI2_PER_EFFECT
         return float(posterior_weights(np.array([self.cost_by_chi2(fit), by_chance]))[1])
 
     def _of_sparse_shape(self, fit: Fit, without: Fit, site: str, chi2_by: Chi2By) -> float:
-        """Of a sparse shape at a site, instead of the effects.
+        """Probability of a sparse shape at a site instead of the effects.
 
-        They may be of a form that is a little different, with a function beside them, which is in no library either; or
-        the shape may be at work beside them.
+        Alternatively the effects have an inexact form, with a function beside them that is outside the library, too; or
+        the shape is present beside them.
         """
         price = CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
         form, beside = chi2_by(local_unknown_chi2, fit, site), chi2_by(sparse_shape_chi2, fit, site)
@@ -197,24 +197,24 @@ class Refits:
         return float(posterior_weights(np.array([final, instead]))[1])
 
     def cost_beside_posture_unknown(self, fit: Fit) -> float:
-        """Cost of a fit beside a smooth function that turns several joints, which costs what an effect does."""
+        """Cost of a fit beside a smooth function that turns several joints, with the penalty of an effect."""
         return self.cost_by_chi2(fit) - (self._once(posture_unknown_chi2, fit) - CHI2_PER_EFFECT)
 
     def _beside_unmodelled(self, fit: Fit) -> float:
         return self.cost_by_chi2(fit) - self._once(unmodelled_chi2, fit)
 
     def _once(self, chi2_of: Callable[..., float], fit: Fit, *site: str) -> float:
-        """What something unknown explains beside a set of effects, worked out again only for a better fit of it."""
+        """Chi-squared of an unknown cause beside a set of effects, recomputed only for a changed fit of the set."""
         key = chi2_of, frozenset(fit.effects), *site
         if key not in self._unknown or self._unknown[key][0] != fit.chi2:
             self._unknown[key] = fit.chi2, chi2_of(fit, *site)
         return self._unknown[key][1]
 
     def is_unmodelled(self, fit: Fit, without: Fit) -> bool:
-        """Whether effects are left out because an unmodelled cause more probably explains what they do.
+        """Whether effects are excluded because an unmodelled cause is more probable.
 
-        Not where the sensor has no optics: there a smooth function of the posture imitates any effect of the arm, and
-        the test would leave out effects that predict new poses well. Their probability still counts it.
+        Never without optics: a smooth function of the posture imitates any effect of the arm, and the test would
+        exclude effects that predict new poses well. It still lowers their probability.
         """
         return fit.has_optics and self.unmodelled(fit, without) > EVEN
 
@@ -225,7 +225,7 @@ def penalty(test: ScoreTest) -> float:
 
 
 def predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:
-    """Where the linear model puts all parameters once effects are added, by name."""
+    """All parameters with added effects by the linear model, by name."""
     white = np.hstack([test.white for test in added])
     amplitudes = near.best_amplitudes(white)
     values = dict(zip(near.problem.parameters.names, near.moved(white, amplitudes).tolist(), strict=True))

@@ -1,4 +1,4 @@
-"""How well an arm comes back to where it was: the scatter of whole poses, which is noise."""
+"""Repeatability: the scatter of whole poses, which is noise."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ class NoiseSource:
     Attributes:
         value: Standard deviation.
         unit: Its unit.
-        origin: Where it comes from.
+        origin: Origin of the value.
         of_poses: Whether it moves whole poses.
     """
 
@@ -35,9 +35,9 @@ class Repeatability:
     """The scatter of whole poses.
 
     Attributes:
-        sources: What scatters: joint readings, flange poses, a tracker's probe; by name.
-        at_sensor_m: What that makes of a row, root mean square in three dimensions [m].
-        is_stated: Whether the data set states how well the arm repeats.
+        sources: Its sources by name: joint readings, flange poses, a tracker's probe.
+        at_sensor_m: Resulting root-mean-square 3-D error of a row [m].
+        is_stated: Whether the data set states the arm's repeatability.
     """
 
     sources: Mapping[str, NoiseSource]
@@ -45,9 +45,9 @@ class Repeatability:
     is_stated: bool = False
 
     def is_most_of(self, floor_m: float) -> bool:
-        """Whether it is worth reporting: it was not stated, and it is most of the noise of a row.
+        """Whether it is reported: it is not stated, and is most of a row's noise.
 
-        Where poses do not scatter, chance makes a third of the noise look as if they did.
+        Without scatter of poses, chance makes a third of the noise look like it.
         """
         is_estimated = any(source.origin != "stated" for source in self.sources.values())
         return is_estimated and self.at_sensor_m > EVEN * floor_m
@@ -67,11 +67,11 @@ def noise_sources(noise: NoiseModel) -> dict[str, NoiseSource]:
 
 
 def repeatability_of(fit: Fit, noise: NoiseModel) -> Repeatability:
-    """How much whole poses scatter beyond the noise of rows."""
-    alone = noise.at({source.name: 0.0 for source in noise.sources if source.level != "pose"})
-    nothing = noise.at(dict.fromkeys(noise.sigmas, 0.0))
+    """The scatter of whole poses, without row noise."""
+    of_poses = noise.at({source.name: 0.0 for source in noise.sources if source.level != "pose"})
+    zero = noise.at(dict.fromkeys(noise.sigmas, 0.0))
     sources = {name: source for name, source in noise_sources(noise).items() if source.of_poses}
     stated = fit.model.dataset.noise.repeatability_m
     return Repeatability(
-        sources, float(np.sqrt(fit.size_of(alone) ** 2 - fit.size_of(nothing) ** 2)), stated is not None
+        sources, float(np.sqrt(fit.size_of(of_poses) ** 2 - fit.size_of(zero) ** 2)), stated is not None
     )

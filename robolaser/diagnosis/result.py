@@ -1,4 +1,4 @@
-"""The result of a diagnosis: the verdict, the gap step by step, the locations, the effects, and what to do next."""
+"""The result of a diagnosis: verdict, gap step by step, locations, effects, and next poses."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Estimate:
 
     Attributes:
         value: In its unit.
-        std: One standard deviation; None where the data do not fix it, or a bound does.
+        std: One standard deviation; None if the data do not determine the value, or it is on a bound.
         unit: SI.
         bound: `lower` or `upper` where the value ended on that bound, else empty.
     """
@@ -40,12 +40,12 @@ class Estimate:
 @final
 @dataclass(frozen=True)
 class Alternative:
-    """An effect that these poses cannot distinguish from one that was found.
+    """An effect that is indistinguishable at these poses from one that was found.
 
     Attributes:
-        candidate_effect: Which, and where.
-        parameters: Its parameters instead of the other's, by name.
-        gap_m: Held-out gap with it instead of the other.
+        candidate_effect: The effect and its location.
+        parameters: Its parameters by name, without the effect found.
+        gap_m: Held-out gap with it instead of the effect found.
     """
 
     candidate_effect: CandidateEffect
@@ -59,13 +59,13 @@ class Finding:
     """An effect that was found.
 
     Attributes:
-        candidate_effect: Which, and where.
-        probability: Of it, at this location, against every other candidate, none, and something unknown.
-        parameters: By name.
-        gap_before_m: Held-out gap with the effects found before it in the model.
-        gap_after_m: With this one too.
-        gap_without_m: With all but this one.
-        alternatives: Effects that these poses cannot distinguish from it, the nearest first.
+        candidate_effect: The effect and its location.
+        probability: Its probability at this location, against every other candidate, none, and an unknown cause.
+        parameters: Its parameters by name.
+        gap_before_m: Held-out gap with the preceding findings in the model.
+        gap_after_m: Held-out gap with this one, too.
+        gap_without_m: Held-out gap with all findings but this one.
+        alternatives: Effects that are indistinguishable from it at these poses, the nearest first.
     """
 
     candidate_effect: CandidateEffect
@@ -80,12 +80,12 @@ class Finding:
 @final
 @dataclass(frozen=True)
 class CauseKind:
-    """An effect at all locations where it seems to be at work.
+    """An effect at all of its likely locations.
 
     Attributes:
         effect: Its name.
         where: The locations.
-        probability: That it is at work somewhere.
+        probability: Probability that it is present at any location.
         gap_without_m: Held-out gap of the final model without it [m].
     """
 
@@ -101,14 +101,14 @@ class CauseClass:
     """A class of causes.
 
     Attributes:
-        name: Of the class.
-        probability: That at least one of its members is at work.
-        gap_without_m: Held-out gap of the final model without all of its members [m]; None where it has none of them.
-        gap_with_m: The same of the final model [m].
-        members: Its effects that may be at work, each with its probability, the most probable first.
-        credible_sets: For each of its effects that were found, the fewest candidates of any class of which one is at
-            work with 95 %, where there is such a set.
-        site: Of an unknown cause.
+        name: Name of the class.
+        probability: Probability that at least one of its members is present.
+        gap_without_m: Held-out gap of the final model without its members [m]; None if the model has none of them.
+        gap_with_m: Held-out gap of the final model [m].
+        members: Its possible effects, each with its probability, the most probable first.
+        credible_sets: For each of its effects found, the smallest set of candidates of any class that contains the true
+            one with 95 % probability, if there is such a set.
+        site: Site of an unknown cause.
     """
 
     name: str
@@ -123,17 +123,17 @@ class CauseClass:
 @final
 @dataclass(frozen=True)
 class WrongInput:
-    """What is wrong with the data set rather than with the cell: it is corrected in the files.
+    """A fault of the data set rather than of the cell, to be corrected in the files.
 
     Attributes:
         name: `mispaired` or `held_parameter`.
         where: The sensor's part.
         cause: Its class of causes.
-        probability: That this is wrong.
-        parameters: By name; those that the data set holds, as they would be if they were free.
+        probability: Probability of the fault.
+        parameters: Its parameters by name; of those that the data set holds, the values of a free fit.
         gap_before_m: Held-out gap with the fault.
-        gap_after_m: Once it is corrected.
-        alternatives: Effects that may be at work instead.
+        gap_after_m: Held-out gap after its correction.
+        alternatives: Effects that may be the cause instead.
     """
 
     name: str
@@ -152,9 +152,9 @@ class RotationGap:
     """Root-mean-square error of rotations on held-out poses [rad].
 
     Attributes:
-        calibrated_rad: After the ordinary parameters were fitted.
-        after_rad: With all that was found.
-        least_rad: The lower end of its 95 % interval.
+        calibrated_rad: With the fitted parameters, without effects.
+        after_rad: With all effects found.
+        least_rad: Lower end of its 95 % interval.
         noise_floor_rad: By noise alone.
     """
 
@@ -167,13 +167,13 @@ class RotationGap:
 @final
 @dataclass(frozen=True)
 class Gap:
-    """Root-mean-square 3-D error on held-out poses, repeats averaged, gross errors left out [m].
+    """Root-mean-square 3-D error on held-out poses, repeats averaged, gross errors excluded [m].
 
     Attributes:
-        nominal_m: Of the sim as given; None where none was given.
-        rotations: The same of rotations; None where none are measured.
-        is_held_out: Whether any pose was held out; else all errors are of the poses that were fitted.
-        distances_m: Error of known distances that were not known, calibrated and after; None without any.
+        nominal_m: Error of the nominal model; None if none is given.
+        rotations: Error of rotations; None if none are measured.
+        is_held_out: Whether any pose was held out; else all errors are of fitted poses.
+        distances_m: Held-out error of known distances, calibrated and after; None without any.
     """
 
     nominal_m: float | None
@@ -189,18 +189,18 @@ class Gap:
 @final
 @dataclass(frozen=True)
 class DetectionLimit:
-    """The smallest size of an effect's principal number that these data would have shown nine times in ten.
+    """The smallest size of an effect's principal parameter that is detected nine times in ten in these data.
 
     Attributes:
-        candidate_effect: Which, and where.
+        candidate_effect: The effect and its location.
         parameter: Name of its principal parameter.
-        size: In its unit; None where no plausible size shows.
+        size: Detectable size in its unit; None if no plausible size is detected.
         unit: SI.
         identifiable: The smallest plausible size at which it is distinguished from its nearest rival; None without one.
-        rival: The candidate, of no higher complexity penalty, that looks most like it; None where none does.
-        at_tool_m: By how much an effect of just the detectable size moves what is measured, root mean square over these
-            data, nothing refitted [m].
-        is_imitated: Whether it is unseen only because the effects found do the same.
+        rival: The most similar candidate of no higher complexity penalty; None without one.
+        at_tool_m: Root-mean-square displacement of these measurements by an effect of the detectable size, without a
+            refit [m].
+        is_imitated: Whether it is undetectable only because the effects found imitate it.
     """
 
     candidate_effect: CandidateEffect
@@ -216,19 +216,19 @@ class DetectionLimit:
 @final
 @dataclass(frozen=True)
 class Validation:
-    """Other data of the same arm, predicted with what was found; only the positions of things in the cell are refitted.
+    """Prediction of other data of the same arm; only the positions of things in the cell are refitted.
 
-    Errors are root-mean-square 3-D errors on poses held out from that fit, gross errors left out [m].
+    Errors are root-mean-square 3-D errors on poses held out from that fit, gross errors excluded [m].
 
     Attributes:
         dataset: Name of the other data set.
-        nominal_m: With the sim's arm and sensor; None where there is no nominal model.
-        calibrated_m: With the ordinary parameters that were found, without effects.
-        after_m: With all effects found, as they carry over.
-        noise_floor_m: What noise alone would give.
-        is_better: Whether the effects clearly lower the error, poses being drawn by chance.
-        rows: Rows compared, repeats averaged.
-        remarks: What did not carry over as it was found, and rows left out.
+        nominal_m: With the nominal arm and sensor; None without a nominal model.
+        calibrated_m: With the calibrated parameters, without effects.
+        after_m: With all effects found, as far as they transfer.
+        noise_floor_m: By noise alone.
+        is_better: Whether the effects significantly lower the error, poses being independent.
+        rows: Number of compared rows, repeats averaged.
+        remarks: Effects that do not transfer unchanged, and excluded rows.
     """
 
     dataset: str
@@ -244,41 +244,41 @@ class Validation:
 @final
 @dataclass(frozen=True)
 class Diagnosis:
-    """The answer.
+    """The result of a diagnosis.
 
     Attributes:
-        dataset: What was diagnosed; where a fault of the data set was found, without that fault.
+        dataset: The data set, without a fault that was found in it.
         verdict: `no_gap`, `explained` or `unexplained`.
-        sentence: The verdict for a person.
-        gap: How far the gap shrinks.
+        sentence: The verdict in sentences.
+        gap: The gap without and with effects.
         where: Locations of the gap; for `unexplained`, of the remaining error.
-        findings: Effects found, that without which the gap would be largest first; of those in the model, the few that
-            are too improbable by themselves are left out.
+        findings: Effects found, that with the largest gap without it first; effects of the model that are too
+            improbable by themselves are omitted.
         kinds: Effects with all of their locations, those that explain most first.
         classes: Possible classes of causes, most important first.
-        outliers: Rows of points.csv (from 0) that are gross errors.
+        outliers: Gross errors, as rows of points.csv (from 0).
         not_testable: Why an effect could not be tested, by its name.
-        next_poses: Joint values by name that distinguish the leading rivals.
+        next_poses: Joint values by name of poses that distinguish the leading rivals.
         limits: Detection limits of effects that were not found.
         model: The final model, on averaged rows.
         x: Its parameters, in the order of `model.parameters`.
         std: One standard deviation of each; NaN for fixed ones.
         calibrated_x: The sensor's parameters without effects in the model, in the same order.
-        unseen: Fits of the final model without each fold of these rows; None where none could be held out.
+        unseen: Fits of the final model without each fold of these rows; None if none could be held out.
         before_m: Held-out errors of the averaged rows in the calibrated model, (m, 3).
-        after_m: The same with all effects, (m, 3).
+        after_m: Held-out errors of the averaged rows with all effects, (m, 3).
         noise: Sources of noise, by name.
-        repeatability: How much whole poses scatter.
-        odd_rows: What the sentence says of rows that do not agree with the others; may be empty.
+        repeatability: Scatter of whole poses.
+        odd_rows: Part of the sentence on rows that disagree with the others; may be empty.
         noise_remarks: Remarks on contradictions of the stated noise.
         seconds: Time taken.
-        validation: Other data of the same arm, predicted with what was found.
+        validation: Predictions of other data of the same arm.
         hindrance: Why no effect was searched for, as a sentence; empty otherwise.
         wrong_input: A fault of the data set; None without one.
-        pose_scatter: By how much whole poses scatter beyond what counts as noise; None where they do not.
-        weighed: The models that were weighed, for charts and for further poses; None where the data are too bad.
-        as_given: The data set with its fault; None where `dataset` is as it was given.
-        added_poses: How many poses count in the probabilities beside those that are used for all else.
+        pose_scatter: Excess scatter of whole poses beyond noise; None without it.
+        weighed: The models that were weighed, for charts and for further poses; None if the data are too bad.
+        as_given: The data set with its fault; None if `dataset` is the given one.
+        added_poses: Number of further poses that count only in probabilities and sizes.
 
     Examples:
         >>> from robolaser.diagnosis import examine
@@ -334,6 +334,6 @@ class Diagnosis:
 
     @property
     def poses(self) -> tuple[int, int]:
-        """How many poses are used, and how many have points."""
+        """Number of poses used, and number of poses with points."""
         used, every = (len(np.unique(one.points.pose)) for one in (self.observed, self.dataset))
         return used + self.added_poses, every

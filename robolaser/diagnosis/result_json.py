@@ -24,7 +24,7 @@ FORMAT = "robolaser-diagnosis/1"
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
-    """What diagnosis.json holds: format `robolaser-diagnosis/1`."""
+    """Contents of diagnosis.json, format `robolaser-diagnosis/1`."""
     gap = diagnosis.gap
     return {
         "format": FORMAT,
@@ -123,7 +123,7 @@ def _effect(
     gaps_m: tuple[float, float, float],
     rivals: Sequence[list[str]] = (),
 ) -> dict[str, Any]:
-    """What is at work, with the gap before it, after it and without it."""
+    """An effect with the gap before it, after it and without it."""
     before, after, without = map(_mm, gaps_m)
     return {
         **named,
@@ -166,13 +166,13 @@ def _class(one: CauseClass, scatter: PartScatter | None) -> dict[str, Any]:
         "gap_mm_without": None if one.gap_without_m is None else _mm(one.gap_without_m),
         "gap_mm_with": _mm(one.gap_with_m),
         "members": members,
-        "credible_sets": [[_pair(member) for member in some] for some in one.credible_sets],
+        "credible_sets": [[_pair(member) for member in candidates] for candidates in one.credible_sets],
         **({"site": one.site} if one.site else {}),
     }
 
 
 def _pose_scatter(scatter: PartScatter, gap: Gap) -> dict[str, Any]:
-    """Scatter of whole poses as a finding: it is chance, and closes no gap."""
+    """Scatter of whole poses as a finding: it is chance and leaves the gap unchanged."""
     sizes = {name: {"value": size.value, "std": size.std, "unit": size.unit} for name, size in scatter.sizes.items()}
     return _effect({"effect": NAME, "where": scatter.where}, scatter.as_cause, sizes, (gap.after_m,) * 3)
 
@@ -193,7 +193,7 @@ def _kind_of_input(found: WrongInput) -> dict[str, Any]:
 
 
 def _classes(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """Each class once; that of what is wrong with the data set comes first, with the effects of that class."""
+    """Each class once, first that of a fault of the data set together with the effects of this class."""
     found = diagnosis.wrong_input
     classes = [_class(one, diagnosis.pose_scatter) for one in diagnosis.classes]
     if found is None:
@@ -215,7 +215,7 @@ def _classes(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 
 def _outliers(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Gross errors as a finding: survived, not modelled, so they change no gap."""
+    """Gross errors as a finding: they are excluded, not modelled, and leave the gap unchanged."""
     share = len(diagnosis.outliers) / max(1, len(diagnosis.dataset.points))
     return _effect(
         {"effect": "outliers", "where": "image"},

@@ -1,4 +1,4 @@
-"""Score tests (Rao 1948): how much each candidate effect would explain, before anything is fitted again."""
+"""Score tests (Rao 1948): chi-squared that candidate effects would explain, without a refit."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -20,10 +20,10 @@ from robolaser.model.effects.requirements import DataLack
 from robolaser.model.grouped_rows import group_sums
 
 DENSE_GRID = 40
-"""Values of nonlinear parameters, beyond which sums over poses say which is best, of waves and of what begins at a
-moment; of any other effect, ever smaller intervals do."""
+"""Number of values of nonlinear parameters above which sums over poses find the best for waves and for effects that
+begin at a moment, and ever smaller intervals for other effects."""
 BEFORE_ALL = -1.0
-"""A moment of a run before it began."""
+"""A moment before the run."""
 
 
 @final
@@ -32,10 +32,11 @@ class ScoreTest:
     """A candidate effect against a fitted model, its nonlinear parameters fixed.
 
     Attributes:
-        candidate_effect: Which.
+        candidate_effect: The effect.
         nonlinear: Its nonlinear parameters.
         white: Derivatives of the whitened residuals by its linear parameters in units of their prior scales, (K, a).
-        columns: The same without what the fitted parameters imitate, above those of distances and priors, (K + e, a).
+        columns: These derivatives, then those of distances and priors, without the part that the fitted parameters
+            imitate, (K + e, a).
         against: The fitted model.
         tried: Number of values of the nonlinear parameters that were tried.
     """
@@ -49,12 +50,12 @@ class ScoreTest:
 
     @property
     def key(self) -> tuple[str, str, tuple[float, ...]]:
-        """What it tests: effect, location and nonlinear parameters."""
+        """Effect, location and nonlinear parameters."""
         return self.candidate_effect.effect.name, self.candidate_effect.where, self.nonlinear
 
     @cached_property
     def basis(self) -> Array:
-        """Orthonormal basis of the columns, as far as the parameters do not imitate them, (K + e, a')."""
+        """Orthonormal basis of the columns, without directions that the parameters imitate, (K + e, a')."""
         U, s, _ = np.linalg.svd(self.columns, full_matrices=False)
         size = float((self.white**2).sum(axis=0).max(initial=0.0))
         kept: Array = U[:, s**2 > NEGLIGIBLE * max(size, 1e-12)]
@@ -62,10 +63,9 @@ class ScoreTest:
 
     @cached_property
     def gain(self) -> float:
-        """By how much the effect would lower chi-squared, as far as the model is linear.
+        """Decrease of chi-squared by the effect in the linear model.
 
-        Parameters on a bound leave it where the effect makes them; linear parameters that physics permits one sign only
-        have no other.
+        Parameters on a bound may leave it inwards; one-sided linear parameters keep their sign.
         """
         residuals, columns = self.against.at.r, self.columns
         one_sided = np.array([amplitude.lower == 0 for amplitude in self.candidate_effect.effect.amplitudes()])
@@ -83,12 +83,12 @@ class ScoreTest:
 
 
 def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | None = None) -> list[ScoreTest]:
-    """Test each effect that a model does not hold, with those nonlinear parameters that explain the residuals best.
+    """Test each effect outside a model, with the nonlinear parameters that explain the residuals best.
 
     Args:
         fit: The model.
         effects: Candidates.
-        known: Derivatives at models near by.
+        known: Derivatives at similar models.
     """
     known = known or Columns()
     found = []
@@ -108,7 +108,7 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
 
 
 def _likeliest_wave(fit: Fit, wave: CandidateEffect, frequencies: Array, known: Columns) -> Array:
-    """The frequency that explains most, (1, 1); the double one where that of the first harmonic has no part in it."""
+    """The frequency that explains most, (1, 1); twice the frequency if the first harmonic contributes nothing."""
     robot, q = fit.model.dataset.arm
     seen, of_number = np.unique(fit.pose_of_number, return_inverse=True)
     normal = normal_equations(fit, known.by_joint(fit, wave.where), of_number, len(seen))
@@ -132,7 +132,7 @@ def _gains_of_steps(fit: Fit, step: CandidateEffect, moments: Array, known: Colu
 
 
 def typical_tests(fit: Fit, effects: Iterable[CandidateEffect]) -> list[ScoreTest]:
-    """The same where nothing is measured: nonlinear parameters are in the middle of what would be tried."""
+    """Score tests without measurements, with nonlinear parameters in the middle of their grids."""
     known, found = Columns(), []
     for one in effects:
         grid = one.effect.grid(fit.model.dataset, one.where)
@@ -141,12 +141,12 @@ def typical_tests(fit: Fit, effects: Iterable[CandidateEffect]) -> list[ScoreTes
 
 
 def retest(test: ScoreTest, fit: Fit) -> ScoreTest:
-    """The same effect with the same nonlinear parameters, against another model."""
+    """Test the same effect with the same nonlinear parameters against another model."""
     return _best(fit, test.candidate_effect, np.array([test.nonlinear]), test.tried, Columns())
 
 
 def _nested(fit: Fit, candidate_effect: CandidateEffect, grid: Array, known: Columns) -> Array:
-    """The part around the best value of one nonlinear parameter's sorted grid (g, 1), by ever denser grids, (g', 1)."""
+    """Search a sorted grid (g, 1) of one nonlinear parameter by ever smaller intervals; return the last, (g', 1)."""
     while len(grid) > DENSE_GRID:
         step = -(-len(grid) // (DENSE_GRID // 2))
         coarse = grid[::step]
@@ -180,23 +180,23 @@ def _best(fit: Fit, candidate_effect: CandidateEffect, grid: Array, tried: int, 
 
 
 def _gains_at_most(columns: Array, fit: Fit) -> Array:
-    """Gains of effects' columns (K + e, g, a) if amplitudes of either sign were permitted, (g,)."""
-    apart = np.moveaxis(columns, 0, 2)
-    release = np.broadcast_to(fit.release.T, (len(apart), *fit.release.T.shape))
-    both = np.concatenate([apart, release], axis=1)
+    """Upper bounds of the gains of columns (K + e, g, a): those with amplitudes of either sign, (g,)."""
+    options = np.moveaxis(columns, 0, 2)
+    release = np.broadcast_to(fit.release.T, (len(options), *fit.release.T.shape))
+    both = np.concatenate([options, release], axis=1)
     along = both @ fit.at.r
     products = both @ np.swapaxes(both, 1, 2)
     return np.asarray((along[:, None] @ np.linalg.pinv(products, hermitian=True) @ along[..., None])[:, 0, 0])
 
 
 def normal_equations(fit: Fit, columns: Array, of_number: Ints, n: int) -> tuple[Array, Array, Array]:
-    """Normal equations of free motions, one for each group of numbers, without what the fitted parameters imitate.
+    """Normal equations of independent motions, one for each group of whitened numbers, beside the fitted parameters.
 
     Args:
         fit: The model.
-        columns: Derivatives of the whitened residuals by the motion of each number's own group, (K,).
+        columns: Derivatives of the whitened residuals by the motion of each number's group, (K,).
         of_number: The group of each number, (K,).
-        n: How many groups there are.
+        n: Number of groups.
 
     Returns:
         Gradient (n,), and own (n,) and shared (n, d) of the matrix diag(own) - shared sharedᵀ.
@@ -210,7 +210,7 @@ def normal_equations(fit: Fit, columns: Array, of_number: Ints, n: int) -> tuple
 
 
 def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[CandidateEffect]:
-    """Every effect at every location that the data set has for it, where enough poses differ."""
+    """Every effect at every location that the data set has for it, if enough poses differ."""
     return [
         CandidateEffect(kind, where)
         for kind in kinds
@@ -220,9 +220,9 @@ def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[CandidateEf
 
 
 def lack_of_poses(kind: type[Effect], dataset: Dataset) -> str:
-    """Why too few poses differ to test an effect of several shapes: the best shape would fit them by chance; else "".
+    """Return why too few poses differ to test an effect of several shapes, else "": the best shape would fit by chance.
 
-    Chance explains as much of one pose for each of its numbers, and for twice the logarithm of the number of shapes.
+    Chance explains one pose for each parameter, and as many more as twice the logarithm of the number of shapes.
     """
     tried = max((len(kind.grid(dataset, where)) for where in kind.locations(dataset)), default=0)
     if tried <= 1:
@@ -234,5 +234,5 @@ def lack_of_poses(kind: type[Effect], dataset: Dataset) -> str:
 
 
 def freedom(kind: type[Effect], tried: int) -> int:
-    """Numbers of an effect; its nonlinear parameters count where several values of them were tried."""
+    """Number of an effect's parameters; nonlinear ones count if several values were tried."""
     return len(kind.units()) if tried > 1 else len(kind.amplitudes())

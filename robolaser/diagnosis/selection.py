@@ -1,4 +1,4 @@
-"""Which effects are in the model: stepwise selection, and the geometry of a whole arm."""
+"""Selection of the effects in the model: stepwise, with the geometry of a whole arm as an alternative."""
 
 from collections.abc import Iterable, Iterator
 
@@ -18,15 +18,15 @@ from robolaser.model.effects.link_geometry import LinkGeometry
 
 
 def select(refits: Refits, begin: Fit | None = None, progress: Announce = lambda what: None) -> Fit:
-    """The set of effects that explains the most for its cost.
+    """Select the set of effects with the lowest cost.
 
-    Where a few separate effects do not explain the residuals, the geometry of the whole arm is put into the model as
-    one effect, and others are added to it.
+    If a few separate effects do not explain the residuals, the geometry of the whole arm enters the model as one
+    effect, and others are added.
 
     Args:
         refits: Fits sets of effects.
-        begin: A set that was found before, on slightly other rows or beside other noise.
-        progress: Is called with what is being tried.
+        begin: An earlier result on slightly different rows, or with other noise.
+        progress: Called with the current step.
     """
     if begin is not None and placements_of_arm(begin.effects):
         return _stepwise(refits, begin, MAX_EFFECTS, progress)
@@ -43,10 +43,10 @@ def select(refits: Refits, begin: Fit | None = None, progress: Announce = lambda
 
 
 def unless_one_does_it(refits: Refits, fit: Fit) -> Fit:
-    """A fit; or what begins with one effect, where that costs less by itself than the geometry of the whole arm.
+    """Replace the geometry of the whole arm by a selection from a single effect, if that costs less by itself.
 
-    That geometry may have been the best beside other noise, and is not taken out step by step. Not where the sensor has
-    optics: there it loses to functions of unknown form anyway.
+    That geometry may have been the best with other noise, and is not removed step by step. With optics nothing is done:
+    functions of unknown form are likelier anyway.
     """
     if fit.has_optics or not placements_of_arm(fit.effects):
         return fit
@@ -55,9 +55,9 @@ def unless_one_does_it(refits: Refits, fit: Fit) -> Fit:
 
 
 def _stepwise(refits: Refits, fit: Fit, most: int, progress: Announce) -> Fit:
-    """Add effects, up to so many in all, while that lowers the cost; then take out or exchange one; then begin again.
+    """Add effects up to a number while that lowers the cost; then remove or replace one; and repeat.
 
-    Where an unmodelled cause explains what is left with no need of another effect, none is added.
+    No effect is added whose part of the residuals an unmodelled cause more probably explains.
     """
     while True:
         chosen = None
@@ -75,7 +75,7 @@ def _stepwise(refits: Refits, fit: Fit, most: int, progress: Announce) -> Fit:
 
 
 def _cheaper(refits: Refits, fit: Fit, options: Iterable[Fit]) -> list[Fit]:
-    """Those that cost less than a fit, the cheapest first."""
+    """The options that cost less than a fit, the cheapest first."""
     costs = [(refits.cost(option), option) for option in options]
     limit = refits.cost(fit) - MIN_IMPROVEMENT
     return [option for cost, option in sorted(costs, key=lambda pair: pair[0]) if cost < limit]
@@ -88,21 +88,21 @@ def _with_one_more(refits: Refits, fit: Fit) -> Iterator[Fit]:
 
 
 def _with_one_exchanged(refits: Refits, fit: Fit) -> Iterator[Fit]:
-    """Without each of the effects, and with others in its place."""
+    """Fits without each of the effects, and with others instead."""
     for one in fit.effects:
-        less = refits.refit(fit, removed=one)
-        yield less
-        promising = SHARE_OF_BEST_SCORE * (less.chi2 - fit.chi2)
-        best = refits.score_tests(less)[:REFITS]
-        yield from (refits.refit(less, [test]) for test in best if test.gain > promising)
+        reduced = refits.refit(fit, removed=one)
+        yield reduced
+        promising = SHARE_OF_BEST_SCORE * (reduced.chi2 - fit.chi2)
+        best = refits.score_tests(reduced)[:REFITS]
+        yield from (refits.refit(reduced, [test]) for test in best if test.gain > promising)
 
 
 def _reduced(refits: Refits, arm: Fit) -> Fit:
-    """The geometry of an arm without the placements that the data say nothing of, taken out one by one."""
+    """Remove placements without evidence from the geometry of an arm, one by one."""
     while len(arm.effects) > PLACEMENTS_OF_AN_ARM:
         least = min(arm.effects, key=arm.wald)
-        less = refits.refit(arm, removed=least)
-        if refits.cost(less) > refits.cost(arm):
+        reduced = refits.refit(arm, removed=least)
+        if refits.cost(reduced) > refits.cost(arm):
             break
-        arm = less
+        arm = reduced
     return arm

@@ -1,8 +1,8 @@
-"""Shapes with corners and few numbers, which no library has: ramps, hysteresis, dents.
+"""Shapes with corners and few parameters outside the library: ramps, hysteresis, dents.
 
-A dead zone, a step or a corner of a function is a ramp between two knots; what friction holds back follows its cause
-with play; what is local on a target is a bell. Each costs as little as an effect does, so that one that explains more
-than an effect in its place is no small departure from that effect's form.
+A dead zone, a step or a corner of a function is a ramp between two knots; friction gives hysteresis, which follows its
+cause with play; a dent in a target is a Gaussian. Each shape costs as little as an effect, so that one that explains
+more than an effect is more than an inexact form of it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,20 +25,20 @@ from robolaser.model.grouped_rows import GroupedRows
 from robolaser.model.stages import Stage
 
 KNOTS: Final = 50
-"""Positions of a ramp's ends over its coordinate's range."""
+"""Number of positions of a ramp's ends over its coordinate's range."""
 WIDTHS: Final = 12
-"""Widths of play, up to its coordinate's range."""
+"""Number of widths of play, up to the coordinate's range."""
 DENT_WIDTHS: Final = (0.06, 0.08, 0.1, 0.13, 0.18, 0.25)
-"""Standard deviations of dents' bells, over a target's larger side; they lie half of it apart."""
+"""Standard deviations of dents' Gaussians, over a target's larger side; their spacing is half of it."""
 
 
 def sparse_shape_chi2(fit: Fit, site: str) -> float:
-    """Chi-squared that one of the shapes explains, beyond the cost of choosing it: at a joint, or in the target.
+    """Chi-squared that one of the shapes explains beyond the cost of its choice: at a joint, or in the target.
 
-    Instead of another site, joints or what the flange carries may have slipped at a moment of the run.
+    For other sites it is a slip of joints, or of the body on the flange, at a moment of the run.
 
-    Twice the logarithm of the marginal likelihood over a family's shapes, all alike probable, the amplitude of each
-    normal with the variance that has the largest likelihood; of the best family.
+    It is twice the logarithm of the best family's marginal likelihood: all its shapes are equally probable, with normal
+    amplitudes whose variance has the largest likelihood.
     """
     dataset = fit.model.dataset
     joints = moving_joints(dataset.robot)
@@ -57,7 +57,7 @@ def sparse_shape_chi2(fit: Fit, site: str) -> float:
 
 
 def _slip_chi2(fit: Fit) -> float:
-    """The same of one joint or all, of what the flange carries, and of a load to which joints yield from then on."""
+    """Chi-squared of a slip of one joint or all, of the body on the flange, or of elastic deflection by a new load."""
     functions, derivatives, run = RandomFunctions(fit), stage_derivatives(fit), fit.model.run
     steps = (run.progress > BaseShift.grid(run.dataset, "base")).astype(np.float64)
     joints = moving_joints(run.dataset.robot)
@@ -68,17 +68,17 @@ def _slip_chi2(fit: Fit) -> float:
         together = np.hstack(moves[:-1])
         moves += [together, together * loads[fit.pose_of_number]]
     best = 0.0
-    for some in moves:
-        slips = (Site("", TIME, some, step[:, None], fit.pose_of_number) for step in steps)
+    for move in moves:
+        slips = (Site("", TIME, move, step[:, None], fit.pose_of_number) for step in steps)
         both = ((functions.normal_equations(slip), functions.gradient(slip)) for slip in slips)
         best = max(best, _mean(np.array([likelihood_ratio(*each)[0] for each in both])))
     return best
 
 
 def _by_height(fit: Fit) -> tuple[tuple[Array, Array, Array], list[tuple[Array, GroupedRows]]]:
-    """Normal equations of the target's height at each row, as `normal_equations`; and what noise that rows share adds.
+    """Normal equations of the target's height at each row, as `normal_equations`; and the terms of shared noise.
 
-    That is a matrix C (m, q) for each level of groups, and the groups of rows: C Cᵀ comes off within groups.
+    These are a matrix C (m, q) for each level of groups, and the groups of rows: C Cᵀ is subtracted within groups.
     """
     noise, white, Q = fit.noise, fit.at.white, fit.at.Q[: len(fit.at.white)]
     height = np.einsum("qmk,q->mk", stage_derivatives(fit).by_row(Stage.TARGET), fit.model.run.target.axes[:, 2])
@@ -99,29 +99,29 @@ def _of_joint(fit: Fit, joint: str) -> Iterator[Array]:
 
 
 def ramps(coordinate: Array) -> Array:
-    """Functions of a coordinate (n,) that rise by 1 between two knots and are level beyond them, (s, n)."""
+    """Functions of a coordinate (n,) that rise by 1 between two knots and are constant elsewhere, (s, n)."""
     knots = np.linspace(coordinate.min(), coordinate.max(), KNOTS)
     first, last = (knots[some][:, None] for some in np.triu_indices(KNOTS, 1))
     return np.asarray(np.clip((coordinate - first) / np.maximum(last - first, 1e-300), 0.0, 1.0) - 0.5)
 
 
 def plays(coordinate: Array, order: Ints) -> Array:
-    """What follows a coordinate (n,) with play of several widths, and what it lags behind by, (s, n).
+    """Functions that follow a coordinate (n,) with play of several widths, and their lags, (s, n).
 
     Args:
-        coordinate: At each pose.
-        order: Of the poses, in time.
+        coordinate: Its value at each pose.
+        order: The poses in order of time.
     """
-    half = np.linspace(0.0, 0.5, WIDTHS + 1)[1:] * np.ptp(coordinate)
+    half_width = np.linspace(0.0, 0.5, WIDTHS + 1)[1:] * np.ptp(coordinate)
     followed, at = np.empty((WIDTHS, len(coordinate))), np.full(WIDTHS, coordinate[order[0]])
     for pose in order:
-        at = np.clip(at, coordinate[pose] - half, coordinate[pose] + half)
+        at = np.clip(at, coordinate[pose] - half_width, coordinate[pose] + half_width)
         followed[:, pose] = at
     return np.vstack([followed - coordinate.mean(), coordinate - followed])
 
 
 def dents(positions: Array) -> Iterator[Array]:
-    """Bells around positions on a plane (n, 2), those of each width, (s, n)."""
+    """Gaussians over positions on a plane (n, 2), for each width, (s, n)."""
     low, sides = positions.min(axis=0), np.ptp(positions, axis=0)
     for width in max(float(sides.max()), 1e-300) * np.array(DENT_WIDTHS):
         steps = [np.arange(0.0, side + 0.5 * width, 0.5 * width) for side in sides]
@@ -132,9 +132,9 @@ def dents(positions: Array) -> Iterator[Array]:
 def _along(
     shapes: Array, gradient: Array, own: Array, shared: Array, levels: Sequence[tuple[Array, GroupedRows]] = ()
 ) -> tuple[Array, Array, Array]:
-    """Products of shapes (s, n) with the residuals, and their squares, with and without what is imitated, (s,) each.
+    """Products of shapes (s, n) with the residuals, and their squares, without and with the imitated part, (s,) each.
 
-    By normal equations of the motions that the shapes are functions of, see `_by_height`.
+    They follow from the normal equations of the motions that the shapes describe, see `_by_height`.
     """
     full = shapes**2 @ own
     for C, rows in levels:
@@ -143,12 +143,12 @@ def _along(
 
 
 def _ratio(along: Array, squares: Array, full: Array) -> float:
-    """Twice the logarithm of the mean likelihood ratio of shapes, by what `_along` gives."""
+    """Twice the logarithm of the mean likelihood ratio of shapes, from the results of `_along`."""
     z2 = np.maximum(along**2 / np.maximum(squares, NEGLIGIBLE * full), 1.0)
     return _mean(z2 - 1.0 - np.log(z2))
 
 
 def _mean(ratios: Array) -> float:
-    """Of twice the logarithms of likelihood ratios, that of the mean ratio; 0 where it is below 1."""
+    """Twice the logarithm of the mean of likelihood ratios, given as such logarithms; 0 if the mean is below 1."""
     best = float(ratios.max())
     return max(0.0, best + 2.0 * float(np.log(np.exp(0.5 * (ratios - best)).mean())))

@@ -1,7 +1,7 @@
-"""Standard errors that hold although the model is not the whole truth.
+"""Standard errors that are valid for an incomplete model.
 
-Noise alone makes the smallest of them. Whole poses may scatter otherwise than the noise model has it, and effects too
-small to be found still pull at those that were.
+Noise alone gives their lower limit. Whole poses may scatter otherwise than in the noise model, and effects too small to
+be found bias those that were.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,27 +18,27 @@ from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.estimation.certainty import EVEN
 
 SIZES: Final = np.concatenate([[0.0], np.geomspace(0.01, 1.0, 9)])
-"""Sizes that all effects not found may have, in units of those usual in industry."""
+"""Possible common sizes of all effects not found, relative to those usual in industry."""
 MOST_LEVERAGE: Final = 0.999
-"""Leverage of a pose in some direction, beyond which its residuals there say nothing."""
+"""Leverage of a pose in a direction above which its residuals there carry no information."""
 
 
 def standard_errors(
     fit: Fit, tests: Sequence[ScoreTest] = (), evidence: Sequence[EffectEvidence] = (), whole: Fit | None = None
 ) -> Array:
-    """One standard deviation of each parameter, (d,): the larger of noise and poses, and what other effects may add.
+    """One standard deviation of each parameter, (d,): the larger of noise and scatter of poses, plus other effects.
 
-    What may be at work instead of each effect found, or that nothing is, counts with its weight (model averaging:
-    Hoeting, Madigan, Raftery, Volinsky 1999).
+    Alternatives to each effect found, and its absence, count with their weights (model averaging: Hoeting, Madigan,
+    Raftery, Volinsky 1999).
 
-    Known distances and priors count as they are stated. With few poses the scatter itself is little known: Student's t
-    with as many freedoms as poses, less one, widens all so that 1.96 of them make a 95 % interval.
+    Known distances and priors count as stated. With few poses the scatter itself is uncertain: Student's t, with one
+    degree of freedom less than poses, widens all so that 1.96 of them are a 95 % interval.
 
     Args:
         fit: The model.
-        tests: Of effects that it does not hold.
-        evidence: For those that it holds.
-        whole: The same model fitted to more poses: those count for noise and scatter.
+        tests: Score tests of effects outside it.
+        evidence: Evidence for effects in it.
+        whole: The same model fitted to more poses, for noise and scatter.
     """
     whole = whole or fit
     variances = _by_noise_and_poses(whole)
@@ -53,7 +53,7 @@ def standard_errors(
 
 
 def _of_moments(fit: Fit) -> Array:
-    """Of moments at which an effect begins, anywhere in the pause between two poses: nothing moves with them, (d,)."""
+    """Variances of moments at which effects begin, uniform between two poses, where no row depends on them, (d,)."""
     variances = np.zeros(len(fit.x))
     for one in fit.effects:
         if one.effect.begins:
@@ -74,12 +74,12 @@ def _by_noise_and_poses(fit: Fit) -> Array:
 
 
 def _influence(fit: Fit) -> Array:
-    """By how much each parameter moves with each whitened row, (d, K + e)."""
+    """Derivatives of the parameters by each whitened number, (d, K + e)."""
     return np.asarray((fit.at.covariance / fit.problem.scale) @ fit.at.J.T)
 
 
 def between_models(fit: Fit, evidence: Sequence[EffectEvidence]) -> Array:
-    """Squares by which parameters move with something else, or nothing, instead of an effect, weighted, (d,)."""
+    """Variances between the fit and those with alternatives to its effects, or without them, by their weights, (d,)."""
     moved = np.zeros(len(fit.x))
     for one in evidence:
         for candidate, other in ((None, one.without), *one.alternatives):
@@ -90,16 +90,16 @@ def between_models(fit: Fit, evidence: Sequence[EffectEvidence]) -> Array:
 
 
 def clustered_variances(influence: Array, Q: Array, residuals: Array, cluster: Ints) -> Array:
-    """Variances of linear estimates by the scatter of independent clusters, whatever happens inside of each, (d,).
+    """Variances of linear estimates by the scatter of independent clusters, with any correlation within each, (d,).
 
-    The sandwich, residuals freed from what their own cluster has drawn the fit to (Bell, McCaffrey 2002; Cameron,
+    The sandwich estimator, residuals corrected for the leverage of their own cluster (Bell, McCaffrey 2002; Cameron,
     Miller 2015, A practitioner's guide to cluster-robust inference).
 
     Args:
-        influence: By how much each estimate moves with each row, (d, K).
-        Q: Orthonormal basis of what the parameters can do to the rows, (K, n).
-        residuals: Of the fit, (K,).
-        cluster: Of each row, (K,).
+        influence: Derivatives of the estimates by each row, (d, K).
+        Q: Orthonormal basis of the parameters' columns, (K, n).
+        residuals: Residuals of the fit, (K,).
+        cluster: The cluster of each row, (K,).
     """
     variances = np.zeros(len(influence))
     for own in _alike_clusters(cluster):
@@ -112,7 +112,7 @@ def clustered_variances(influence: Array, Q: Array, residuals: Array, cluster: I
 
 
 def _alike_clusters(cluster: Ints) -> Iterator[Ints]:
-    """Rows of each cluster (p, k), for clusters with the same number of rows k together."""
+    """Rows of clusters (p, k), those with the same number of rows k together."""
     order = np.argsort(cluster, kind="stable")
     _, starts, counts = np.unique(cluster[order], return_index=True, return_counts=True)
     for k in np.unique(counts):
@@ -122,14 +122,14 @@ def _alike_clusters(cluster: Ints) -> Iterator[Ints]:
 def considered_variances(pull: Array, columns: Array, residuals: Array) -> Array:
     """Variances that effects too small to be found add to linear estimates without them, (d,).
 
-    Their amplitudes are random, each of its usual size times a factor common to all, which is averaged over its
-    posterior (Schmidt's considered parameters, 1966, their size by marginal likelihood, MacKay 1992). What the data
-    leave open of the amplitudes and what they suggest would both move the estimates.
+    Their amplitudes are random, each with its usual size times a common factor, which is averaged over its posterior
+    (Schmidt's considered parameters, 1966, their size by marginal likelihood, MacKay 1992). Both the posterior variance
+    and the posterior mean of the amplitudes shift the estimates.
 
     Args:
-        pull: By how much each amplitude, at its usual size, would move the estimates, (d, q).
-        columns: What the amplitudes do to the rows, without what the parameters imitate, (K, q).
-        residuals: Of the fit, of unit variance, (K,).
+        pull: Shift of the estimates by each amplitude at its usual size, (d, q).
+        columns: The amplitudes' columns, without the part that the parameters imitate, (K, q).
+        residuals: Residuals of the fit, of unit variance, (K,).
     """
     eigenvalues, V = np.linalg.eigh(columns.T @ columns)
     eigenvalues = np.maximum(eigenvalues, 0.0)

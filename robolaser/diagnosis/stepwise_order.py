@@ -1,4 +1,4 @@
-"""The order in which effects explain most, each beside those before it, as far as the model is linear."""
+"""Greedy order of effects in the linear model: each explains most beside those before it."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -12,11 +12,11 @@ from robolaser.diagnosis.score_tests import ScoreTest
 
 
 def stepwise_order(tests: Sequence[ScoreTest], most: int, least: float = -np.inf) -> list[int]:
-    """The order in which effects are taken, each the one that explains most for its penalty beside those before it.
+    """Order effects by the chi-squared that each explains beyond its penalty, beside those before it.
 
     Args:
-        tests: Of the effects, all against one model.
-        most: Effects to be taken.
+        tests: Score tests of the effects, all against one model.
+        most: Largest number of effects to return.
         least: Chi-squared beyond its penalty that each must explain.
 
     Returns:
@@ -40,7 +40,7 @@ def stepwise_order(tests: Sequence[ScoreTest], most: int, least: float = -np.inf
 
 
 def _normal_equations(tests: Sequence[ScoreTest]) -> tuple[Array, list[Ints]]:
-    """Products of all effects' columns, in units of their lengths, and the residuals; which rows are whose."""
+    """Products of all effects' columns, in units of their lengths, and the residuals; and the rows of each effect."""
     columns = np.hstack([test.columns for test in tests])
     squares = (np.hstack([test.white for test in tests]) ** 2).sum(axis=0)
     tall = np.column_stack([columns / np.sqrt(np.maximum(squares, np.finfo(float).tiny)), tests[0].against.at.r])
@@ -49,15 +49,15 @@ def _normal_equations(tests: Sequence[ScoreTest]) -> tuple[Array, list[Ints]]:
 
 
 def _gains(G: Array, spans: Sequence[Ints]) -> Array:
-    """Chi-squared that each effect explains, those with as many columns at once, (n,)."""
+    """Chi-squared that each effect explains, (n,), computed together for equal numbers of columns."""
     gains, widths = np.zeros(len(spans)), np.array([len(span) for span in spans])
     for width in np.unique(widths):
-        alike = np.flatnonzero(widths == width)
-        own = np.stack([spans[i] for i in alike.tolist()])
+        same_width = np.flatnonzero(widths == width)
+        own = np.stack([spans[i] for i in same_width.tolist()])
         squares, vectors = np.linalg.eigh(G[own[:, :, None], own[:, None]])
         along = (np.swapaxes(vectors, 1, 2) @ G[own, -1][..., None])[..., 0]
         seen = squares > NEGLIGIBLE
-        gains[alike] = np.divide(along**2, squares, out=np.zeros_like(squares), where=seen).sum(axis=1)
+        gains[same_width] = np.divide(along**2, squares, out=np.zeros_like(squares), where=seen).sum(axis=1)
     return gains
 
 

@@ -1,4 +1,4 @@
-"""The verdict in a few sentences, for a person who works with the robot: what is certain comes first."""
+"""The verdict in a few sentences for the robot's users, certain statements first."""
 
 from collections.abc import Mapping, Sequence
 
@@ -14,7 +14,7 @@ from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, NO_DIFFERENCE
 from robolaser.estimation.certainty import CERTAIN, EVEN
 
 NAMED = 3
-"""Effects, classes or sets that a sentence names; the rest are counted."""
+"""Most effects, classes or sets that a sentence names; the rest are counted."""
 
 
 def sentence(
@@ -34,12 +34,12 @@ def sentence(
         verdict: `no_gap`, `explained` or `unexplained`.
         findings: Effects of the final model, most important first.
         classes: Classes of causes, most important first.
-        where: Locations of the gap, the largest share first; for `unexplained`, of what is left.
-        gap: How far the gap shrinks.
-        repeatability: How much whole poses scatter.
+        where: Locations of the gap, the largest share first; for `unexplained`, of the remaining error.
+        gap: The gap without and with effects.
+        repeatability: Scatter of whole poses.
         gross: The sentence on gross errors.
-        scatter: Of whole poses, beyond what counts as noise.
-        hindrance: Why no effect was looked for; empty where they were.
+        scatter: Excess scatter of whole poses, beyond noise.
+        hindrance: Why no effect was searched for; empty otherwise.
     """
     if hindrance:
         text = f"{hindrance} On new poses {_compared_with_noise(gap)}"
@@ -72,7 +72,7 @@ def sentence(
 
 
 def scatters(scatter: PartScatter) -> str:
-    """State by how much whole poses scatter beyond noise, and what to check."""
+    """State the excess scatter of whole poses, and what to check."""
     limit = "the stated repeatability" if scatter.is_stated else "is usual for arms"
     if scatter.where == FLANGE:
         by = listed([_size(one.value, one.unit) for one in scatter.sizes.values() if one.value > one.limit])
@@ -93,7 +93,7 @@ def _size(value: float, unit: str) -> str:
 
 
 def imitated_sentence(limits: Sequence[DetectionLimit], classes: Sequence[CauseClass]) -> str:
-    """State which causes of other classes the effects found may imitate; may be empty."""
+    """State the causes of other classes that the effects found may imitate; may be empty."""
     named_classes = {one.name for one in classes}
     hidden = [one.candidate_effect for one in limits if one.is_imitated]
     hidden = [one for one in hidden if class_of(one) not in named_classes]
@@ -106,18 +106,18 @@ def imitated_sentence(limits: Sequence[DetectionLimit], classes: Sequence[CauseC
 
 
 def exchanged_sentence(belongs: Mapping[int, int], names: Sequence[str]) -> str:
-    """State which poses' rows belong to each other, and what a diagnosis does; may be empty. See `exchanged`."""
+    """State which poses are exchanged, and their order in the diagnosis; may be empty. See `exchanged`."""
     if not belongs:
         return ""
     return f" {exchanged(belongs, names)}; this diagnosis uses them in the right order. Correct the data set."
 
 
 def exchanged(belongs: Mapping[int, int], names: Sequence[str]) -> str:
-    """Which poses' rows belong to each other, as a clause.
+    """A clause on exchanged poses.
 
     Args:
-        belongs: The pose to which the rows of a pose belong.
-        names: Of all poses.
+        belongs: The right pose of the rows of each exchanged pose.
+        names: Names of all poses.
     """
     text = [
         f"{names[a]} and {names[b]} are exchanged" if belongs[b] == a else f"{names[a]} belong to pose {names[b]}"
@@ -128,17 +128,17 @@ def exchanged(belongs: Mapping[int, int], names: Sequence[str]) -> str:
 
 
 def transfer_sentences(validation: Sequence[Validation], *, has_effects: bool) -> str:
-    """State whether what was found holds for other data of the same arm; may be empty.
+    """State whether the findings transfer to other data of the same arm; may be empty.
 
     Args:
-        validation: Errors on each of these.
-        has_effects: Whether anything was found.
+        validation: Errors on each other data set.
+        has_effects: Whether any effect was found.
     """
     return "".join(f" {transfer_sentence(one, has_effects=has_effects)}" for one in validation)
 
 
 def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:
-    """The same of one of them."""
+    """State whether the findings transfer to another data set."""
     name, floor = validation.dataset, f"where noise alone gives {millimetres(validation.noise_floor_m)}"
     before, after = millimetres(validation.calibrated_m), millimetres(validation.after_m)
     if not has_effects:
@@ -155,7 +155,7 @@ def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:
 
 
 def millimetres(length_m: float) -> str:
-    """A length with the digits that an error has; rounding errors are no lengths."""
+    """A length with three digits; rounding errors are "less than 1 nm"."""
     return "less than 1 nm" if length_m < 1e-9 else f"{float(f'{1e3 * length_m:.3g}'):g} mm"
 
 
@@ -180,52 +180,52 @@ def _unexplained(
     findings: Sequence[Finding], classes: Sequence[CauseClass], where: Sequence[Localization], gap: Gap
 ) -> str:
     first = next((one for one in where if one.coordinate != BY_CHANCE), None)
-    lies = f" The remaining error is at {site_phrase(first.site)} ({first.coordinate})." if first else ""
+    located = f" The remaining error is at {site_phrase(first.site)} ({first.coordinate})." if first else ""
     if findings:
         is_closed = gap.after_m <= NO_DIFFERENCE * gap.noise_floor_m
-        imitated = _imitated(findings, classes, gap, lies.replace("remaining ", "") if is_closed else lies)
-        return imitated or _causes("A part of the gap is explained", findings, classes, gap) + lies
+        imitated = _imitated(findings, classes, gap, located.replace("remaining ", "") if is_closed else located)
+        return imitated or _causes("A part of the gap is explained", findings, classes, gap) + located
     if gap.rotations is None and gap.after_m <= NO_DIFFERENCE * gap.noise_floor_m:
         return (
             "The error on new poses is about that of noise alone, yet it is not random, and no effect of the"
-            f" library explains it: {_with_noise(gap)}{lies}"
+            f" library explains it: {_with_noise(gap)}{located}"
         )
     return (
         f"The gap is real, and no effect of the library explains it: {millimetres(gap.after_m)} on new poses,"
-        f" {_where_noise(gap)}.{lies}"
+        f" {_where_noise(gap)}.{located}"
     )
 
 
-def _imitated(findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap, lies: str) -> str:
-    """The unknown first, where effects found only imitate it; else empty.
+def _imitated(findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap, located: str) -> str:
+    """The unknown cause first, if the effects found only imitate it; else empty.
 
     Args:
         findings: Effects of the final model.
         classes: Classes of causes.
-        gap: How far the gap shrinks.
-        lies: Where the remaining error is; may be empty.
+        gap: The gap without and with effects.
+        located: The sentence on the location of the remaining error; may be empty.
     """
     unknown = unknown_instead(classes)
     if not unknown or not findings:
         return ""
-    at = "" if lies or not unknown.site else f", at {site_phrase(unknown.site)},"
+    at = "" if located or not unknown.site else f", at {site_phrase(unknown.site)},"
     how = "almost certainly" if unknown.probability >= CERTAIN else "probably"
     likeliest = _likeliest(of_model(classes))
     most = f"; the most probable of them is {likeliest}" if likeliest else ""
     return (
-        f"The gap is real, but its cause{at} is {how} not an effect of the library.{lies}"
+        f"The gap is real, but its cause{at} is {how} not an effect of the library.{located}"
         f" The effects found only imitate it{most}. {_shrinks(gap, 'them')}."
     )
 
 
 def _likeliest(classes: Sequence[CauseClass]) -> str:
-    """The most probable of some classes, with its probability; empty where there is none."""
+    """The most probable of some classes, with its probability; empty without classes."""
     likely = max(classes, key=lambda one: one.probability, default=None)
     return f"{noun(likely.name)} ({100 * likely.probability:.0f} %)" if likely else ""
 
 
 def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap) -> str:
-    """Single effects where all are certain; else the classes that are, and what is certain of their members."""
+    """The single effects if all are certain; else the certain classes, and the certain ones of their members."""
     certain = [found for found in findings if found.probability >= CERTAIN]
     doubtful = [found for found in findings if found.probability < CERTAIN]
     if not doubtful:
@@ -242,30 +242,30 @@ def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass
         if class_of(one) not in {each.name for each in sure}
     ]
     which = f"that and {members(others)}" if others else "that"
-    said = [f"{lead} by {listed([_class(one, findings) for one in sure[:NAMED]])}.", f"{_shrinks(gap, which)}."]
+    parts = [f"{lead} by {listed([_class(one, findings) for one in sure[:NAMED]])}.", f"{_shrinks(gap, which)}."]
     if len(in_model) > 1:
         losses = [f"{millimetres(one.gap_without_m or 0.0)} without {noun(one.name)}" for one in sure[:NAMED]]
-        said.append(f"It would be {listed(losses)}.")
+        parts.append(f"It would be {listed(losses)}.")
     if certain:
-        said.append(f"Certain individually: {_clauses(certain)}.")
-    return " ".join([*said, _doubts(doubtful, sure, is_all=not certain)])
+        parts.append(f"Certain individually: {_clauses(certain)}.")
+    return " ".join([*parts, _doubts(doubtful, sure, is_all=not certain)])
 
 
 def _class(one: CauseClass, findings: Sequence[Finding]) -> str:
-    """A class with what the model has of it; what is too improbable by itself to be reported is counted."""
-    reported = {candidate for candidate, _ in one.members}
+    """A class with its members in the model; those too improbable by themselves to be reported are counted."""
+    probable = {candidate for candidate, _ in one.members}
     own = [found.candidate_effect for found in findings if class_of(found.candidate_effect) == one.name]
-    said = [candidate for candidate in own if candidate in reported]
-    more = f", and {len(own) - len(said)} more" if len(own) > len(said) else ""
-    return f"{noun(one.name)} ({members(said)}{more})" if said else noun(one.name)
+    reported = [candidate for candidate in own if candidate in probable]
+    more = f", and {len(own) - len(reported)} more" if len(own) > len(reported) else ""
+    return f"{noun(one.name)} ({members(reported)}{more})" if reported else noun(one.name)
 
 
 def _doubts(doubtful: Sequence[Finding], sure: Sequence[CauseClass], *, is_all: bool) -> str:
-    """What is not certain of single effects: sets of which one is, or that these poses do not show."""
+    """Sentences on uncertain effects: sets that contain the cause, or that these poses do not show it."""
     open_ones = {found.candidate_effect for found in doubtful}
-    sets = [some for one in sure for some in one.credible_sets if 1 < len(some) <= NAMED and open_ones & set(some)]
-    distinct = {frozenset(some): some for some in sets}.values()
-    either = [" or ".join(map(named, some)) for some in distinct]
+    sets = [each for one in sure for each in one.credible_sets if 1 < len(each) <= NAMED and open_ones & set(each)]
+    distinct = {frozenset(each): each for each in sets}.values()
+    either = [" or ".join(map(named, each)) for each in distinct]
     text = f"One of each is the cause: {'; '.join(either[:NAMED])}." if len(either) > 1 else ""
     if len(either) == 1:
         text = f"The cause is {either[0]}."

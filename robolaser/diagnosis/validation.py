@@ -1,4 +1,4 @@
-"""Does it carry over? Other data of the same arm, predicted with what a diagnosis found."""
+"""Validation: prediction of other data of the same arm with the results of a diagnosis."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -30,11 +30,11 @@ T = TypeVar("T")
 
 
 def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Diagnosis:
-    """The diagnosis with how well it predicts other data of the same arm.
+    """The diagnosis with its errors on other data of the same arm.
 
     Args:
-        diagnosis: What was found.
-        others: Each of the same arm and kind of sensor, see `check_same_arm`.
+        diagnosis: The diagnosis.
+        others: Data sets of the same arm and kind of sensor, see `check_same_arm`.
         seed: Assigns poses to folds.
     """
     validation = tuple(_validation(diagnosis, other, seed) for other in others)
@@ -89,7 +89,7 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
 
 
 def _put_anew(blocks: Blocks) -> set[str]:
-    """Parameters that are fitted anew; those of sessions also by the name that stands for all sessions."""
+    """Parameters to be refitted; those of sessions also by their name without the session."""
     return {name for own in blocks.put_anew for name in (own, own.partition("@")[0])}
 
 
@@ -100,7 +100,7 @@ def _without(values: Mapping[str, T], names: Collection[str]) -> dict[str, T]:
 def _carried(
     diagnosis: Diagnosis, found_in: RunSummary, other: Dataset, found: Mapping[str, float]
 ) -> tuple[tuple[CandidateEffect, ...], dict[str, float], list[str]]:
-    """Effects as they act in the other run, their numbers by name, and what is not known of them there."""
+    """Effects in the other run, their parameters by name, and remarks on those that are uncertain there."""
     run = continued(found_in, other)
     effects: list[CandidateEffect] = []
     numbers: dict[str, float] = {}
@@ -120,11 +120,11 @@ def _carried(
 @final
 @dataclass(frozen=True, eq=False)
 class Transfer:
-    """A model of other data in which all is held but where things were put.
+    """A model of other data with all parameters held except the positions of things in the cell.
 
     Attributes:
-        problem: Held parameters have no room between their bounds.
-        noise: Of its rows.
+        problem: The problem; both bounds of a held parameter are its value.
+        noise: The noise of its rows.
         x: Start values, (d,).
     """
 
@@ -141,19 +141,19 @@ class Transfer:
         held: Mapping[str, float],
         sizes: Mapping[str, float] | None = None,
     ) -> "Transfer":
-        """The model of averaged data with some parameters held at the values by name.
+        """The model of averaged data with some parameters held.
 
         Args:
             data: The averaged rows.
-            course: How far the run had come at the poses of a data set.
-            effects: In the model.
-            held: Values of parameters by name.
-            sizes: Of the noise's sources by name; without them, estimated from the rows.
+            course: Gives the course of the run at the poses of a data set.
+            effects: Effects in the model.
+            held: Values of held parameters by name.
+            sizes: Sizes of the noise sources by name; without them, they are estimated from the rows.
         """
         whole = Model(data.raw, effects, course(data.raw))
         nominal = {item.name: item.nominal for item in whole.parameters.items}
         start = nominal | dict(held)
-        if effects or start != nominal:  # else what follows in closed form is known already
+        if effects or start != nominal:  # else parameters in closed form are known already
             completed = whole.completed({name: np.array([value]) for name, value in start.items()}, known=held)
             start |= {name: float(value[0]) for name, value in completed.items() if name not in held}
         model = Model(data.dataset, effects, course(data.dataset)).sharing(whole.sensor_parameters)
@@ -175,7 +175,7 @@ class Transfer:
 
 
 def _item(item: Parameter, value: float, held: Mapping[str, float]) -> Parameter:
-    """A held parameter without room, or a free one around its start value."""
+    """A held parameter with both bounds at its value, or a free one around its start value."""
     if item.name in held:
         return replace(item, nominal=value, lower=value, upper=value)
     if item.given:

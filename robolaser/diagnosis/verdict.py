@@ -1,4 +1,4 @@
-"""What follows from the numbers of a diagnosis: penalties, probabilities and the verdict, as pure functions."""
+"""Penalties, probabilities and the verdict of a diagnosis, as pure functions of numbers."""
 
 from dataclasses import dataclass
 from typing import final
@@ -29,7 +29,7 @@ def complexity_penalty(parameters: int, shapes: int) -> float:
 
     Args:
         parameters: Number of its linear and nonlinear parameters.
-        shapes: Number of shapes, by its nonlinear parameters, of which the best was taken.
+        shapes: Number of shapes, by its nonlinear parameters, that the best was selected from.
     """
     further = max(0, parameters - FULLY_PENALIZED)
     each = CHI2_PER_PARAMETER * (parameters - further) + CHI2_PER_FURTHER_PARAMETER * further
@@ -37,30 +37,30 @@ def complexity_penalty(parameters: int, shapes: int) -> float:
 
 
 def posterior_weights(costs: Array) -> Array:
-    """Probabilities of models, one of which is true, by their costs (n,) in chi-squared, (n,)."""
+    """Probabilities of models, one of them true, from their costs in chi-squared, (n,) each."""
     weights = np.exp(-0.5 * (costs - costs.min()))
     normalized: Array = weights / weights.sum()
     return normalized
 
 
 def probability_of_unmodelled(cost_without: float, cost_with: float) -> float:
-    """Probability that an unmodelled cause explains what some effects do, with no need of them.
+    """Probability that an unmodelled cause explains the same as some effects and makes them unnecessary.
 
     Args:
-        cost_without: Cost of the model without these effects, an unmodelled cause beside it.
-        cost_with: The same of the model with them.
+        cost_without: Cost of the model without these effects, beside an unmodelled cause.
+        cost_with: Cost of the model with these effects, beside an unmodelled cause.
     """
     excess = np.clip(0.5 * (cost_without + CHI2_OF_UNMODELLED_CAUSE - cost_with), -700.0, 700.0)
     return float(1.0 / (1.0 + np.exp(excess)))
 
 
 def credibility(unmodelled: float, unexplained: float, explained: float) -> float:
-    """Probability that an effect, and nothing unmodelled, explains what it does.
+    """Probability that an effect, not an unmodelled cause, explains its part of chi-squared.
 
     Args:
-        unmodelled: Probability of an unmodelled cause in its place.
+        unmodelled: Probability of an unmodelled cause instead.
         unexplained: Chi-squared that no effect of the model explains.
-        explained: Chi-squared that only this effect explains.
+        explained: Increase of chi-squared without this effect.
     """
     return (1.0 - unmodelled) / (1.0 + unexplained / (SMALL_SHARE * max(explained, 1e-9)))
 
@@ -71,13 +71,13 @@ def is_indistinguishable(chi2: float, chi2_of_alternative: float) -> bool:
 
 
 def spread_of(squares: Array, numbers: Ints) -> float:
-    """Root mean square of whitened rows over that expected from their median: 1 for normal noise.
+    """Ratio of the root mean square of whitened rows to that expected from their median: 1 for normal noise.
 
-    More where some rows hold most of the error: noise that was estimated from them is no noise of all rows.
+    It is larger if a part of the rows has most of the error: noise estimated from them is no noise of all rows.
 
     Args:
-        squares: Of their lengths, (m,).
-        numbers: Of each row, (m,).
+        squares: Squared lengths of the rows, (m,).
+        numbers: Number of values of each row, (m,).
     """
     typical = np.median(np.sqrt(squares) / median_length(numbers))
     return float(np.sqrt(squares.sum() / numbers.sum()) / max(typical, LEAST_TYPICAL))
@@ -86,23 +86,23 @@ def spread_of(squares: Array, numbers: Ints) -> float:
 @final
 @dataclass(frozen=True)
 class Evidence:
-    """The numbers that a verdict rests on.
+    """The numbers that determine a verdict.
 
     Attributes:
-        chi2_before: Of the model without effects.
-        chi2_after: Of the model with those that were found.
-        localized: Sum of the likelihood ratios of all sites at which a part of the gap is left.
+        chi2_before: Chi-squared of the model without effects.
+        chi2_after: Chi-squared of the model with the effects found.
+        localized: Sum of the likelihood ratios of all sites of the remaining error.
         floor_m: Root-mean-square error of a row by noise: the noise floor of the gap [m].
-        expected_m: The same of a row that was not fitted, beside parameters that are as well known as they can be [m].
-        gap_m: Held-out gap that is left [m].
-        least_m: Lower end of its interval, by whole poses [m].
-        gap_before_m: Of the model without effects [m].
+        expected_m: Expected root-mean-square error of a held-out row by noise and the parameters' errors [m].
+        gap_m: Remaining held-out gap [m].
+        least_m: Lower end of its interval, from resampled poses [m].
+        gap_before_m: Held-out gap of the model without effects [m].
         has_effects: Whether any effect was found.
         estimated_m: Size of noise that is estimated from residuals alone [m]; centimetres mean that the model is wrong.
-        rotations: Held-out error of rotations over that of a row by noise; 0 where none are measured.
-        least_rotations: The lower end of its interval.
-        spread: Root mean square of whitened rows over that expected from their median, see `spread_of`.
-        over_stated: Largest ratio of a size of rows' noise that residuals gave to the stated one; 0 where none is.
+        rotations: Ratio of the held-out error of rotations to that of a row by noise; 0 if none are measured.
+        least_rotations: Lower end of its interval.
+        spread: Unevenness of the error over the rows, see `spread_of`.
+        over_stated: Largest ratio of estimated to stated row noise; 0 if none is stated.
     """
 
     chi2_before: float
@@ -122,13 +122,13 @@ class Evidence:
 
     @property
     def is_noise(self) -> bool:
-        """Whether what residuals gave as noise of rows can be it."""
+        """Whether the row noise estimated from residuals can be noise."""
         is_small = self.estimated_m < SETUP_RMS_M and self.over_stated < MOST_OVER_STATED
         return is_small and self.spread < NO_NOISE
 
     @property
     def is_near_floor(self) -> bool:
-        """Whether the held-out gap is hardly larger than noise alone makes it, and so are rotations."""
+        """Whether the held-out gap, and that of rotations, is hardly larger than by noise alone."""
         return self.gap_m <= NO_DIFFERENCE * self.floor_m and self._rotations_at_floor
 
     @property
@@ -143,15 +143,15 @@ class Evidence:
 
     @property
     def is_closed(self) -> bool:
-        """Whether the held-out gap is near the noise floor, or next to nothing is left of a far larger one."""
+        """Whether the held-out gap is near the noise floor, or a negligible share of a far larger one."""
         left_m2, before_m2 = (gap**2 - self.floor_m**2 for gap in (self.gap_m, self.gap_before_m))
         return self.is_near_floor or (left_m2 <= OPEN_SHARE * before_m2 and self.gap_m <= NO_NOISE * self.floor_m)
 
 
 def judge(evidence: Evidence) -> str:
-    """`no_gap`, `explained` or `unexplained`: the held-out gap against the noise floor comes first.
+    """Return `no_gap`, `explained` or `unexplained`, first of all by the held-out gap against the noise floor.
 
-    Chi-squared alone is not enough: where whole poses are free to scatter, their scatter explains any gap.
+    Chi-squared alone is not enough: a free scatter of whole poses explains any gap.
     """
     explained = evidence.chi2_before - evidence.chi2_after
     closed = evidence.has_effects and evidence.is_closed

@@ -1,4 +1,4 @@
-"""Faults of the data set rather than of the cell: whether they explain a gap, and how a diagnosis reports them."""
+"""Faults of the data set rather than of the cell: their probability, and their place in a diagnosis."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -16,13 +16,13 @@ from robolaser.estimation.certainty import LIKELY
 
 
 def mispaired(poses: int, gap_m: float) -> WrongInput:
-    """Rows that belong to other poses: `poses` later, or those of so many poses; correcting them closes no gap."""
+    """Rows at wrong poses, shifted by `poses` poses or of that many poses; both gaps are reported as the same."""
     parameters = {"poses": Estimate(float(poses), None, "")}
     return WrongInput("mispaired", "image", "measuring_system", MISREAD, parameters, gap_m, gap_m)
 
 
 def at_other_poses(share: float) -> Localization:
-    """Where the gap of such rows is."""
+    """The location of the gap by rows at wrong poses."""
     return Localization("image", "order of the poses", share, 0.0, 1.0 - MISREAD, unknown=False)
 
 
@@ -34,47 +34,47 @@ def squares(observed: Dataset, errors: Array) -> dict[str, float]:
 
 
 def fall_in_sigmas(before: Mapping[str, float], after: Mapping[str, float]) -> float:
-    """By how many of its standard errors the squared error falls, over the poses that both have."""
+    """Decrease of the mean squared error, in its standard errors, over the poses of both."""
     falls = np.array([before[name] - after[name] for name in before if name in after])
     if len(falls) < 2:
         return -np.inf
     return float(falls.mean() / max(falls.std(ddof=1) / np.sqrt(len(falls)), np.finfo(float).tiny))
 
 
-def probability_of(found: Diagnosis, mended: Diagnosis) -> float:
-    """That the fault is the cause, and not what was found with it: by how well each predicts.
+def probability_of(found: Diagnosis, corrected: Diagnosis) -> float:
+    """Probability that the fault, not the effects found with it, is the cause, by held-out likelihoods.
 
-    Each predicts every row from other poses: the product of these likelihoods is its evidence.
+    Each model predicts every row from other poses: the product of these likelihoods is its evidence.
     """
-    before, after = squares(found.observed, found.after_m), squares(mended.observed, mended.after_m)
-    rows = len(mended.observed.points) / max(1, len(after))
-    variance = mended.gap.after_m**2 / mended.after_m.shape[-1]
+    before, after = squares(found.observed, found.after_m), squares(corrected.observed, corrected.after_m)
+    rows = len(corrected.observed.points) / max(1, len(after))
+    variance = corrected.gap.after_m**2 / corrected.after_m.shape[-1]
     excess = sum(before[name] - after[name] for name in before if name in after) * rows / (2.0 * variance)
     probability = float(expit(np.clip(excess, -700.0, 700.0)))
     sure = fall_in_sigmas(before, after) > SIGMA_OF_95_PERCENT
     return probability if sure or probability < 0.5 else min(probability, LIKELY)
 
 
-def with_fault(found: Diagnosis, mended: Diagnosis, wrong: WrongInput, text: str, coordinate: str) -> Diagnosis:
-    """The diagnosis of the mended data set, as one of the data set as it is.
+def with_fault(found: Diagnosis, corrected: Diagnosis, wrong: WrongInput, text: str, coordinate: str) -> Diagnosis:
+    """The diagnosis of the corrected data set, reported as one of the given data set.
 
     Args:
-        found: Of the data set as it is.
-        mended: Without the fault.
+        found: The diagnosis of the data set as given.
+        corrected: The diagnosis without the fault.
         wrong: The fault.
-        text: It as a sentence.
-        coordinate: What the gap depends on where the fault is.
+        text: The fault as a sentence.
+        coordinate: The coordinate of the gap at the location of the fault.
     """
     closed = max(0.0, 1.0 - (wrong.gap_after_m / wrong.gap_before_m) ** 2)
-    sigmas = fall_in_sigmas(squares(found.observed, found.before_m), squares(mended.observed, mended.after_m))
-    here = Localization(wrong.where, coordinate, closed, 0.0, float(2.0 * ndtr(-abs(sigmas))), unknown=False)
-    rest = [replace(one, share=one.share * (1.0 - closed)) for one in mended.where]
+    sigmas = fall_in_sigmas(squares(found.observed, found.before_m), squares(corrected.observed, corrected.after_m))
+    location = Localization(wrong.where, coordinate, closed, 0.0, float(2.0 * ndtr(-abs(sigmas))), unknown=False)
+    rest = [replace(one, share=one.share * (1.0 - closed)) for one in corrected.where]
     return replace(
-        mended,
-        verdict="explained" if mended.verdict == "no_gap" else mended.verdict,
-        sentence=text if mended.verdict == "no_gap" else f"{text} {mended.sentence}",
-        gap=replace(mended.gap, nominal_m=found.gap.nominal_m, calibrated_m=found.gap.calibrated_m),
-        where=tuple(sorted((here, *rest), key=lambda one: -one.share)),
+        corrected,
+        verdict="explained" if corrected.verdict == "no_gap" else corrected.verdict,
+        sentence=text if corrected.verdict == "no_gap" else f"{text} {corrected.sentence}",
+        gap=replace(corrected.gap, nominal_m=found.gap.nominal_m, calibrated_m=found.gap.calibrated_m),
+        where=tuple(sorted((location, *rest), key=lambda one: -one.share)),
         wrong_input=wrong,
         as_given=found.as_given or found.dataset,
     )

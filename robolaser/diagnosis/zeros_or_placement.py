@@ -1,7 +1,7 @@
-"""Wrong zeros of two neighbouring joints, or the placement of the second one: six numbers can do what two do.
+"""Wrong zeros of two neighbouring joints against the placement of the second: its six parameters imitate both zeros.
 
-Which of the two is at work is a matter of their marginal likelihoods: what the four further numbers cost is how far the
-data narrow them although nothing needs them.
+Marginal likelihoods decide between them: the four further parameters cost the ratio of their prior to their posterior
+uncertainty, although the data do not need them.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,7 +23,7 @@ from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.link_geometry import LinkGeometry
 
 SIZES: Final = np.geomspace(0.1, 100.0, 13)
-"""Sizes of zeros and placements that are tried, in those of industry: zeros of hobby arms are off by degrees."""
+"""Sizes of zeros and placements tried, relative to those usual in industry: zeros of hobby arms are off by degrees."""
 
 
 @final
@@ -32,9 +32,9 @@ class SetRival:
     """A model with zeros instead of a placement, or a placement instead of zeros.
 
     Attributes:
-        effects: What it has instead of the other's.
-        fit: It.
-        probability: Of it, against the model that it is a rival of.
+        effects: Its effects that the other model lacks.
+        fit: The fitted model.
+        probability: Its probability against the other model.
     """
 
     effects: tuple[CandidateEffect, ...]
@@ -43,14 +43,14 @@ class SetRival:
 
 
 def set_rivals(refits: Refits, fit: Fit, one: CandidateEffect, held_out: HeldOut) -> Iterator[SetRival]:
-    """What may be at work instead of a placement, or of a zero with that of a neighbouring joint.
+    """Yield the rivals of a placement, or of a zero with that of a neighbouring joint.
 
     Neither is certain unless it predicts held-out poses certainly better.
 
     Args:
         refits: Fits sets of effects.
         fit: A model.
-        one: An effect of it.
+        one: An effect in it.
         held_out: Errors on held-out poses.
     """
     joints = moving_joints(fit.model.dataset.robot)
@@ -77,7 +77,7 @@ def set_rivals(refits: Refits, fit: Fit, one: CandidateEffect, held_out: HeldOut
 
 
 def _limits(fit: Fit, rival: Fit, held_out: HeldOut) -> tuple[float, float]:
-    """The least and the largest probability of a rival, by how well both predict held-out poses."""
+    """The least and the largest probability of a rival, from both models' held-out errors."""
     least = 0.0 if held_out.lowers(rival, fit) else 1.0 - LIKELY
     return least, 1.0 if held_out.lowers(fit, rival) else LIKELY
 
@@ -85,7 +85,7 @@ def _limits(fit: Fit, rival: Fit, held_out: HeldOut) -> tuple[float, float]:
 def _exchanged(
     refits: Refits, fit: Fit, removed: Sequence[CandidateEffect], added: Sequence[CandidateEffect]
 ) -> Fit | None:
-    """The fit with some effects instead of others; None where these are no candidates."""
+    """The fit with some effects instead of others; None if they are no candidates."""
     fit = refits.without(fit, removed)
     tests = {test.candidate_effect: test for test in refits.score_tests(fit)}
     if not all(one in tests for one in added):
@@ -94,7 +94,7 @@ def _exchanged(
 
 
 def _evidence(fit: Fit, effects: Sequence[CandidateEffect]) -> float:
-    """Minus twice the logarithm of the marginal likelihood, each effect of the size that makes the data likeliest."""
+    """Minus twice the logarithm of the marginal likelihood, each effect with the size of maximum likelihood."""
     cost, names = fit.deviance, fit.problem.parameters.names
     for one in effects:
         own = [names.index(one.key(each.name)) for each in one.effect.amplitudes()]
