@@ -97,7 +97,7 @@ def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:
     the nominal model is the arm.
     """
     items, blocks = start.sensor.items, start.model.blocks
-    lasting = {*blocks.free, *blocks.derived} - {*blocks.put_anew}
+    lasting = {*blocks.free, *blocks.derived} - {*blocks.setup_parameters}
     if any(not item.given and item.name in lasting for item in items):
         return None
     if any(item.given for item in items):

@@ -44,7 +44,7 @@ def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Dia
 
 def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     names = diagnosis.model.blocks.free + diagnosis.model.blocks.derived
-    anew = _put_anew(diagnosis.model.blocks) | _put_anew(Blocks(other))
+    anew = _setup_parameters(diagnosis.model.blocks) | _setup_parameters(Blocks(other))
     calibrated = _without(dict(zip(names, diagnosis.calibrated_x.tolist(), strict=True)), anew)
     found = dict(zip(diagnosis.model.parameters.names, diagnosis.x.tolist(), strict=True))
     held = _without(found, anew)
@@ -88,9 +88,9 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     )
 
 
-def _put_anew(blocks: Blocks) -> set[str]:
+def _setup_parameters(blocks: Blocks) -> set[str]:
     """Parameters to be refitted; those of sessions also by their name without the session."""
-    return {name for own in blocks.put_anew for name in (own, own.partition("@")[0])}
+    return {name for own in blocks.setup_parameters for name in (own, own.partition("@")[0])}
 
 
 def _without(values: Mapping[str, T], names: Collection[str]) -> dict[str, T]:

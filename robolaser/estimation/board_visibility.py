@@ -13,7 +13,7 @@ from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.camera_projection import project
-from robolaser.model.sensors.in_cell import stands
+from robolaser.model.sensors.in_cell import is_static
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.scanner_geometry import view_of
 from robolaser.parameters import Values
@@ -201,7 +201,7 @@ def board_observer(description: Dataset) -> BoardObserver:
     if scans:
         return ScannerBoard(robot, board, view_of(description, values), motion(values, "target")[0])
     lens = {name: np.zeros(1) for name in ("k1", "k2", "p1", "p2", "k3")}
-    rides = not stands(description)
+    rides = not is_static(description)
     return CameraBoard(robot, board, lens | values, size, rides)
 
 

@@ -140,7 +140,7 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, s
         fits, evaluations = _by_sample(problem, x, folds, sample)
     errors = _predicted(problem, fits, folds)
     if folds.whole:
-        errors = problem.model.blocks.located_apart(errors)
+        errors = problem.model.blocks.relocated(errors)
     return FoldFits(errors, folds.of_row, fits, evaluations + folds.count)
 
 

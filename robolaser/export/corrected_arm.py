@@ -88,7 +88,7 @@ class CorrectedArm:
         stated = self.calibration.model.dataset.poses.payload_kg
         return 0.0 if stated is None else float(stated.mean())
 
-    def said(self, one: CandidateEffect) -> str:
+    def with_numbers(self, one: CandidateEffect) -> str:
         """An effect with its numbers, for a note."""
         numbers = (
             f"{each.name.rpartition('.')[2]} {self.calibration.value(each.name):.4g} {each.unit}".rstrip()
@@ -100,7 +100,9 @@ class CorrectedArm:
     def without_parts(self) -> tuple[str, ...]:
         """Effects without parts."""
         run = self.calibration.model.run
-        return tuple(self.said(one) for one, effect in self.effects if not (one.effect.in_urdf or effect.parts(run)))
+        return tuple(
+            self.with_numbers(one) for one, effect in self.effects if not (one.effect.in_urdf or effect.parts(run))
+        )
 
 
 def comment(text: str) -> str:

@@ -122,7 +122,7 @@ def corrected_module(calibration: Calibration) -> str | None:
     for one, effect in arm.effects:
         read = _read(sources, one, run)
         if read is None:
-            absent.append(arm.said(one))
+            absent.append(arm.with_numbers(one))
             continue
         if "reference" in read:
             numbers["CALIBRATED"] = run.q

@@ -28,7 +28,7 @@ def sdf(calibration: Calibration) -> str | None:
     root = ET.Element("sdf", version=VERSION)
     for one, _ in arm.effects:
         if not one.effect.in_urdf:
-            root.append(ET.Comment(f" Not contained: {comment(arm.said(one))}. "))
+            root.append(ET.Comment(f" Not contained: {comment(arm.with_numbers(one))}. "))
     model = ET.SubElement(root, "model", name=arm.robot.name)
     for body in bodies(arm.urdf, arm.robot):
         if body.joint is not None and body.joint.follows is not None:

@@ -12,7 +12,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.blocks.cell_frames import in_cell
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.in_cell import stands
+from robolaser.model.sensors.in_cell import is_static
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
@@ -68,7 +68,7 @@ class CellPoses:
     @property
     def rides(self) -> bool:
         """Is the camera on the flange, if there is one?"""
-        return not stands(self.model.blocks.sensor.dataset)
+        return not is_static(self.model.blocks.sensor.dataset)
 
     @cached_property
     def camera(self) -> Array | None:

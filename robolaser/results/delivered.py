@@ -196,7 +196,7 @@ def _placed_anew(calibration: Calibration, part: Dataset, flange: Array, unseen:
     model = calibration.model
     poses = Poses(part.poses.names, time_s=part.poses.time_s, session=part.poses.session, T_base_flange=flange)
     sensor = tuple(one for one in model.effects if one.effect.stage not in OF_THE_ARM)
-    anew = {name for own in model.blocks.put_anew for name in (own, own.partition("@")[0])}
+    anew = {name for own in model.blocks.setup_parameters for name in (own, own.partition("@")[0])}
     values = dict(zip(model.parameters.names, calibration.x.tolist(), strict=True))
     of_arm = {item.name for one in model.effects if one not in sensor for item in one.parameters.items}
     held = {name: value for name, value in values.items() if name not in anew | of_arm}
@@ -212,7 +212,7 @@ def _placed_anew(calibration: Calibration, part: Dataset, flange: Array, unseen:
     x = solve(problem, placing.x[None], kept=~unseen[None], tol=SHARE, enough=ENOUGH).x
     errors = problem.plain(x)[0]
     if problem.model.blocks.held_out_groups is not None:
-        errors = problem.model.blocks.located_apart(errors)
+        errors = problem.model.blocks.relocated(errors)
     return np.asarray(Fit(problem, x[0]).in_metres(errors))
 
 

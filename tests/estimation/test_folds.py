@@ -28,7 +28,7 @@ def test_rows_are_predicted_as_a_fit_without_their_poses_predicts_them(kind: str
         out = folds.of_row == fold
         refitted = solve(problem, x[None], kept=~out[None], tol=1e-12).x
         whole = model.residuals(refitted)[0]
-        there = (model.blocks.located_apart(whole) if folds.whole else whole)[out]
+        there = (model.blocks.relocated(whole) if folds.whole else whole)[out]
         apart = np.sqrt(((errors[out] - there) ** 2).mean() / (there**2).mean())
         assert apart < 0.02
 
@@ -103,7 +103,7 @@ def test_known_distances_to_a_socket_that_is_held_out_do_not_change_how_its_pose
     first = replace(dataset, distances_m=tuple(pair for pair in true if dataset.points.names[0] not in pair[:2]))
     out = folds.of_row == folds.of_row[0]
     without = Problem.of(Model(first))
-    alone = model.blocks.located_apart(without.plain(solve(without, x[None], kept=~out[None], tol=1e-12).x)[0])
+    alone = model.blocks.relocated(without.plain(solve(without, x[None], kept=~out[None], tol=1e-12).x)[0])
     np.testing.assert_allclose(found[out], alone[out], atol=2e-6)
 
 

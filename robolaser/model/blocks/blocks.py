@@ -93,9 +93,9 @@ class Blocks:
         return given
 
     @property
-    def put_anew(self) -> tuple[str, ...]:
+    def setup_parameters(self) -> tuple[str, ...]:
         """Parameters of placements and mounts, which differ between campaigns."""
-        return self.names(lambda sensor: sensor.put_anew)
+        return self.names(lambda sensor: sensor.setup_parameters)
 
     @property
     def has_laser_plane(self) -> bool:
@@ -173,16 +173,16 @@ class Blocks:
         """
         groups, before = [], 0
         for block in self.one_sensor:
-            own = block.sensor.new_poses.left_out_together
+            own = block.sensor.new_poses.fold_groups
             if own is None:
                 return None
             groups.append(own + before)
             before += int(own.max()) + 1
         return self.together(groups, axis=0) if groups else None
 
-    def located_apart(self, errors: Array) -> Array:
-        """Errors of held-out rows (m, k) after what only they can locate is located from them."""
-        parts = [block.sensor.new_poses.located_apart(errors[block.rows]) for block in self.one_sensor]
+    def relocated(self, errors: Array) -> Array:
+        """Errors of held-out rows (m, k), parameters that only they determine refitted to them."""
+        parts = [block.sensor.new_poses.relocated(errors[block.rows]) for block in self.one_sensor]
         return self.together(parts, axis=0) if parts else errors
 
     def seen_from(self, values: Values, T_base_flange: Array) -> Seen:

@@ -8,7 +8,7 @@ from robolaser.model.effects.joints import turning_joints
 from robolaser.model.effects.run import gravity_of, temperature_rise
 from robolaser.model.effects.target_plane import THIN, plane_of
 from robolaser.model.sensors import fitted_lens, is_of_scanner, sensor_class
-from robolaser.model.sensors.in_cell import stands
+from robolaser.model.sensors.in_cell import is_static
 from robolaser.model.stages import Stage
 
 MOST_LISTED = 6  # poses in a reason
@@ -98,7 +98,7 @@ def laser_plane(dataset: Dataset) -> str:
 
 def camera_alone_on_flange(dataset: Dataset) -> str:
     """The alternative is the camera's bracket: a laser plane on it, or a stand in the cell, would drift likewise."""
-    is_alone = bool(laser_plane(dataset)) and not is_of_scanner(dataset) and not stands(dataset)
+    is_alone = bool(laser_plane(dataset)) and not is_of_scanner(dataset) and not is_static(dataset)
     return "" if is_alone else SensorLacks("indistinguishable from a drift of what else is fixed to the camera")
 
 

@@ -16,7 +16,7 @@ from robolaser.geometry.rigid_motion import carry, inverse
 from robolaser.model.error_source import ErrorSource, errors_in_image
 from robolaser.model.sensors.camera_projection import distort, on_plane, project, straighten, to_pixels
 from robolaser.model.sensors.camera_start import CameraStart
-from robolaser.model.sensors.in_cell import CameraView, InCell, Mounting, stands
+from robolaser.model.sensors.in_cell import CameraView, InCell, Mounting, is_static
 from robolaser.model.sensors.placements import motion, six_names
 from robolaser.model.sensors.sensor import NewPoses, Sensor, each_once
 from robolaser.model.sensors.sensor_parameters import SensorParameters
@@ -54,7 +54,7 @@ class CameraSensor(Sensor):
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
-        self._rides = not stands(dataset)
+        self._rides = not is_static(dataset)
         if not self._rides and dataset.placed:
             raise DataError(
                 "dataset.toml, [target] placed: the target of a camera that is fixed in the cell is on the flange, so"

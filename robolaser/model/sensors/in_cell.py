@@ -49,6 +49,6 @@ class InCell:
     camera: CameraView | None = None
 
 
-def stands(dataset: Dataset) -> bool:
-    """Whether the sensor is in the cell."""
+def is_static(dataset: Dataset) -> bool:
+    """Whether the sensor is fixed in the cell."""
     return getattr(dataset.options, "mount", "flange") == "base"

@@ -14,7 +14,7 @@ from robolaser.errors import EstimationError
 from robolaser.geometry.rigid_motion import apply, carry, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.grouped_rows import group_sums
-from robolaser.model.sensors.in_cell import InCell, Mounting, stands
+from robolaser.model.sensors.in_cell import InCell, Mounting, is_static
 from robolaser.model.sensors.placements import motion, places, places_by_name, six_names, six_of
 from robolaser.model.sensors.sensor import NewPoses, Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
@@ -60,7 +60,7 @@ class Profile(Sensor):
         super().__init__(dataset)
         self._measured = np.insert(dataset.points["profile"], 1, 0.0, axis=1)[None]
         self.ball = dataset.points.number  # which of them each row is on, (m,)
-        self.stands = stands(dataset)  # in the cell
+        self.is_static = is_static(dataset)  # in the cell
 
     @cached_property
     def parameters(self) -> SensorParameters:
@@ -99,7 +99,7 @@ class Profile(Sensor):
             radii = self._radii({_radius(name): _of_largest(cut[ball == i]) for i, name in enumerate(self.names)})[0]
             beside = np.sqrt(np.maximum(radii[ball] ** 2 - cut**2, 0.0))
             T = T_base_flange[candidate % len(T_base_flange)][of_pose[first[some]]]
-            T = T if self.stands else inverse(T)
+            T = T if self.is_static else inverse(T)
             found.append((*sensor_and_balls(centre[some], beside, T, ball), radii))
         R, shift, balls, radii = (np.stack(parts) for parts in zip(*found, strict=True))
         sizes = dict(zip(map(_radius, self.names), radii.T, strict=True))
@@ -136,7 +136,7 @@ class Profile(Sensor):
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The middles of the balls, in the base frame, (c, m, 3) [m]."""
         balls = places(values, "ball", self.names)[:, self.ball]
-        return carry(T_base_flange, self.dataset.points.pose, balls) if self.stands else balls
+        return carry(T_base_flange, self.dataset.points.pose, balls) if self.is_static else balls
 
     def _mount(self, values: Values, perturb: Perturbation) -> Array:
         return perturb(Stage.MOUNT, motion(values, "hand_eye")[:, None])
@@ -149,18 +149,18 @@ class Profile(Sensor):
 
     def _sensor_in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """T_base_sensor, (c, n or 1, 4, 4)."""
-        return motion(values, "hand_eye")[:, None] if self.stands else T_base_flange @ self._mount(values, perturb)
+        return motion(values, "hand_eye")[:, None] if self.is_static else T_base_flange @ self._mount(values, perturb)
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`point` [m], equal along x and z of the sensor, each row's own."""
         normals = self._normals(values, T_base_flange, perturb)[0]
         axes = self._sensor_in_base(values, T_base_flange, perturb)[0, :, :3, :3:2]
-        effect = normals[:, None] @ (axes if self.stands else axes[self.dataset.points.pose])
+        effect = normals[:, None] @ (axes if self.is_static else axes[self.dataset.points.pose])
         return [ErrorSource("point", effect, np.arange(len(effect)), stated=self.dataset.noise.point_m)]
 
     def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """The sensor as `profile_sensor`, at the first pose; balls on the flange as `ball_NAME`."""
-        if not self.stands:
+        if not self.is_static:
             mount = self._mount(values, perturb)
             sensor = {"profile_sensor": mount[0, 0]}
             return InCell(sensor, published=sensor, mount=mount)
@@ -186,8 +186,8 @@ class Profile(Sensor):
         balls = places(values, "ball", self.names)[0]
         radii = self._radii(values)[0]
         hand_eye = motion(values, "hand_eye")
-        there = apply(T_base_flange[:, None], balls) if self.stands else balls
-        T_base_sensor = hand_eye if self.stands else T_base_flange @ hand_eye
+        there = apply(T_base_flange[:, None], balls) if self.is_static else balls
+        T_base_sensor = hand_eye if self.is_static else T_base_flange @ hand_eye
         there = apply(inverse(T_base_sensor)[:, None], there)
         measured = self.dataset.points["profile"]
         low, high = measured.min(axis=0), measured.max(axis=0)

@@ -14,7 +14,7 @@ from robolaser.data.sensor_format import SensorFormat
 from robolaser.data.sessions import ON_FLANGE, OWN, STANDING, matches
 from robolaser.geometry.rigid_motion import carry, inverse, pose
 from robolaser.model.error_source import ErrorSource
-from robolaser.model.sensors.in_cell import InCell, stands
+from robolaser.model.sensors.in_cell import InCell, is_static
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
@@ -34,15 +34,15 @@ class NewPoses:
             flange cannot go elsewhere.
         aims: Likewise points on the flange, (a, 3), and where each must be for something to be seen; None for
             anywhere.
-        left_out_together: Group of each row, (m,), where cross-validation holds out more than poses together; None:
+        fold_groups: Group of each row, (m,), where cross-validation holds out more than poses together; None:
             whole poses.
-        located_apart: Errors of held-out rows (m, k) after what only they can locate is located from them.
+        relocated: Errors of held-out rows (m, k), parameters that only they determine refitted to them.
     """
 
     seen_from: Callable[[Values, Array], Seen]
     aims: Callable[[Values, Array], tuple[Array, Array] | None] = lambda values, T_base_flange: None
-    left_out_together: Ints | None = None
-    located_apart: Callable[[Array], Array] = lambda errors: errors
+    fold_groups: Ints | None = None
+    relocated: Callable[[Array], Array] = lambda errors: errors
 
 
 def each_once(points: Points, poses: int) -> Points:
@@ -94,7 +94,7 @@ class Sensor(ABC):
     @classmethod
     def stages_in(cls, dataset: Dataset) -> frozenset[Stage]:
         """The `stages` that values pass in a data set: balls on the flange have no common mount."""
-        return cls.stages - {Stage.MOUNT} if cls.format.balls and stands(dataset) else cls.stages
+        return cls.stages - {Stage.MOUNT} if cls.format.balls and is_static(dataset) else cls.stages
 
     @final
     @cached_property
@@ -197,7 +197,7 @@ class Sensor(ABC):
 
     @final
     @property
-    def put_anew(self) -> tuple[str, ...]:
+    def setup_parameters(self) -> tuple[str, ...]:
         """Its parameters of placements and mounts, which differ between campaigns."""
-        patterns = (*OWN, ON_FLANGE, STANDING) if stands(self.dataset) else (*OWN, ON_FLANGE)
+        patterns = (*OWN, ON_FLANGE, STANDING) if is_static(self.dataset) else (*OWN, ON_FLANGE)
         return tuple(name for name in self.parameters.names if matches(name, patterns))

@@ -75,9 +75,9 @@ class Socket(Sensor):
     @property
     def new_poses(self) -> NewPoses:
         """None, since a seated arm cannot choose its pose; whole sockets are held out together."""
-        return NewPoses(lambda *_: None, left_out_together=self._left_out_together(), located_apart=self._located_apart)
+        return NewPoses(lambda *_: None, fold_groups=self._fold_groups(), relocated=self._relocated)
 
-    def _left_out_together(self) -> Ints:
+    def _fold_groups(self) -> Ints:
         """Whole sockets, with those at known distances from them, (m,).
 
         Where distances connect all sockets, each is held out with its nearest neighbour only, or alone. Distances to it
@@ -105,8 +105,8 @@ class Socket(Sensor):
                 whole |= {one: one, other: one}
         return {name: whole.get(name, name) for name in self.names}
 
-    def _located_apart(self, errors: Array) -> Array:
-        """From the mean of each socket's rows: one that was held out is located from its own poses."""
+    def _relocated(self, errors: Array) -> Array:
+        """Errors from the mean of each socket's rows: a held-out socket is located from its own poses."""
         counts = np.bincount(self._socket)[:, None]
         sums = np.stack([np.bincount(self._socket, errors[:, axis]) for axis in range(3)], axis=-1)
         return np.asarray(errors - (sums / counts)[self._socket])

@@ -15,7 +15,7 @@ from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion,
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.camera_projection import project
-from robolaser.model.sensors.in_cell import Mounting, stands
+from robolaser.model.sensors.in_cell import Mounting, is_static
 from robolaser.model.sensors.placements import numbers_of_motion
 from robolaser.parameters import Parameter, Values, as_batch
 from robolaser.robot.inverse_kinematics import touching
@@ -95,7 +95,7 @@ class SimulatedCamera(SimulatedSensor):
         lens |= {name: value for name, value in setup.known.items() if name in lens}
         corners = Board(*_board(setup.points), SQUARE_M).corners.reshape(-1, 3)[: setup.points]
         T_facing_board = pose(np.diag([1.0, -1.0, -1.0]), np.zeros(3)) @ pose(np.eye(3), -corners.mean(axis=0))
-        rides = not stands(dataset)
+        rides = not is_static(dataset)
         T_flange_bracket = pose(
             from_quaternion(np.array(facing_outward(robot))) @ _turn(rng, np.array([TURN_RAD, TURN_RAD, np.pi])),
             rng.uniform(-SHIFT_M, SHIFT_M, 3),

@@ -42,7 +42,7 @@ class SimulatedProfile(SimulatedSensor):
 
     ball_of: Ints  # the ball of each candidate, (≥ n,)
     at: Array  # positions of each pose's points along the arc, -1 to 1, (≥ n, k)
-    stands: bool  # whether the sensor is in the cell
+    is_static: bool  # whether the sensor is in the cell
 
     @classmethod
     def describe(cls, dataset: Dataset, setup: SensorSetup) -> Dataset:
@@ -56,8 +56,8 @@ class SimulatedProfile(SimulatedSensor):
         robot, n, rng = dataset.arm[0], len(dataset.poses), random.build
         outward = from_quaternion(np.array(facing_outward(robot)))
         tilt = from_angles(*rng.uniform(-TOLERANCE, TOLERANCE, 3))
-        stands = setup.options.mount == "base"
-        if stands:
+        is_static = setup.options.mount == "base"
+        if is_static:
             turn = rng.uniform(-np.pi, np.pi, setup.points)
             around = np.stack([np.cos(turn), np.sin(turn), np.ones_like(turn)], axis=-1)
             balls = around * rng.uniform(*BALLS_M, (setup.points, 1)) @ outward.T
@@ -86,13 +86,13 @@ class SimulatedProfile(SimulatedSensor):
         for _ in range(TRIES):
             shaken = np.clip(q + SHAKE * random.place.normal(size=q.shape), lower, upper)
             T_base_flange = robot.forward(shaken)
-            T_base_sensor = T if stands else T_base_flange @ T
-            ball = apply(T_base_flange, balls[goals]) if stands else balls[goals]
+            T_base_sensor = T if is_static else T_base_flange @ T
+            ball = apply(T_base_flange, balls[goals]) if is_static else balls[goals]
             good = _is_seen(apply(inverse(T_base_sensor), ball))
             kept_q.append(shaken[good])
             kept_ball.append(goals[good])
         candidates, ball_of = np.concatenate(kept_q), np.concatenate(kept_ball)
-        return cls(truth, candidates, ball_of, random.along.uniform(-1.0, 1.0, (len(candidates), ROWS)), stands)
+        return cls(truth, candidates, ball_of, random.along.uniform(-1.0, 1.0, (len(candidates), ROWS)), is_static)
 
     def measure(
         self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
@@ -108,7 +108,7 @@ class SimulatedProfile(SimulatedSensor):
         mount = in_cell(model.blocks, values, perturb).mount
         T_base_sensor = motion(values, "hand_eye")[0] if mount is None else T_base_flange @ mount[0]
         ball = np.stack([vector(values, f"ball.{one}")[0] for one in number])
-        there = apply(inverse(T_base_sensor), apply(T_base_flange, ball) if self.stands else ball)
+        there = apply(inverse(T_base_sensor), apply(T_base_flange, ball) if self.is_static else ball)
         good = _is_seen(there)
         radius = np.sqrt(np.maximum(RADIUS_M**2 - there[:, 1] ** 2, 0.0))[:, None]
         angle = ARC * self.at[chosen]

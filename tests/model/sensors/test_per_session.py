@@ -262,11 +262,11 @@ def test_a_camera_that_stands_in_the_cell_is_shared_unless_said_otherwise():
 
 def test_what_another_campaign_puts_anew_is_what_sessions_own_and_the_tool():
     two = two_trackers(12)
-    assert {"left.base.x", "right.base.x", "tool.0.x"} <= set(Model(two).blocks.put_anew)
+    assert {"left.base.x", "right.base.x", "tool.0.x"} <= set(Model(two).blocks.setup_parameters)
     standing = simulate(
         find_robot("ur5"), kind="camera", poses=6, options=CellOptions(mount="base", placed=False)
     ).dataset
-    assert {name.partition(".")[0] for name in Model(standing).blocks.sensor.put_anew} == {"hand_eye", "target"}
+    assert {name.partition(".")[0] for name in Model(standing).blocks.sensor.setup_parameters} == {"hand_eye", "target"}
 
 
 def test_what_is_own_must_be_a_parameter_of_the_sensor():
