@@ -101,7 +101,7 @@ def merged(findings: Sequence[SelectedEffect]) -> list[SelectedEffect]:
     groups: dict[tuple[str, ...], list[SelectedEffect]] = {}
     for one in findings:
         groups.setdefault((one.at.effect.rows, *one.at.pair), []).append(one)
-    findings_once = []
+    entries = []
     for group in groups.values():
         best = max(group, key=lambda one: one.probability)
         numbers = {name: number for one in group for name, number in one.numbers.items()}
@@ -110,5 +110,5 @@ def merged(findings: Sequence[SelectedEffect]) -> list[SelectedEffect]:
             weights = np.array([1.0 / max(deviation, 1e-9) ** 2 for _, deviation, _ in common])
             delays = np.array([delay for delay, _, _ in common])
             numbers["delay"] = (float(weights @ delays / weights.sum()), float(np.ptp(delays) / 2.0), "s")
-        findings_once.append(replace(best, numbers=numbers, gained=np.sum([one.gained for one in group], axis=0)))
-    return findings_once
+        entries.append(replace(best, numbers=numbers, gained=np.sum([one.gained for one in group], axis=0)))
+    return entries

@@ -30,7 +30,7 @@ LEAST_SHARE: dict[RowKind, float] = {"tracking": 0.002, "torque": 0.005, "load":
 """Share of an ideal arm's squares that an effect must explain: less may be another one's form. A judgement."""
 PASSES, CLOCK_PASSES = 2, 4
 MOST_NOISE_RAD = 0.02
-"""Largest step of a joint's readings: larger jumps are a gap, whatever their cause. A judgement: 1.1°."""
+"""Largest noise of a joint's readings: larger jumps are a gap, whatever their cause. A judgement: 1.1°."""
 
 
 Searching = Callable[[Sequence[At], float, Array | float, tuple[At, ...]], EffectSearch]

@@ -13,7 +13,7 @@ from robolaser.motion.gap import KindGap, medians, root_mean_squares, root_mean_
 from robolaser.motion.selection import SelectedEffect
 
 FOLLOWS_RAD = 5e-4
-"""Usual error of a joint that follows its commands. A judgement: 0.03°."""
+"""Largest usual error of a joint that follows its commands. A judgement: 0.03°."""
 FOLLOWS_SHARE, OF_LARGEST = 0.01, 0.005
 """The same as a share of a joint's torque, and of the largest one: no torque model is better. A judgement."""
 LEFT_SHARE = 0.02
@@ -107,7 +107,7 @@ class KindDiagnosis:
 
     @cached_property
     def _closed(self) -> Bools:
-        """Joints whose gap is closed, (j,)."""
+        """Joints whose gap is nearly closed, (j,)."""
         gap = self.gap
         with np.errstate(invalid="ignore"):
             small = gap.after**2 - gap.noise_floor**2 <= LEFT_SHARE * (gap.calibrated**2 - gap.noise_floor**2)

@@ -77,7 +77,7 @@ class MotionLog:
 
     @cached_property
     def has_signs(self) -> bool:
-        """Whether torques have a sign: none is stated to be missing, and of several joints some are negative."""
+        """Whether torques have a sign: the log does not deny it, and of several joints some are negative."""
         several = self.tau[:, self.has("tau")]
         return self.torque_signed and (several.shape[1] < 2 or bool(np.nanmin(several) < 0.0 or not several.any()))
 

@@ -45,7 +45,7 @@ class MisreadTorques:
     gravity: Array  # in the base frame, (3,) [m/s²]
     read: tuple[tuple[At, dict[str, Estimate]], ...]  # the misreadings, each with its numbers
     left: Array  # residuals of each joint's torques after friction and a scale, (j,) [Nm]
-    before: Array = field(default_factory=lambda: np.empty(0))  # less those of the rigid arm, (n, j) [Nm]
+    before: Array = field(default_factory=lambda: np.empty(0))  # as recorded, less the rigid arm's, (n, j) [Nm]
     doubted: frozenset[str] = frozenset()  # misreadings that another reading does without
     rivals: tuple[At, ...] = ()  # the misreadings that it has instead
 

@@ -206,7 +206,7 @@ def _is_gap(errors: Mapping[int, Array], follows: Array) -> bool:
 
 
 def _crossing(sizes: Array, gains: Array, at: int, enough: float) -> float:
-    """Size of a sufficient gain, between two tried sizes."""
+    """Size at which a gain is sufficient, between two tried sizes."""
     if at == 0 or gains[at - 1] == 0.0:
         return float(sizes[at])
     return float(np.interp(np.log(enough), np.log(gains[at - 1 : at + 1]), sizes[at - 1 : at + 1]))

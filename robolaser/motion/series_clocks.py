@@ -46,7 +46,7 @@ class SeriesClocks:
         """Delays common to all joints; None where the series do not differ, or joints disagree.
 
         Each joint's delay in a series is one linear step of its model. Their variance between series, common to all
-        joints, is compared with the rest of each joint alone (an F-test).
+        joints, is compared with the remaining scatter of each joint alone (an F-test).
 
         Args:
             joints: The evidence of each.

@@ -184,7 +184,7 @@ class TrackingRows:
         return [min((fits[0][i], fits[1][i]), key=lambda fit: fit.score).effects for i in numbers]
 
     def with_one_clock(self, candidates: Sequence[Sequence[At]]) -> list[list[At]]:
-        """Candidates without the clock where joints have different delays: it shifts all by one time."""
+        """Candidates without the clock where the joints' delays exclude it: it shifts all by one time."""
         early = [_named(each, ("clock_shift",)) for each in candidates]
         if not all(early):
             return [list(each) for each in candidates]

@@ -38,7 +38,7 @@ def _least_of_link(quantities: Quantities, joint: int) -> Array:
 
 
 NEVER_NEGATIVE = np.array([True, False, False, False, True, False, True, False, False, True])
-"""Indices in the numbers of a link: mass, xx, yy and zz."""
+"""Mask of the numbers of a link: mass, xx, yy and zz."""
 SMALLEST = 1e-3
 OF_REACH = 1.0 / 3.0  # the length of a link
 MOST_STARTS = 40  # runs at whose start a payload may have been picked up

@@ -20,8 +20,8 @@ HOLDS_NM = 1e-3
 DIFFERS = 0.2
 """Share of a motion's torque spread that must not be gravity for the two to be distinguishable. A judgement."""
 EXCEEDS_RAD, EXCEEDS_ERRORS = 0.05, 3.0
-"""Margin by which commands exceed all readings at a limit, and the same in errors of the joint: the rest of a dead
-zone and droop is no limit. A judgement."""
+"""Margin by which commands exceed all readings at a limit, and the same in errors of the joint: what a dead
+zone and droop leave is no limit. A judgement."""
 
 
 def is_one_clock(delays: Array) -> bool:
