@@ -42,13 +42,13 @@ class Arm(ABC):
     synchronous_read: ClassVar[bool]
     """Whether a reading shows all joints at one instant, not one after the other."""
     outputs: ClassVar[int | None]
-    """Number of its controller's digital outputs, which count from 1; None: any."""
+    """Number of its controller's digital outputs, which count from 1; None: any number is accepted."""
     absolute_encoders: ClassVar[bool]
-    """Whether its readings are valid after its power was off."""
+    """Whether its readings mean the same angles after its power was off."""
     stops_alone: ClassVar[bool] = False
     """Whether it stops by itself within a second after communication ends."""
     follows: ClassVar[bool] = False
-    """Whether it follows a stream of setpoints, once a motion was started."""
+    """Whether it follows a stream of setpoints, many a second, once a motion was started."""
 
     @classmethod
     @abstractmethod
@@ -89,7 +89,7 @@ class Arm(ABC):
 
     @abstractmethod
     def stop(self) -> None:
-        """Stop at the current position and discard the motion. The caller checks that it is at rest.
+        """Stop at the current position and discard the motion, at once. The caller checks that it is at rest.
 
         Raises:
             AnswerUnclear: An arm that can confirm this does not.

@@ -30,5 +30,5 @@ def seconds_for(way: Array, speed: float) -> float:
 
 
 def way_in(seconds: float, speed: float) -> float:
-    """Longest motion of a joint within a speed [rad or m]."""
+    """Longest smooth motion of a joint [rad or m] in a time [s] within a speed [rad/s or m/s]."""
     return seconds * speed / PEAK

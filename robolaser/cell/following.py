@@ -138,7 +138,7 @@ class SetpointLog:
             self._rows.append([series, f"{tick.time_s - ticks[0].time_s:.4f}", *(f"{value:.6f}" for value in values)])
 
     def take_up(self, folder: Path, series: Collection[str]) -> None:
-        """Resume the log of a recording with some of its series."""
+        """Resume the log of a recording, keeping some of its series."""
         if (folder / TABLE).is_file():
             table = read_table(folder / TABLE)
             columns = [table.cells(name) for name in table.columns]

@@ -39,7 +39,7 @@ class Mover:
         self.near = np.maximum(STEPS * arm.step, NEAR)
         unsure = float((self.near + arm.step).max())
         self._piece = way_in(self._unattended_s, speed) - unsure
-        """Way of a joint from stop to stop: it is at the next in time from within the tolerance of one."""
+        """Way of a joint from stop to stop: from anywhere within the tolerance of one, it reaches the next in time."""
         if self._piece < unsure:
             slowest = np.ceil(1e3 * 2 * unsure * speed / way_in(self._unattended_s, speed)) / 1e3
             raise PlanError(
@@ -95,7 +95,7 @@ class Mover:
         return at
 
     def _leg(self, start: Array, goal: Array, then: Array | None, seconds: float, place: str) -> Array:
-        """Move to a stop, (j,), and on to the next one, (j,), if there is one; else wait for rest."""
+        """Move to a stop, (j,); wait for rest there unless a motion to a next one, (j,), follows."""
         self._arm.start_move(goal, seconds)
         if then is not None:
             self._arm.prepare(then)

@@ -53,7 +53,7 @@ def from_table(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
     """Poses of a CSV file with a column q_<joint> for each joint, and names where there is a column `pose`.
 
     Where there is a column `kind`, rows of kind "approach" are configurations on the way to the pose below.
-    Without it, rows whose column `image` is empty are configurations without a pose: they are left out.
+    Without it, rows whose column `image` is empty are configurations that the arm only passed: they are left out.
 
     Raises:
         DataError: It has none, a value is in degrees or millimetres, or the file cannot be read; with row and column.
