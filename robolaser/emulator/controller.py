@@ -106,7 +106,7 @@ class Axis:
 class ArmFault(Enum):
     """Faults of an arm."""
 
-    IMPACT = "impact"  # a link hits something: the controller detects it and switches off
+    IMPACT = "impact"  # a link hits something: the controller detects it and switches the motors off
     STALL = "stall"  # a gear jams: the motor stops, whatever the commands
     THERMIC = "thermic"  # a motor is too hot: the controller switches it off
     HOMELESS = "homing"  # a home switch is broken: this axis never finds its home

@@ -96,8 +96,8 @@ class CameraServer:
         return cv2.imencode(".pgm", image)[1].tobytes()
 
 
-TICK_S, BUSY_TICK_S = 0.01, 0.002  # duration of listening, and the same while data is pending
-LOOKS_A_S, MOST_LOOKS = 50.0, 400  # samples of the arm per second of its clock; most samples of a turn
+TICK_S, BUSY_TICK_S = 0.01, 0.002  # longest wait for input, and that while output is pending
+LOOKS_A_S, MOST_LOOKS = 50.0, 400  # samples of the arm per second of its clock; most samples in one `turn`
 BITS_A_BYTE = 10  # start, eight, stop
 LARGEST_READ = 4096
 MOST_PENDING = 65536  # bytes kept for a client that does not read; more are lost, as without flow control
@@ -110,7 +110,7 @@ def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
     """The controller of a cell's arm, with the servo loop of the world; without one, joints follow exactly.
 
     Raises:
-        DataError: No emulated controller has the arm's protocol, or it has no servo loops.
+        DataError: No emulated controller has the arm's protocol, or a loop is given and it has none.
     """
     if cell.arm.kind not in CONTROLLERS:
         expected = f"one that is emulated: {', '.join(CONTROLLERS)}"

@@ -12,8 +12,8 @@ from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.errors import UsageError, near
 
 LINE = {
-    "garbage": 0.05,  # chance that a sent byte is followed by a random one
-    "lost": 0.05,  # chance that a sent byte never arrives
+    "garbage": 0.05,  # chance that a byte from the controller is followed by a random one
+    "lost": 0.05,  # chance that a byte from the controller never arrives
     "misheard": 0.05,  # chance that a byte to the controller never arrives
     "late": 3.0,  # delay of answers [s]
     "silent": 0.0,  # it executes commands without answers
@@ -26,7 +26,7 @@ _FORM = re.compile(
     r"(?P<kind>\w+)(?::(?P<amount>\d+(?:\.\d+)?))?"
     r"(?:@(?:(?P<first>\d+)(?:-(?P<last>\d+))?|>(?P<begin>\d+(?:\.\d+)?)s(?:-(?P<end>\d+(?:\.\d+)?)s)?))?"
 )
-LARGEST_FLOOD = 8192  # bytes of a flood per call
+LARGEST_FLOOD = 8192  # most bytes of a flood per call
 
 
 @final

@@ -44,7 +44,7 @@ class ServoLoop:
         while self._now_s + STEP_S <= now_s:
             self._now_s += STEP_S
             self._commands.appendleft(command(self._now_s))
-            late = np.array([self._commands[k][i] for i, k in enumerate(self._late.tolist())])
-            off = late - sinks - self._q
+            delayed = np.array([self._commands[k][i] for i, k in enumerate(self._late.tolist())])
+            off = delayed - sinks - self._q
             self._q = self._q + self._share * (off - np.clip(off, -self._dead, self._dead))
         return self._q

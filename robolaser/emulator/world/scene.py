@@ -73,7 +73,7 @@ class Projector:
 
     power_grey: Positive = 260.0  # of its middle on white paper that faces it, at the distance
     width_m: Positive = 0.4e-3  # standard deviation of its thickness
-    distance_m: Positive = 0.33  # from the projector; smaller ones are brighter
+    distance_m: Positive = 0.33  # from the projector; nearer points are brighter
     speckle: NotNegative = 0.1  # its contrast: standard deviation over mean
 
     def grey(self, point: Array, light: Light) -> Array:
@@ -90,7 +90,7 @@ class RenderedScene:
 
     solids: tuple[Solid, ...]  # in the base frame; where two coincide, the later one is on top
     eye: CameraModel
-    light: Light | None  # the laser's sheet, in the camera frame; None: there is no laser
+    light: Light | None  # the laser plane, in the camera frame; None: there is no laser
     projector: Projector = Projector()  # its brightness
 
     def cast(self, origin: Array, direction: Array) -> tuple[Array, Ints]:
@@ -140,7 +140,7 @@ class RenderedScene:
         return self._imaged(room), self._imaged(laser)
 
     def expose(self, room: Array, laser: Array, *, rng: np.random.Generator, grain: np.random.Generator) -> Image:
-        """Expose an image, both (height, width); `grain` draws the speckle, which is constant while nothing moves."""
+        """Expose both lights, (height, width); `grain` draws the speckle, which is constant while nothing moves."""
         spread = np.sqrt(np.log1p(self.projector.speckle**2))
         field = cv2.GaussianBlur(grain.standard_normal(laser.shape, dtype=np.float32), (0, 0), GRAIN_PX)
         speckled = laser * np.exp(spread / field.std() * field - spread**2 / 2)

@@ -159,7 +159,7 @@ class PrintedBoard(Solid):
         return np.broadcast_to(-self.T_base_board[:3, 2], point.shape)
 
     def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
-        """Shares of paper and ink, mixed in pixels that see both."""
+        """Albedo of paper or ink, mixed in pixels that see both."""
         R, t = self.T_base_board[:3, :3], self.T_base_board[:3, 3]
         place, ray = (point - t) @ R / self.pattern.cell_m, (point - eye) @ R / self.pattern.cell_m
         footprint = breadth * np.linalg.norm(ray, axis=-1)
