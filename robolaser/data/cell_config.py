@@ -39,7 +39,7 @@ class ArmLine:
     unattended_s: Positive = UNATTENDED_S
     # setpoints a second that the arm follows, and that are logged; None: its controller plans each motion
     setpoint_hz: Annotated[float, Meta(gt=0, le=MOST_SETPOINT_HZ)] | None = None
-    axes: Axes | None = None  # a SCORBOT's type, see `robolaser.cell.acl`
+    axes: Axes | None = None  # a SCORBOT's type, required for it, see `robolaser.cell.acl`
 
 
 @final
@@ -129,7 +129,7 @@ class Cell:
 
     @property
     def folder(self) -> Path:
-        """Its folder."""
+        """The folder that it was read from."""
         assert self.description.folder is not None  # it was read from there
         return self.description.folder
 

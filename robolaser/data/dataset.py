@@ -135,8 +135,8 @@ class Points:
     @cached_property
     def place(self) -> Ints:
         """Number of each row's point, (m,): the same for its repeats, another for a point of that name elsewhere."""
-        _, number = np.unique(self.pose * (self.number.max(initial=0) + 1) + self.number, return_inverse=True)
-        return number
+        _, point = np.unique(self.pose * (self.number.max(initial=0) + 1) + self.number, return_inverse=True)
+        return point
 
     def take(self, rows: Ints | Bools | slice) -> "Points":
         """Only the rows with these numbers."""

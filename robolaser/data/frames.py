@@ -1,4 +1,4 @@
-"""A data set from tables in memory, with the contents of its files."""
+"""A data set from tables in memory, which have the contents of its files."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace

@@ -15,7 +15,7 @@ be measured, poses are seconds apart."""
 ROUGHEST = 0.3
 """Distance of poses from the line between their neighbours, over half the way between these, RMS: for poses in any
 order it is above 1, of a sine read six times a period 0.5, ten times a period 0.3."""
-LEAST_SHARE = 0.9  # of poses with such neighbours
+LEAST_SHARE = 0.9  # least share of poses with neighbours within LONGEST_STEP_S
 WARNING = (
     "poses.csv has no velocities: they are taken from the path by finite differences, since its poses follow one"
     ' another in motion. Where the arm did stop at each pose, set path = "unknown" in [robot].'

@@ -48,7 +48,7 @@ class SensorFormat:
         tracker: Whether it is fixed in the cell and measures in its own frame, which `base.*` places: known points
             are in that frame, and a pose may have a small rigid error, beyond that of the joint readings.
         lens: Parameters of the lens that it fits where the data set does not fix them, of `k2`, `k3`, `p1` and `p2`:
-            they are no effects.
+            they need no effect of the lens.
         needs_robot: Whether it needs joint angles.
     """
 

@@ -154,8 +154,8 @@ class Importer(ABC):
     either; see `Imported.write`.
 
     Attributes:
-        name: In `--kind`.
-        title: One line for messages.
+        name: Its name in `--kind`.
+        title: One line for `robolaser list importers`.
         further: Options of this importer only, typed as `--set NAME=VALUE`.
         takes: Fields of `ImportOptions` on reading that it uses; None: all.
     """
