@@ -1,4 +1,4 @@
-"""robolaser check: what can be estimated from a data set, without a fit."""
+"""robolaser check: what a data set can show, without a fit."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -67,8 +67,8 @@ class RunningDiagnosis:
         self.latest = text
 
 
-_SHOWN: defaultdict[Path, dict[object, Any]] = defaultdict(dict)
-_FOUND: dict[Path, Any] = {}  # by recording: the last diagnosis in this process
+_SHOWN: defaultdict[Path, dict[object, Any]] = defaultdict(dict)  # by recording: detections in its images
+_FOUND: dict[Path, Any] = {}  # by recording: the last diagnosis
 
 
 def answer(folder: Path) -> str:
