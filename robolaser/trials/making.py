@@ -25,7 +25,7 @@ UNTIMED = 0.15  # share of worlds without velocities,
 MEASURED = 0.3  # and with the arm's temperature, whether or not it matters
 ROOM_C, WARMER_C, THERMOMETER_C = 22.0, (3.0, 15.0), 0.1
 TAUS = (0.1, 1.0)  # of a warm-up, over the run
-STANDING_OUT, TIMES = 1000.0, 2.0  # least squared misfit of an effect among small errors, and over that of all of them
+STANDING_OUT, TIMES = 1000.0, 2.0  # misfit of an effect among small errors, at least, and over that of all of them
 WRONGLY = (0.4, 2.5)  # factors of misstated noise
 
 _LIBRARY = {effect.name: effect for effect in EFFECTS}

@@ -156,7 +156,7 @@ def _found(source: ReferenceCell, run: SyntheticRun) -> TrackerCell:
 
 
 def _reflector(number: int, rng: np.random.Generator) -> Array:
-    """Reflectors around the flange's axis, some centimetres in front of it."""
+    """A reflector beside the flange's axis, some centimetres in front of the flange."""
     angle = 2 * np.pi * number / len(REFLECTORS) + rng.uniform(-0.3, 0.3)
     radius = rng.uniform(0.06, 0.14)
     return np.array([radius * np.cos(angle), radius * np.sin(angle), rng.uniform(0.02, 0.1)])

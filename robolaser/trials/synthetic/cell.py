@@ -104,7 +104,7 @@ class TrackerCell:
 
     @property
     def truth(self) -> Mapping[str, float]:
-        """None: all parameters of the sensor follow from the points."""
+        """Empty: all parameters of the sensor follow from the points."""
         return {}
 
     def ranges(self, points: Points) -> Array:

@@ -117,7 +117,7 @@ class SpringFault(FaultModel, places=joints_that_yield):
         return MujocoArm(run.robot, self.springs(run, stiffness), self.load_kg(run))
 
     def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
-        """The arm's joint angles at rest, with its deflection from the rigid arm."""
+        """The flange's pose at rest: displaced by the deflection from the rigid arm."""
         if not self.size:
             return T_base_flange
         at_rest, _ = self.arm(run, self.stiffness(run)).at_rest(run.q)
