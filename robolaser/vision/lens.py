@@ -29,8 +29,8 @@ MODELS: tuple[tuple[int, tuple[int, ...]], ...] = (
     (_ALWAYS | cv2.CALIB_FIX_K2, _CENTRE),
     (_ALWAYS, _K2),
 )
-"""Lens models by number of released intrinsics. There are two focal lengths: prints are often longer in one direction
-by a few tenths of a per cent."""
+"""Lens models from stiff to free, each with the intrinsics that it releases. There are two focal lengths: prints are
+often longer in one direction by a few tenths of a per cent."""
 
 
 @final
