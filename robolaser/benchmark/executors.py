@@ -55,7 +55,7 @@ def engine_of(
     try:
         dask.comm.get_address_host_port(
             scheduler, strict=True
-        )  # a client with an invalid address ends with an error output
+        )  # refused here, since a client with an invalid address prints errors when it ends
         client = dask.Client(scheduler, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise BenchmarkError(

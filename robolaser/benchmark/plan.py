@@ -122,7 +122,7 @@ class BenchmarkPlan:
 
 
 def _planned(spec: ProblemSpec, terms: Terms) -> tuple[BenchmarkProblem, RunLimits]:
-    """A problem with its fingerprint, and the limits of runs on it."""
+    """A problem with fingerprint, noise and lowest known cost, and the limits of runs on it."""
     problem, first, noisy, began = spec.made_for(1), "", False, time.perf_counter()
     try:
         first = fingerprint(problem)

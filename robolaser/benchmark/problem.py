@@ -11,7 +11,7 @@ from robolaser.arrays import Array
 if TYPE_CHECKING:
     from robolaser.model.forward_model import Model
 
-INFEASIBLE = 1e30  # cost over (1 + violation) of infeasible candidates, for algorithms without constraints
+INFEASIBLE = 1e30  # times (1 + violation): cost of infeasible candidates, for algorithms without constraints
 EQUAL = 1e-4  # an equality constraint is kept within this, as in pymoo
 Family = Literal["calibration", "test function", "own problem", "several objectives"]  # are ranked together
 

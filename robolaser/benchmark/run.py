@@ -42,7 +42,7 @@ class BenchmarkRun:
 
     @property
     def key(self) -> RunKey:
-        """Its key."""
+        """Problem, algorithm and seed, which identify it."""
         return self.problem, self.algorithm, self.seed
 
 

@@ -15,7 +15,7 @@ ONE_OBJECTIVE = "it minimises one objective, and the problem has several"
 REAL = "its candidates are real numbers, and the problem's variables are not"
 
 Search = Callable[[BudgetedEvaluator, int], None]
-"""Searches the lowest cost until done or until the evaluator raises `BudgetExhausted`, which it never catches.
+"""Searches for the lowest cost until done or until the evaluator raises `BudgetExhausted`, which it never catches.
 
 Costs and residuals come from the evaluator only, all randomness from the seed, at least 1: the same seed evaluates the
 same candidates in the same order.

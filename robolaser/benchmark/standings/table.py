@@ -39,7 +39,7 @@ class PairwiseComparison:
     superiority: IntervalEstimate  # A12: probability that a run of `one` is better; over several problems the mean
     ratio: IntervalEstimate  # ERT of `other` over that of `one`; geometric mean; None unless both reached it
     ratio_problems: tuple[str, ...]  # on which both reached the target
-    p: float | None  # of equal solvers
+    p: float | None  # that equal solvers differ as much by chance
     p_adjusted: float | None  # by Holm for all comparisons
     significant: bool
 

@@ -85,7 +85,7 @@ def shares(running_times: Array, budgets: Array) -> Array:
 def bounded(found: Array, runs: Ints, freedoms: Ints) -> Intervals:
     """Numbers of all runs and of samples (..., 1 + b), of so many runs (...), with intervals.
 
-    A sample without a value could have any.
+    A sample without a value could have any: it is zero in the lower bound, infinite in the upper.
     """
     value, samples = found[..., 0], found[..., 1:]
     enough = (freedoms >= FEWEST) & (runs >= FEWEST_RUNS) & ~np.isnan(value)
