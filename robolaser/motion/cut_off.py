@@ -17,7 +17,7 @@ FEWEST_ROWS = 30
 """On either side of a limit. A judgement."""
 ROUNDS = 6  # of the limit by the rows at it, and of these by the limit
 NEAR = 6.0
-"""Width of the first range of rows at a limit, down from the largest value, in multiples of the noise: wider than it."""
+"""Rows within so many times the noise of the largest value are tried first as rows at a limit: noise reaches less."""
 
 
 @final

@@ -87,7 +87,7 @@ def parts_of(
             remarks.append(f"{kind.capitalize()} rows are set aside: {reasons[kind]}.")
     if not parts:
         raise DataError(
-            " ".join((*remarks, "motion.csv has nothing to hold readings against: neither commands, nor torques in Nm"
+            " ".join((*remarks, "motion.csv has nothing to compare readings with: neither commands, nor torques in Nm"
             " with their signs, nor a second encoder. Record command_<joint>, tau_<joint> or load_<joint>.")),
             file="motion.csv",
         )  # fmt: skip

@@ -90,7 +90,7 @@ def search(
         candidates: All effects that may be present.
         least_share: Share of an ideal arm's squares at one joint that an effect must explain: less may be the form of
             another one, unless it is half of the remaining squares.
-        usual: Squares that models of arms usually leave, (j,): half of less is no effect.
+        usual: Squares that models of arms usually leave, (j,): to explain half of less is no evidence.
         start: Effects at the start of the search.
     """
 
