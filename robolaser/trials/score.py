@@ -44,7 +44,7 @@ class Outcome:
     class_right: bool | None
     verdict_right: bool | None  # whether the verdict is right; None where nothing is required
     sure_and_wrong: bool  # whether a wrong name counts as certain
-    site_first: bool | None  # whether `where` begins with a true site; None without a fault
+    site_first: bool | None  # whether `where` begins with a true site; None where none is required
     truth: tuple[LocatedEffect, ...]  # effects and locations without outliers
     # the same of the diagnosis in order, without true small errors
     named: tuple[LocatedEffect, ...]
