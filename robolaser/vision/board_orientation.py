@@ -13,7 +13,7 @@ ROUNDS: Final = 10  # of comparisons of each image with all others; two or three
 LARGEST_MISFIT: Final = np.radians(5.0)
 """Largest mean difference between rotations of images and flange: manual poses differ by less. A judgement."""
 LEAST_MARGIN: Final = 2.0
-LEAST_TOLD: Final = np.radians(1.0)
+LEAST_DIFFERENCE: Final = np.radians(1.0)
 """Factor and difference by which all other orientations must misfit more than the best. Judgements."""
 
 MOST_BY_SIGHT: Final = 2  # orientations that the image sequence or the flange's rotations always distinguish
@@ -96,7 +96,7 @@ def orient_by_robot(
     is_certain = True
     for i, best in enumerate(chosen):
         own, *more = np.roll(misfit(i, others[i]), -best)
-        is_certain &= bool(own <= LARGEST_MISFIT and min(more, default=np.inf) >= LEAST_MARGIN * own + LEAST_TOLD)
+        is_certain &= bool(own <= LARGEST_MISFIT and min(more, default=np.inf) >= LEAST_MARGIN * own + LEAST_DIFFERENCE)
     return [ways[best] for ways, best in zip(orientations, chosen, strict=True)], is_certain
 
 

@@ -7,11 +7,11 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.geometry.mad_scale import mad_scale
 from robolaser.vision.runs import LineCentres, best_of_each
 
-STRATA = 20  # parts of the image whose centres define trial lines
-WIDEST_GATE_PX = 3.0  # largest distance of an inlier, however much the board bows
+STRATA = 20  # parts of the image; trial lines go through line centres in them
+WIDEST_GATE_PX = 3.0  # largest distance of an inlier, also of a trial line, however much the board bows
 NARROWEST_GATE_PX = 1.0  # distance [px] of a certain inlier: no board is perfectly flat
 GATE_SIGMAS = 3.0  # the same in standard deviations of the inliers
-JUMP_LEAST_PX = 0.1  # allowed distance from the neighbours' median [px]
+JUMP_LEAST_PX = 0.1  # distance from the neighbours' median [px] that is always allowed
 JUMP_SIGMAS = 4.0  # the same in standard deviations of the centre
 NEIGHBOURS = 15  # lines of pixels on either side that show whether the stripe is straight
 LEAST_SUPPORT = 0.5  # share of these that must agree: a stripe on another surface crosses the line only briefly

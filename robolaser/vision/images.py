@@ -16,7 +16,7 @@ from robolaser.errors import DataError, ImageError
 from robolaser.vision.runs import FULL
 
 DEPTHS = (8, 10, 12, 14, 16)  # bits of grey of cameras; files of sixteen bits hold any of them
-PEDESTAL = 16  # grey of a difference of zero, so that negative noise is not cut off
+PEDESTAL = 16  # least grey of a difference of zero, so that negative noise is not cut off
 BRIGHTEST_ROOM = 200  # least grey without the laser of a pixel that a lamp saturates
 SATURATED_FULL = 95.0  # percentage of the pixels saturated by the laser that are full in the difference
 
