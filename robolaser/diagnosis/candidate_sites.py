@@ -29,7 +29,7 @@ FORCE = "force at the flange"
 SEVERAL = 2
 """Least number of joints for a common cause."""
 DENTS = 80
-"""Number of basis functions that locate dents in a target."""
+"""Most basis functions that locate dents in a target."""
 
 
 @final

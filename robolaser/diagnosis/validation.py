@@ -120,7 +120,7 @@ def _carried(
 @final
 @dataclass(frozen=True, eq=False)
 class Transfer:
-    """A model of other data with all parameters held except the positions of things in the cell.
+    """A model of other data with all parameters held except placements and mounts.
 
     Attributes:
         problem: The problem; both bounds of a held parameter are its value.
