@@ -114,7 +114,7 @@ class Blocks:
 
     @property
     def unit(self) -> str:
-        """Of residuals."""
+        """Unit of the residuals."""
         return self.dataset.format.unit
 
     @cached_property

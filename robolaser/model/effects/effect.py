@@ -225,13 +225,13 @@ class CandidateEffect:
 
     @property
     def clause(self) -> str:
-        """It as a clause of a sentence; where it is at one of several sensors, with the sensor's name."""
+        """A clause that states it in a sentence; at one of several sensors, with the sensor's name."""
         clause = (self.effect.clause or "{where}: {title}").format(where=self.where, title=self.effect.title)
         return f"{clause} ({self.where.rpartition('.')[0]})" if of_sensor(self.where) else clause
 
     @property
     def remedy(self) -> str:
-        """Its remedy."""
+        """Its remedy, with its location."""
         return self.effect.remedy.format(where=self.where)
 
     @cached_property

@@ -72,7 +72,7 @@ class Whitener:
 
     @classmethod
     def of(cls, own: Array, levels: Sequence[tuple[Array, Ints]]) -> "Whitener":
-        """Prepare.
+        """Prepare the whitening of rows with given errors.
 
         Args:
             own: Covariance of each row by itself, (m, k, k) [row's unit²].
