@@ -165,7 +165,7 @@ class Transfer:
         return cls(Problem.of(model, noise, parameters=parameters), noise, x)
 
     def fit(self) -> Fit:
-        """The optimum."""
+        """Fit the parameters that are not held."""
         return Fit(self.problem, solve(self.problem, self.x[None], tol=SHARE, enough=ENOUGH).x[0])
 
     def held_out(self, seed: int) -> Array:
