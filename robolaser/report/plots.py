@@ -25,7 +25,7 @@ class Plots:
     """Charts of a result; a notebook shows them.
 
     Attributes:
-        titles: Of each.
+        titles: Titles of the charts.
         spec: All of them in Vega-Lite's language; a notebook that supports it draws them interactively.
     """
 
