@@ -75,8 +75,8 @@ class Effect(ABC):
         remedy: The remedy in the cell, with {where} for the location.
         reference: Source of its physics and typical size.
         stage: The stage, from encoder and image to residual, at which it acts.
-        cause: The class of causes that it belongs to, such as `transmission`: it can be identified even where its
-            members cannot. Empty: it is its own class.
+        cause: The class of causes that it belongs to, such as `transmission`: the class can be identified even
+            where its members cannot. Empty: a class of its own.
         site: The location, one of `camera laser hand_eye target base timing image tool measuring_system`; empty: each
             moving joint.
         needs: Required data, besides values at the stage, see `requirements`.
