@@ -110,7 +110,7 @@ def diagnose(
     validate: Sequence[Data] = (),
     progress: Progress | None = None,
 ) -> "DiagnosisResult | MotionResult":
-    """Locate the gap, its causes, and how far they reduce it.
+    """Determine where the gap is, which effects cause it, and how far it shrinks.
 
     Args:
         data: A data set, or the log of a moving arm; or its folder.

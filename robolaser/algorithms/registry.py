@@ -100,7 +100,7 @@ def maker_of(spec: AlgorithmSpec, found: Any = None, expected: str = EXPECTED) -
     Args:
         spec: Its name and settings.
         found: Its class, an instance, or a function that returns one; the meaning of the name when absent.
-        expected: Description in error messages instead of `found`.
+        expected: What is expected, in the words of error messages.
 
     Raises:
         UsageError: There is no such algorithm or operator.

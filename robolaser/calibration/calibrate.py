@@ -56,11 +56,11 @@ def calibrated(
     progress: Progress | None = None,
 ) -> Calibration:
     """The calibration of a model of checked data; arguments as for `calibrate`."""
-    report = progress or (lambda what, share: None)
-    start = find_start(model, plan, state=state, resume=resume, progress=report)
+    announce = progress or (lambda what, share: None)
+    start = find_start(model, plan, state=state, resume=resume, progress=announce)
     problem, x, evaluations, weighted = Problem.of(model), start.x, start.evaluations, None
     if plan.polish:
-        report("fitting", 0.5)
+        announce("fitting", 0.5)
         if plan.weights == "noise":
             weighted = fit_by_noise(model, x, seed=plan.seed)
             problem, x, more = weighted.problem, weighted.x, weighted.evaluations
@@ -71,7 +71,7 @@ def calibrated(
     if not np.isfinite(residuals).all():
         raise no_finite_residuals()
 
-    report("holding poses out", 0.5)
+    announce("holding poses out", 0.5)
     folds = assign_folds(problem.model, plan.seed)
     unseen = folds and (weighted.held_out(folds) if weighted else held_out(problem, x, folds))
     sigmas = noise_of(model, x, None if weighted is None else ~weighted.outliers).sigmas

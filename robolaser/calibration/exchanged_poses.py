@@ -56,7 +56,7 @@ def belong_there(belongs: Mapping[int, int], model: Model, as_read_m: Array, mov
 
     Args:
         belongs: The poses.
-        model: Of the rows as they are read.
+        model: The model of the rows as read.
         as_read_m: Errors of its fit, (m, j) [m].
         moved_m: Errors of a fit with rows moved, (m, j) [m].
     """

@@ -191,7 +191,7 @@ def _joints_read_otherwise(robot: Robot, moves: Bools) -> Iterator[tuple[Ints, A
 
 
 def exchanged_points(dataset: Dataset) -> Mapping[int, Mapping[str, str]]:
-    """Exchanged point names at some poses: points on one rigid body keep their distances.
+    """The right names of exchanged points by their present names, at some poses: a rigid body keeps its distances.
 
     Only for tracker points, and where distances differ.
     """

@@ -27,8 +27,8 @@ def placements_of_arm(effects: Sequence[CandidateEffect]) -> tuple[CandidateEffe
 def marginal_cost(x: Array, covariance: Array, prior: Array) -> float:
     """Cost of parameters with a Gaussian prior of unknown size, by the marginal likelihood, in chi-squared.
 
-    The freedom of parameters costs the ratio of prior to posterior uncertainty (MacKay 1992, Neural Computation 4), for
-    the prior size with the largest likelihood. Distances from that prior replace the distances from the prior of size 1
+    Freedom costs the logarithm of the ratio of prior to posterior variance (MacKay 1992, Neural Computation 4), for the
+    prior size with the largest likelihood. Distances from that prior replace those from the prior of size 1, which are
     in a fit's chi-squared.
 
     Args:

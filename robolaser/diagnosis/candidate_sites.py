@@ -29,7 +29,7 @@ FORCE = "force at the flange"
 SEVERAL = 2
 """Least number of joints for a common cause."""
 DENTS = 80
-"""Number of basis functions that locate dents in a target."""
+"""Most basis functions that locate dents in a target."""
 
 
 @final
@@ -79,7 +79,7 @@ def _sites(fit: Fit) -> Iterator[Site]:
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
     middle, poses = dataset.flange()[:, :3, 3].mean(axis=0), fit.pose_of_number
     base = derivatives.base(middle) * motion
-    for number, sensor in enumerate(dataset.members):  # a sensor may move alone: others show the arm at rest
+    for number, sensor in enumerate(dataset.members):  # a sensor may move alone: the others show that the arm did not
         if sensor.data.format.named_points == "tool":
             moved = derivatives.base(middle, dataset.sensor_of_row == number) * motion
             for coordinate, basis in in_run:

@@ -104,7 +104,7 @@ class Followed:
         return cls(fit, fit.x, fit.at.covariance)
 
     def with_rows(self, rows: FurtherRows) -> "Followed":
-        """Update by rows."""
+        """The model updated by further rows."""
         r, J = rows.white(self.fit, self.x)
         PJ = self.covariance @ J.T
         solved = np.linalg.solve(np.eye(len(r)) + J @ PJ, np.column_stack([r, PJ.T]))

@@ -23,7 +23,7 @@ RESAMPLES = 2000
 @final
 @dataclass(frozen=True, eq=False)
 class _Errors:
-    """A model's errors on held-out poses."""
+    """Held-out errors of one model, with the fits behind them."""
 
     in_metres: Array  # of the points, (m, j) [m]
     rows: Array  # in the sensor's unit, (m, k)

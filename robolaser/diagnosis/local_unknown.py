@@ -30,7 +30,7 @@ from robolaser.model.effects.run import Run
 from robolaser.model.stages import Stage
 
 GEOMETRY: Final = "arm_geometry"
-"""The class of effects with constants of the arm."""
+"""The class of effects that are constants of the arm."""
 TARGET: Final = "target"
 
 

@@ -28,7 +28,7 @@ class Localization:
         coordinate: The coordinate that the error depends on.
         share: Share of the squared whitened gap above noise that a function there explains beyond its freedom's cost.
         likelihood_ratio: Twice its logarithm, against no function there.
-        p_value: Probability by noise alone, corrected for the number of candidates at all sites, see `corrected`.
+        p_value: Probability of such a ratio by noise alone, corrected for all candidates at all sites, see `corrected`.
         unknown: Whether the function may have a form outside the library of effects.
     """
 

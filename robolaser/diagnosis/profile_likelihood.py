@@ -1,7 +1,7 @@
 """The likelihood of residuals, profiled over an unknown scatter of whole poses.
 
-With ν residuals of scatter alone, a gain g of chi-squared counts as ν log(1 + g/ν): few poses give no certainty. Cox,
-Reid 1987, J. R. Stat. Soc. B 49.
+With ν residuals that only scatter moves, a gain g of chi-squared counts as ν log(1 + g/ν): few poses give no certainty.
+Cox, Reid 1987, J. R. Stat. Soc. B 49.
 """
 
 import numpy as np

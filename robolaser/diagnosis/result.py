@@ -44,7 +44,7 @@ class Alternative:
 
     Attributes:
         candidate_effect: The effect and its location.
-        parameters: Its parameters by name, without the effect found.
+        parameters: Its parameters by name, fitted instead of those of the effect found.
         gap_m: Held-out gap with it instead of the effect found.
     """
 
@@ -196,7 +196,7 @@ class DetectionLimit:
         parameter: Name of its principal parameter.
         size: Detectable size in its unit; None if no plausible size is detected.
         unit: SI.
-        identifiable: The smallest plausible size at which it is distinguished from its nearest rival; None without one.
+        identifiable: The smallest size that distinguishes it from its nearest rival; None if no plausible size does.
         rival: The most similar candidate of no higher complexity penalty; None without one.
         at_tool_m: Root-mean-square displacement of these measurements by an effect of the detectable size, without a
             refit [m].
@@ -216,7 +216,7 @@ class DetectionLimit:
 @final
 @dataclass(frozen=True)
 class Validation:
-    """Prediction of other data of the same arm; only the positions of things in the cell are refitted.
+    """Prediction of other data of the same arm; only placements and mounts of the campaign are refitted.
 
     Errors are root-mean-square 3-D errors on poses held out from that fit, gross errors excluded [m].
 

@@ -220,7 +220,7 @@ def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[CandidateEf
 
 
 def lack_of_poses(kind: type[Effect], dataset: Dataset) -> str:
-    """Return why too few poses differ to test an effect of several shapes, else "": the best shape would fit by chance.
+    """Return why too few poses differ to test an effect of several shapes, the best of which fits by chance; else "".
 
     Chance explains one pose for each parameter, and as many more as twice the logarithm of the number of shapes.
     """

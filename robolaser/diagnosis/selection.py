@@ -57,7 +57,7 @@ def unless_one_does_it(refits: Refits, fit: Fit) -> Fit:
 def _stepwise(refits: Refits, fit: Fit, most: int, progress: Announce) -> Fit:
     """Add effects up to a number while that lowers the cost; then remove or replace one; and repeat.
 
-    No effect is added whose part of the residuals an unmodelled cause more probably explains.
+    No effect is added if an unmodelled cause is a more probable explanation, see `Refits.is_unmodelled`.
     """
     while True:
         chosen = None

@@ -19,7 +19,7 @@ data sets, and among a hundred coordinates once in 316 (the half chi-squared dis
 half of it one more of six blind worlds is not right, with twice as much none."""
 CHI2_PER_PARAMETER: Final = 4.5
 """Further chi-squared for each of its parameters. Chance gains 1 for each on average, the best of many candidates more.
-A judgement: with half of it two of six blind worlds have a wrong name as certain, with twice as much none."""
+A judgement: with half of it two of six blind worlds give a wrong name as certain, with twice as much none."""
 FULLY_PENALIZED: Final = 6
 """Number of parameters with this penalty: those of a rigid motion."""
 CHI2_PER_FURTHER_PARAMETER: Final = 1.5
@@ -125,15 +125,15 @@ LEAST_PROBABILITY: Final = 0.01
 NO_NOISE: Final = 2.0
 """Ratio of an error to that expected from noise, above which it is not noise: of the root mean square of whitened rows
 to that expected from their median; of the squares of a fit's residuals to those of the noise estimated from them, if
-the search ended in a local optimum; of a held-out gap to its noise floor. A judgement: of rows it is 1.08 at most on 84
-data sets, and 2.5 for a reflector that slips by ten times the noise; of gaps it is below 1.5 in blind worlds whose
-effects are all known, and 5 for a real scanner with a remainder of unknown cause."""
+the search ended in a local optimum; of a held-out gap to its noise floor, beyond which no share of it is small enough
+to be closed. A judgement: of rows it is 1.08 at most on 84 data sets, and 2.5 for a reflector that slips by ten times
+the noise; of gaps below 1.5 in blind worlds of known effects, and 5 for a real scanner with an unknown remainder."""
 MOST_OVER_STATED: Final = 3.0
 """Ratio of estimated to stated row noise, above which it is no noise. A judgement: in blind worlds it is 2.6 at most;
 it is 3.4 with a rolling shutter, 5 with a tracked body whose angles have a bias that depends on the viewing position,
 and 20 with a slipped reflector, half of it reported as a moved base."""
 LEAST_TYPICAL: Final = 0.25
-"""Least value of that median: the residuals of rows without noise are rounding."""
+"""Least value of the median in `spread_of`: the residuals of rows without noise are rounding."""
 OPEN_SHARE: Final = 0.005
 """Share of the squared gap above the noise, up to which a remainder may also be an inexact form of an effect, if the
 noise is so small that any other form is visible. A judgement: of twelve blind worlds with a remainder, two true effects

@@ -120,7 +120,7 @@ def _carried(
 @final
 @dataclass(frozen=True, eq=False)
 class Transfer:
-    """A model of other data with all parameters held except the positions of things in the cell.
+    """A model of other data with all parameters held except placements and mounts.
 
     Attributes:
         problem: The problem; both bounds of a held parameter are its value.
@@ -165,7 +165,7 @@ class Transfer:
         return cls(Problem.of(model, noise, parameters=parameters), noise, x)
 
     def fit(self) -> Fit:
-        """The optimum."""
+        """Fit the parameters that are not held."""
         return Fit(self.problem, solve(self.problem, self.x[None], tol=SHARE, enough=ENOUGH).x[0])
 
     def held_out(self, seed: int) -> Array:

@@ -1,7 +1,7 @@
 """Wrong zeros of two neighbouring joints against the placement of the second: its six parameters imitate both zeros.
 
-Marginal likelihoods decide between them: the four further parameters cost the ratio of their prior to their posterior
-uncertainty, although the data do not need them.
+Marginal likelihoods decide between them: the four further parameters cost the logarithm of the ratio of their prior to
+their posterior variance, since the data narrow them although they are not needed.
 """
 
 from collections.abc import Iterator, Sequence

@@ -127,22 +127,22 @@ class Dual(NDArrayOperatorsMixin):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of the value."""
+        """Shape of the value."""
         return self.value.shape
 
     @property
     def ndim(self) -> int:
-        """Of the value."""
+        """Number of axes of the value."""
         return self.value.ndim
 
     @property
     def size(self) -> int:
-        """Of the value."""
+        """Number of elements of the value."""
         return self.value.size
 
     @property
     def dtype(self) -> Any:
-        """Of the value."""
+        """Type of the value."""
         return self.value.dtype
 
     def __len__(self) -> int:

@@ -3,7 +3,7 @@
 from typing import Final
 
 EVEN: Final = 0.5
-"""Probability below which a class is no more than possible; of an unmodelled cause at an effect's location, above which
+"""Probability below which a class is no more than possible; of an unmodelled cause instead of an effect, above which
 the effect is not named; before any data, that an arm has no further effects. And half of a whole: of the remaining
 error, which one effect must explain to be no scatter; of the information on a direction, which must be from the data;
 of the noise, above which scatter is reported; of the prior's standard deviation, above which the data do not determine

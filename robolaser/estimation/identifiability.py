@@ -35,9 +35,9 @@ class Unidentifiable:
 def standard_errors(known: Information, *, fixed: Bools, bounded: Array | None = None) -> Array:
     """One standard deviation of each parameter, the fixed ones taken as known, (d,).
 
-    A parameter that ended on a bound has no meaningful standard error, but it is not known either: the standard errors
-    of the others would be far too small. For them its uncertainty is the one without bounds, or that of a uniform
-    distribution within its bounds, whichever is less.
+    A parameter that ended on a bound has no meaningful standard error, but it is not known either: taken as known, it
+    would make the others' standard errors far too small. For them its uncertainty is the one without bounds, or that of
+    a uniform distribution within its bounds, whichever is less.
 
     Args:
         known: The information of all rows, known distances included.
@@ -93,7 +93,7 @@ def null_directions(J: Array) -> Array:
 def unidentifiable(
     known: Information, names: Sequence[str], width: Array, *, stated: Bools | None = None
 ) -> list[Unidentifiable]:
-    """Unidentifiable parameters: null directions first, then those that the bounds determine as well as the data.
+    """Unidentifiable parameters: null directions first, then those that the data determine no better than the bounds.
 
     Args:
         known: The information of all rows about all parameters, those fixed by a gauge included.

@@ -54,7 +54,7 @@ def multistart(
         progress: Called twice a round with the finished share of the most rounds, the candidates evaluated, and the
             best one by the rows searched on: of the round's samples, then of all that were refined.
     """
-    report = progress or (lambda share, evaluations, x: None)
+    announce = progress or (lambda share, evaluations, x: None)
     rng = np.random.default_rng(seed)
     problem = Problem.of(subsampled(model))
     starts = model.parameters.nominal[None] if starts is None else starts
@@ -63,11 +63,11 @@ def multistart(
         times = 1 if round_number else FIRST_ROUND
         x = _sampled(problem, rng, times)
         evaluations += times * CANDIDATES
-        report(round_number / MOST_ROUNDS, evaluations, x[0])
+        announce(round_number / MOST_ROUNDS, evaluations, x[0])
         more_ends, more_costs, evaluated = _descended(problem, x if round_number else np.vstack([starts, x]))
         ends, costs = np.vstack([ends, more_ends]), np.append(costs, more_costs)
         evaluations += evaluated
-        report((round_number + 1) / MOST_ROUNDS, evaluations, ends[int(np.argmin(costs))])
+        announce((round_number + 1) / MOST_ROUNDS, evaluations, ends[int(np.argmin(costs))])
         agreeing = int(_same(costs, costs.min()).sum())
         if agreeing >= AGREEING and np.isfinite(costs.min()):
             break

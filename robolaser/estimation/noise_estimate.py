@@ -35,8 +35,8 @@ ROWS_ALONE: Final = 1e-2
 """Variance from whole poses over variance from rows, up to which a direction measures the rows alone. A judgement: so
 few per cent of a standard deviation are negligible."""
 LEAST_SHOWN: Final = 0.25
-"""Of the squared standard deviations that contradict stated noise; a smaller gain of a score test rules that out: for
-one variance it is at least half of the likelihood's gain, however far the variance grows."""
+"""Share of the squared standard deviations that contradict stated noise; a smaller gain of a score test rules that out:
+for one variance it is at least half of the likelihood's gain, however far the variance grows."""
 
 
 @final

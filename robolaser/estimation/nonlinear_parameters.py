@@ -25,7 +25,7 @@ CANDIDATES = 1000  # evaluated at a time: a long grid would fill the memory
 @final
 @dataclass(frozen=True, eq=False)
 class GridPoint:
-    """A value of an effect's nonlinear parameters, and the effect's residuals with it."""
+    """A value of an effect's nonlinear parameters, and the best amplitudes with it."""
 
     nonlinear: Array  # the nonlinear parameters, (s,)
     amplitudes: Array  # the linear parameters that go with it, (q,)

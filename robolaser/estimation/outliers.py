@@ -21,7 +21,7 @@ MIN_POSES: Final = 5
 """Poses with points below which a distance from a model makes no gross error, and no effect is judged: with fewer,
 something fits anything. A judgement."""
 FREE_POSE_ROWS: Final = 4
-"""Fewest rows of a pose with residuals left by a free motion of the pose. Geometry: three rows of two numbers
+"""Fewest rows of a pose that show gross errors beside a free motion of the pose. Geometry: three rows of two numbers
 determine the six of a motion."""
 FREE_POSE_M: Final = 0.02
 """Standard deviation of whole poses [m], turns as shifts at `LEVER_M`: unmodelled effects move whole poses, gross
@@ -38,7 +38,7 @@ TAIL = 2.385
 scanner's nearly are; less for errors in all directions."""
 MEDIAN = 0.6745  # median length of such errors, in standard deviations
 UNUSED = 0.5
-"""Numbers of a row less the dimension of its errors: two pixels make the three coordinates of a stripe's row."""
+"""Numbers of a row less the dimension of its errors, on average: two pixels give a stripe's row three coordinates."""
 
 
 def robust_fit(problem: Problem, x: Array) -> Array:

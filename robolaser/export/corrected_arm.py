@@ -111,7 +111,7 @@ def comment(text: str) -> str:
 
 
 def _compliance(spring: ElasticJoint, payload_kg: Array) -> Array:
-    """Stiffness of the best linear spring with each of several masses at the flange, (k,) -> (k,)."""
+    """Compliance of the best linear spring with each of several masses at the flange, (k,) -> (k,)."""
     torque = _torque(spring, payload_kg)
     return np.asarray(np.maximum((torque @ spring.sunk) / np.maximum((torque**2).sum(axis=1), SOFTEST), SOFTEST))
 

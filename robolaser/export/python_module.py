@@ -152,7 +152,7 @@ def contained(model: Model) -> tuple[CandidateEffect, ...]:
 
 
 def _read(sources: _Sources, one: CandidateEffect, run: Run) -> set[str] | None:
-    """The attributes of its run that an effect reads, its source taken; None if a single pose lacks one."""
+    """Attributes of its run that an effect reads, its source taken; None if it has none, or a single pose lacks one."""
     if one.effect.stage not in OF_THE_ARM:
         return None
     try:

@@ -11,7 +11,7 @@ from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.gravity_load import Loads
 
-JOINTS: tuple[str, ...] = ()  # these are replaced by an arm's numbers
+JOINTS: tuple[str, ...] = ()  # from here on replaced by an arm's numbers
 CHAIN: tuple[int, ...] = ()
 COLUMNS: list[int] = []
 RATIOS: Array = np.zeros((0, 0))

@@ -17,7 +17,7 @@ from robolaser.geometry.rigid_motion import exp_so3, log_so3, nearest_rotation, 
 
 LEAST_TURN = np.deg2rad(2.0)  # root-mean-square turn about a second axis below which a hand-eye is not determined
 ALTERNATIONS = 200  # of the two rotations, each the best for the other; mostly ten suffice
-LEAST_TRAVEL = 0.05  # least share of the second principal axis of the first; else travel is along a line. A judgement.
+LEAST_TRAVEL = 0.05  # least ratio of the second principal axis to the first; else travel is along a line. A judgement.
 SETTLED = 1e-13  # change of a rotation's entries below which they have converged
 
 
@@ -47,7 +47,7 @@ def robot_world_hand_eye(
         B: Motions, (n, 4, 4).
         of: Number of each pair's X, (n,), from 0: several bodies share one Z. The same for all when absent.
         X: All of them where they are known, (t, 4, 4).
-        Z: It where it is known, (4, 4).
+        Z: Where it is known, (4, 4).
 
     Returns:
         X (t, 4, 4) and Z (4, 4).

@@ -11,7 +11,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.forward_model import Model
 
 ROWS = 6_000
-"""Least rows of a batch: their derivatives by some ten parameters fit a processor's cache."""
+"""Number of rows at which a batch ends: their derivatives by some ten parameters fit a processor's cache."""
 
 
 def batches_of(model: Model) -> tuple[tuple[Ints, Model], ...]:

@@ -53,7 +53,7 @@ class Perturbation:
 
     @property
     def of_lens(self) -> "Perturbation":
-        """Without effects of the run, for pixels of no row, such as on a grid over the image."""
+        """Without effects that depend on other rows or poses: for pixels of no row, as on a grid over the image."""
         return Perturbation(tuple((at, act) for at, act in self.steps if act not in self.of_run))
 
     def of_rows(self, rows: Ints, count: int) -> "Perturbation":

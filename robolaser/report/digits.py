@@ -77,7 +77,7 @@ def percent(share: float) -> str:
 
 
 def times(ratio: float) -> str:
-    """A ratio."""
+    """A ratio, with one decimal below ten."""
     return f"{ratio:.0f}" if ratio >= 9.5 else f"{ratio:.1f}"
 
 

@@ -13,7 +13,7 @@ from robolaser.errors import DependencyMissing
 from robolaser.report.chart import CONFIG, PAPER, Chart, Spec
 
 STYLE: Final = "report/templates/style.css"
-SCHEMA: Final = "https://vega.github.io/schema/vega-lite/v5.json"  # media type that JupyterLab and others draw
+SCHEMA: Final = "https://vega.github.io/schema/vega-lite/v5.json"  # version that JupyterLab and others draw
 VEGA_LITE: Final = "application/vnd.vegalite.v5+json"
 DRAWN_BY: Final = "5.20"  # version of Vega-Lite that makes still pictures
 WIDTH_PX, LETTERS = 560, 95  # of a chart, and of a line below its title
@@ -25,7 +25,7 @@ class Plots:
     """Charts of a result; a notebook shows them.
 
     Attributes:
-        titles: Of each.
+        titles: Titles of the charts.
         spec: All of them in Vega-Lite's language; a notebook that supports it draws them interactively.
     """
 

@@ -42,7 +42,7 @@ def path(
 ) -> Shape:
     """A line through points (k, 3), or points of each frame, (n, k, 3) [m]; filled if closed.
 
-    It is `width` pixels wide, and a round bar of a radius [m] at least as wide as it appears.
+    It is `width` pixels wide, with a radius [m] at least as wide as a round bar of it appears.
     """
     of_frames = places if places.ndim == 3 else places[None]
     return {"kind": "path", "at": _listed(of_frames), "colour": colour, "width": width, "closed": closed,

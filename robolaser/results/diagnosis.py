@@ -62,7 +62,7 @@ class DiagnosisResult(FittedResult):
         """A new diagnosis.
 
         Args:
-            made: It.
+            made: The diagnosis.
             seed: Its seed.
             again: Diagnoses another data set in the same way; without it, the diagnosis cannot grow.
         """

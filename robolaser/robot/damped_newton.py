@@ -11,7 +11,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 
 Missing = Callable[[Array], tuple[Array, Array]]
-"""Joint values (n, j) to the distance from the goal (n, k), and derivatives of the position, (n, k, j)."""
+"""Joint values (n, j) to the goal less what they reach, (n, k), and the derivatives of the latter, (n, k, j)."""
 
 STEPS = 60
 STRIDE = 0.5  # at most, in a joint [rad or m]

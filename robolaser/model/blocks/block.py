@@ -39,7 +39,7 @@ class Block:
 
     @property
     def numbers(self) -> int:
-        """Of a row."""
+        """Numbers of a row."""
         return self.sensor.format.numbers
 
     def values(self, values: Mapping[str, T]) -> dict[str, T]:

@@ -25,7 +25,7 @@ class Blocks:
     """The blocks of a data set, in the order of its sensors and their sessions.
 
     A row of the problem is a row of one block, as its sensor has it. Where sensors differ, rows are in metres (pixels
-    by their typical size on the target), and padded with zeros to the most numbers.
+    by their typical size on the target), padded with zeros to the longest row.
     """
 
     def __init__(self, dataset: Dataset) -> None:
@@ -99,7 +99,7 @@ class Blocks:
 
     @property
     def has_laser_plane(self) -> bool:
-        """Whether any sensor has."""
+        """Whether any sensor has one."""
         return any(block.sensor.has_laser_plane() for block in self)
 
     @cached_property
@@ -114,7 +114,7 @@ class Blocks:
 
     @property
     def unit(self) -> str:
-        """Of residuals."""
+        """Unit of the residuals."""
         return self.dataset.format.unit
 
     @cached_property
@@ -181,7 +181,7 @@ class Blocks:
         return self.together(groups, axis=0) if groups else None
 
     def relocated(self, errors: Array) -> Array:
-        """Errors of held-out rows (m, k), parameters that only they determine refitted to them."""
+        """Errors of held-out rows (m, k) after a refit of the parameters that only they determine."""
         parts = [block.sensor.new_poses.relocated(errors[block.rows]) for block in self.one_sensor]
         return self.together(parts, axis=0) if parts else errors
 

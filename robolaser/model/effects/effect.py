@@ -75,8 +75,8 @@ class Effect(ABC):
         remedy: The remedy in the cell, with {where} for the location.
         reference: Source of its physics and typical size.
         stage: The stage, from encoder and image to residual, at which it acts.
-        cause: The class of causes that it belongs to, such as `transmission`: it can be identified even where its
-            members cannot. Empty: it is its own class.
+        cause: The class of causes that it belongs to, such as `transmission`: the class can be identified even
+            where its members cannot. Empty: a class of its own.
         site: The location, one of `camera laser hand_eye target base timing image tool measuring_system`; empty: each
             moving joint.
         needs: Required data, besides values at the stage, see `requirements`.
@@ -225,13 +225,13 @@ class CandidateEffect:
 
     @property
     def clause(self) -> str:
-        """It as a clause of a sentence; where it is at one of several sensors, with the sensor's name."""
+        """A clause that states it in a sentence; at one of several sensors, with the sensor's name."""
         clause = (self.effect.clause or "{where}: {title}").format(where=self.where, title=self.effect.title)
         return f"{clause} ({self.where.rpartition('.')[0]})" if of_sensor(self.where) else clause
 
     @property
     def remedy(self) -> str:
-        """Its remedy."""
+        """Its remedy, with its location."""
         return self.effect.remedy.format(where=self.where)
 
     @cached_property

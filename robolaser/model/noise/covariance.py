@@ -25,7 +25,7 @@ Origin = Literal["stated", "repeats", "estimated"]
 class NoiseModel:
     """The errors of a data set's rows: independent between poses, correlated within."""
 
-    sources: tuple[ErrorSource, ...]  # of errors of the rows, see `robolaser.model.noise.sources`
+    sources: tuple[ErrorSource, ...]  # of the rows' errors, see `robolaser.model.noise.sources`
     sigmas: Mapping[str, float]  # standard deviation of each source, by name, in its unit
     # where each size comes from: "stated", "repeats", or "estimated" from the residuals
     origin: Mapping[str, Origin] = field(default_factory=dict)

@@ -39,7 +39,7 @@ class PoseErrors:
 class NoiseLikelihood:
     """The likelihood of the sources' sizes given the residuals of a fit."""
 
-    sources: tuple[ErrorSource, ...]  # errors of the rows
+    sources: tuple[ErrorSource, ...]  # of the rows' errors
     of_pose: Ints  # pose of each row, (m,)
     residuals: Array  # residuals of the fit, (m, k) [row's unit]
     J: Array  # derivatives of the residuals by the fitted parameters, (m k, d)

@@ -46,7 +46,7 @@ class GroupStage:
 
     @cached_property
     def _factors(self) -> tuple[Array, Array]:
-        """U of each group (g, r k, q) and K Uᵀ (g, q, r k), zero for missing rows."""
+        """U of each group with rows (g, r k, q) and K Uᵀ (g, q, r k), zero for missing rows."""
         shared = self.groups.apart(self.shared)
         shared = shared.reshape(len(shared), -1, shared.shape[-1])
         s2, V = (part[np.unique(self.group)] for part in self.spectrum)
@@ -72,7 +72,7 @@ class Whitener:
 
     @classmethod
     def of(cls, own: Array, levels: Sequence[tuple[Array, Ints]]) -> "Whitener":
-        """Prepare.
+        """Prepare the whitening of rows with given errors.
 
         Args:
             own: Covariance of each row by itself, (m, k, k) [row's unit²].

@@ -231,7 +231,7 @@ def circles(points: Array, group: Ints) -> tuple[Array, Array, Bools]:
 
 
 def sensor_and_balls(centre: Array, beside: Array, T: Array, ball: Ints) -> tuple[Array, Array, Array]:
-    """R and s that bring R (T ball) + s to the profiles' centres, and the balls.
+    """R and s that bring R (T ball) + s to where the profiles locate the balls, and the balls.
 
     A profile does not determine on which side of its plane the ball's centre is. Sides and positions are found in
     turns, from several guesses of the sides; the smallest residual is taken.

@@ -74,7 +74,7 @@ class ScannerCorners(Sensor, registered=False):
         )
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """As known already, as from the scanner's stripe; else by the boards in the images.
+        """Known values, as from the scanner's stripe; else by the boards in the images.
 
         Missing free parameters by OpenCV's closed forms in the scanner's terms, with the target's placement.
         """

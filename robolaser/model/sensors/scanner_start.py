@@ -54,7 +54,7 @@ def camera_start(corners: Dataset, known: Values, T_base_flange: Array) -> dict[
 def target_by_corners(corners: Dataset, values: Values, T_base_flange: Array) -> dict[str, Array]:
     """`target.*` by the boards that a known camera sees, (c,) each; arguments as for `camera_start`."""
     f, K = values["f"], values["k"] * values["f"] ** 2
-    series = {"k1": -K, "k2": 3.0 * K**2, "k3": -12.0 * K**3}  # iterations that invert the paper's polynomial
+    series = {"k1": -K, "k2": 3.0 * K**2, "k3": -12.0 * K**3}  # series of the inverse of the paper's polynomial
     pinhole = {"fx": f / values["s_u"], "fy": f / values["s_v"], "cx": values["u_0"], "cy": values["v_0"]}
     T_flange_optical = scanner_geometry.mount(corners, values, Perturbation())[:, 0] @ scanner_geometry.optical(corners)
     lens = {**series, "p1": np.zeros_like(f), "p2": np.zeros_like(f)}

@@ -36,7 +36,7 @@ class NewPoses:
             anywhere.
         fold_groups: Group of each row, (m,), where cross-validation holds out more than poses together; None:
             whole poses.
-        relocated: Errors of held-out rows (m, k), parameters that only they determine refitted to them.
+        relocated: Errors of held-out rows (m, k) after a refit of the parameters that only they determine.
     """
 
     seen_from: Callable[[Values, Array], Seen]

@@ -20,7 +20,7 @@ def enough_of_each(number: Ints) -> Ints:
 
 
 def base_and_tools(measured: Array, T_base_flange: Array, tool: Ints) -> tuple[Array, Array, Array]:
-    """The minimum of Σ |R (R_i tool + t_i) + s − y_i|², R refined from the best of many.
+    """The minimizer of Σ |R (R_i tool + t_i) + s − y_i|², R refined from the best of many.
 
     With A = Rᵀ and c = Rᵀ s the error A y_i − c − R_i tool − t_i is linear in all unknowns: c and the tools are
     projected out (Golub, Pereyra 1973), which leaves a quadratic form in the nine entries of A.

@@ -77,7 +77,7 @@ def steps(diagnosis: Diagnosis) -> list[Step]:
 
 
 def _mm(length_m: float) -> float:
-    """As it is drawn [mm]."""
+    """A length as drawn, on a logarithmic axis [mm]."""
     return max(LEAST, 1e3 * length_m)
 
 
@@ -153,7 +153,7 @@ class ExplainedError:
 
 
 def explained_error(fit: Fit, one: EffectEvidence) -> ExplainedError:
-    """Of an effect of the final model."""
+    """The error that an effect of the final model explains."""
     dataset, candidate = fit.model.dataset, one.candidate_effect
     turns = candidate.where in moving_joints(dataset.robot) and candidate.effect.stage_in(dataset) is Stage.JOINTS
     return _of_joint(fit, one) if turns else _of_rows(fit, one)

@@ -99,13 +99,13 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     errors = both if model.effects else {"errors on new poses": diagnosis.after_m}
     title = "The cell, and its errors on new poses"
     cell = cell_scene(model, diagnosis.x, errors, title=title, marked=suspected(diagnosis))
-    title = "Where the remaining error is" if diagnosis.verdict == "unexplained" else "Where the gap is"
+    where = "Where the remaining error is" if diagnosis.verdict == "unexplained" else "Where the gap is"
     floor_m = diagnosis.gap.noise_floor_m
     reading = "Each pose is predicted by a fit without it." if diagnosis.gap.is_held_out else "No pose is held out."
     each_pose = pose_errors(diagnosis.observed, errors, reading=reading, noise_m=floor_m)
     noise = noise_table((name, one.value, one.unit, one.origin) for name, one in diagnosis.noise.items())
     return [
-        Section(title, [cell, rows.site_table(diagnosis)]),
+        Section(where, [cell, rows.site_table(diagnosis)]),
         Section("Step by step", charts([waterfall(diagnosis)])),
         Section("What each effect explains", charts(list(effect_charts(diagnosis)))),
         Section("Which errors stand out", group_blocks(diagnosis.observed, errors)),

@@ -168,8 +168,8 @@ def _solid(name: str, kind: str, size: tuple[float, ...], T: Array, colour: Colo
         "cylinder": ("cylinder", {"radius": size[0], "height": size[-1]}),
     }
     drawn, sizes = of_kind[kind]
-    pose = {"position": T[:3, 3], "wxyz": np.roll(to_quaternion(T[:3, :3]), 1)}
-    return SceneNode(name, drawn, {**sizes, **pose, "color": colour, "opacity": opacity if opacity < 1 else None})
+    placement = {"position": T[:3, 3], "wxyz": np.roll(to_quaternion(T[:3, :3]), 1)}
+    return SceneNode(name, drawn, {**sizes, **placement, "color": colour, "opacity": opacity if opacity < 1 else None})
 
 
 def bar(name: str, ends: tuple[Array, Array], radius: float, colour: Colour) -> SceneNode:

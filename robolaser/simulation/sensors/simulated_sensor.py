@@ -121,7 +121,7 @@ def moved_within(value: Array, by: Array, lower: Array | float, upper: Array | f
 
 
 def seen_by_tracker(dataset: Dataset, points: Points, seen: Callable[[Points], Points]) -> tuple[Dataset, Bools]:
-    """A tracker's measurements, from initial points and the predicted ones with effects."""
+    """A tracker's measurements by `seen`, repeated from initial points, on which effects depend, to convergence."""
     for _ in range(ROUNDS):
         before, points = points["xyz"], seen(points)
         if (np.abs(points["xyz"] - before) < EXACT_M).all():
