@@ -104,7 +104,7 @@ def test_what_cannot_be_done_is_said_in_a_sentence(
         ("/dev/absent", r"Cannot open port /dev/absent.*--port"),
         ("nonsense://x", r"Port nonsense://x: nonsense:// is not allowed"),
         ("socket://127.0.0.1:1", r"Cannot open port socket://127.0.0.1:1"),
-        ("loop://", r"The arm on loop:// answered 'ECHO'"),
+        ("loop://", r"The arm on loop:// gave no valid answer to 'ECHO'"),
     ],
 )
 def test_a_wrong_port_is_named(acl: Rig, port: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
