@@ -1,4 +1,4 @@
-"""Small calibrations of every kind of sensor, made up rather than searched for."""
+"""Small calibrations of every kind of sensor, composed without a search."""
 
 from dataclasses import replace
 
@@ -189,7 +189,7 @@ KINDS = {
 
 
 def bent(dataset, sizes):
-    """A calibration of an arm with effects of these sizes, by EFFECT:WHERE.NUMBER."""
+    """A calibration of an arm with effects of these sizes, keyed by EFFECT:WHERE.NUMBER."""
     model = Model(dataset, candidate_effects(tuple(dict.fromkeys(name.rpartition(".")[0] for name in sizes)), dataset))
     x = model.parameters.nominal.copy()
     for name, size in sizes.items():

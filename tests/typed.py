@@ -1,4 +1,4 @@
-"""Commands as the docs show them, run in the process of the tests, which has long imported what each would."""
+"""Commands as the docs show them, run in the tests' process, which has its imports already."""
 
 import shlex
 from contextlib import chdir, redirect_stderr, redirect_stdout
@@ -12,7 +12,7 @@ from robolaser.cli import main
 
 
 def run_typed(command: str, folder: Path, *, expected: int) -> str:
-    """What a command says in a folder; a shell runs those of others."""
+    """The output of a command in a folder; other programs' commands are run by a shell."""
     program, *words = shlex.split(command.replace("\\\n", ""))
     if program != "robolaser":
         return run_shell(command, folder, expected=expected)

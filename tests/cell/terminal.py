@@ -32,14 +32,14 @@ class Shown:
 
 
 def recorded(words: Sequence[str], *, always: bool = False) -> int:
-    """`robolaser record` with such a camera."""
+    """Run `robolaser record` with a camera of noise."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("robolaser.cell.camera.open_camera", lambda *_: Shown(always=always))
         return main(["record", *words])
 
 
 class Rig:
-    """A cell whose arm is emulated, and whose camera shows noise."""
+    """A cell with an emulated arm and a camera of noise."""
 
     def __init__(self, tmp_path: Path, kind: str) -> None:
         self.cell = bench.cell(tmp_path, kind)

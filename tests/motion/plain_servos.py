@@ -1,4 +1,4 @@
-"""Joints that follow commands by Euler's method, each with a fault in numbers; they share no code with robolaser's."""
+"""Servos simulated by Euler's method, each with numeric faults; they share no code with robolaser."""
 
 import numpy as np
 from moved_arms import JOINTS, ROBOT
@@ -12,7 +12,7 @@ STEPS_HZ, RATE_HZ, NOISE_RAD = 2000, 100, 2e-5
 def late_arm(
     lag_s: float = 0.0, delay_s: float = 0.0, zero: float = 0.0, dead: float = 0.0, *, runs: int = 8
 ) -> MotionLog:
-    """Runs of 32 s together of sines, in which the lift has a servo of these numbers; the other joints are ideal.
+    """Runs of sines, 32 s in total; the lift has a servo with these parameters, the other joints are ideal.
 
     Up to each row, the lift is sent where that row says.
     """
