@@ -152,21 +152,21 @@ def finished(model, x):
         "camera": {"pixel": 0.1, "joint": 1e-5},
         "profile": {"point": 2e-5, "joint": 1e-5},
     }
-    own = tuple(model.blocks.free)
+    free = tuple(model.blocks.free)
     history = None
-    if own:
+    if free:
         wandering = parameters.lower + parameters.width * rng.uniform(size=(20, len(x)))
         history = History(parameters.names, 100 * np.arange(1, 21), np.geomspace(1.0, 1e-5, 20), wandering)
     return Calibration(
         model=model,
-        algorithm="rcga" if own else "gauss-newton",
+        algorithm="rcga" if free else "gauss-newton",
         weights="plain",
         seed=7,
         x=x,
         std=std,
         on_bound=np.zeros(len(x), dtype=bool),
         unidentifiable=(Unidentifiable(("f", "s_u", "s_v", "k"), "They change together & nothing moves."),)
-        if own
+        if free
         else (),
         residuals=residuals,
         held_out=1.1 * model.in_metres(x, residuals),

@@ -51,7 +51,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         )
     joints = model.dataset.robot.joints if model.dataset.robot else ()
     site = model.effects[0].where if model.effects else "base"
-    lies = (
+    locations = (
         ()
         if verdict == "no_gap"
         else (
@@ -67,10 +67,10 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         dataset=model.dataset,
         verdict=verdict,
         sentence=sentence(
-            verdict, findings, (), lies, gap, Repeatability({}, 0.0), gross_sentence(model.dataset, gross)
+            verdict, findings, (), locations, gap, Repeatability({}, 0.0), gross_sentence(model.dataset, gross)
         ),
         gap=gap,
-        where=lies,
+        where=locations,
         findings=tuple(findings),
         kinds=(),
         classes=(),

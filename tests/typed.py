@@ -16,8 +16,8 @@ def run_typed(command: str, folder: Path, *, expected: int) -> str:
     program, *words = shlex.split(command.replace("\\\n", ""))
     if program != "robolaser":
         return run_shell(command, folder, expected=expected)
-    said = StringIO()
-    with pytest.MonkeyPatch.context() as patch, chdir(folder), redirect_stdout(said), redirect_stderr(said):
+    output = StringIO()
+    with pytest.MonkeyPatch.context() as patch, chdir(folder), redirect_stdout(output), redirect_stderr(output):
         patch.setenv("COLUMNS", HELP_WIDTH if "--help" in words else WIDTH)
-        assert main(words) == expected, said.getvalue()
-    return said.getvalue()
+        assert main(words) == expected, output.getvalue()
+    return output.getvalue()

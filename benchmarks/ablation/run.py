@@ -108,13 +108,13 @@ def picture(part: str) -> str:
     return str(vl_convert.vegalite_to_svg(json.loads(text))) + "\n"
 
 
-def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
+def shown(part: str, comparison: dict[str, Any]) -> Iterator[str]:
     """The command and the results of a comparison, as Markdown."""
     beside = BESIDE[part]
     yield "```text"
     yield " ".join(command(part))
     yield "```"
-    (family,) = said["standings"]
+    (family,) = comparison["standings"]
     for on in family["by_problem"]:
         yield ""
         yield f"**`{on['problem']}`**"
@@ -123,13 +123,13 @@ def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
         yield "|---" * (2 + len(COLUMNS)) + "|"
         finals = {result["algorithm"]: result["final"] for result in on["results"]}
         pairs = {(pair["one"], pair["other"]): pair for pair in on["order"]["pairs"]}
-        for place in on["order"]["places"]:
-            name = place["algorithm"]
-            price = place["running_time"]["value"]
+        for row in on["order"]["places"]:
+            name = row["algorithm"]
+            price = row["running_time"]["value"]
             cells = (
-                str(place["rank"] or ""),
+                str(row["rank"] or ""),
                 f"`{name}`",
-                f"{round(place['success']['value'] * place['runs'])} of {place['runs']}",
+                f"{round(row['success']['value'] * row['runs'])} of {row['runs']}",
                 "never" if price is None else f"{float(f'{price:.3g}'):,.0f}",
                 _above_best(finals[name]["median"]),
                 _beats(pairs, name, beside),

@@ -64,12 +64,12 @@ def ranking() -> Iterator[str]:
     yield ""
     yield "| | algorithm | mean rank | runs within 1 % of the lowest J | instances where any was |"
     yield "|---|---|---|---|---|"
-    for place in family["order"]["places"]:
-        success = place["success"]
+    for row in family["order"]["places"]:
+        success = row["success"]
         shares = [f"{100 * success[key]:.0f}" for key in ("value", "lower", "upper")]
         yield (
-            f"| {place['rank'] or ''} | `{place['algorithm']}` | {place['mean_rank']:.1f} |"
-            f" {shares[0]} % ({shares[1]} to {shares[2]} %) | {place['solved']} of {len(best)} |"
+            f"| {row['rank'] or ''} | `{row['algorithm']}` | {row['mean_rank']:.1f} |"
+            f" {shares[0]} % ({shares[1]} to {shares[2]} %) | {row['solved']} of {len(best)} |"
         )
 
 

@@ -148,7 +148,7 @@ def session(
     assert size is not None
     eye = camera or Painted(bench, size)
     arm = arm_on(bench, cell)
-    return Session(cell, arm, eye, writer, bench.clock, lambda said: None, position_confirmed=position_confirmed)
+    return Session(cell, arm, eye, writer, bench.clock, lambda text: None, position_confirmed=position_confirmed)
 
 
 def begun(cell: Cell, folder: Path, waypoints: Sequence[Waypoint], shots: int = 1) -> RecordingWriter:

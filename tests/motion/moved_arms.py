@@ -131,12 +131,12 @@ def record(world: World, *, series: int = 6, seconds: float = 12.0, seed: int = 
     return RECORDED[key]
 
 
-def simulated(*, seconds: float, rate_hz: float = 100.0, robot: Robot | None = None, **asked: Any) -> MotionLog:
+def simulated(*, seconds: float, rate_hz: float = 100.0, robot: Robot | None = None, **options: Any) -> MotionLog:
     """A log of `simulate_motion` with runs of so many seconds: the longest run determines the time of a search."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(simulation, "DURATION_S", seconds)
         patch.setattr(simulation, "RATE_HZ", rate_hz)
-        return simulation.simulate_motion(robot or ROBOT, **asked)
+        return simulation.simulate_motion(robot or ROBOT, **options)
 
 
 def _recorded(world: World, series: int, seconds: float, seed: int) -> MotionLog:
@@ -163,25 +163,25 @@ def _recorded(world: World, series: int, seconds: float, seed: int) -> MotionLog
         pause = 0.5 - 0.5 * np.cos(np.pi * np.clip(time / 1.0, 0.0, 1.0))[:, None]
         middle = rng.uniform(-0.4, 0.4, len(JOINTS)) + np.array([0.0, 0.7, 0.6, 0.0])
         command = middle + pause * (amplitude * np.sin(angle)).sum(axis=1)
-        told = np.concatenate([np.repeat(command[:1], late, axis=0), command[: steps - late]])
+        sent = np.concatenate([np.repeat(command[:1], late, axis=0), command[: steps - late]])
         if np.isfinite(top).any():
-            slow = told.copy()
+            slow = sent.copy()
             for i in range(1, steps):
-                slow[i] = slow[i - 1] + np.clip(told[i] - slow[i - 1], -top / PHYSICS_HZ, top / PHYSICS_HZ)
-            told = slow
-        speed = np.gradient(told, 1.0 / PHYSICS_HZ, axis=0)
+                slow[i] = slow[i - 1] + np.clip(sent[i] - slow[i - 1], -top / PHYSICS_HZ, top / PHYSICS_HZ)
+            sent = slow
+        speed = np.gradient(sent, 1.0 / PHYSICS_HZ, axis=0)
         acceleration = np.gradient(speed, 1.0 / PHYSICS_HZ, axis=0)
         data, model = mujoco.MjData(real), mujoco.MjData(ideal)
-        data.qpos[address] = told[0]
+        data.qpos[address] = sent[0]
         read, torque, behind = (np.empty((steps, len(JOINTS))) for _ in range(3))
         for i in range(steps):
             q, qd = data.qpos[address], data.qvel[address]
-            goal = told[i] + zero + cubes * told[i] ** 3
+            goal = sent[i] + zero + cubes * sent[i] ** 3
             error = goal - q
             error = np.sign(error) * np.maximum(np.abs(error) - dead, 0.0)
             data.ctrl[:] = kp * error - kd * qd
             if world.feeds_forward:
-                model.qpos[:], model.qvel[:], model.qacc[:] = told[i], speed[i], acceleration[i]
+                model.qpos[:], model.qvel[:], model.qacc[:] = sent[i], speed[i], acceleration[i]
                 mujoco.mj_inverse(ideal, model)
                 data.ctrl[:] += model.qfrc_inverse + kd * speed[i]
             read[i], torque[i] = q, data.ctrl

@@ -14,7 +14,7 @@ def late_arm(
 ) -> MotionLog:
     """Runs of sines, 32 s in total; the lift has a servo with these parameters, the other joints are ideal.
 
-    Up to each row, the lift is sent where that row says.
+    The setpoint of the lift up to each row is the command of that row.
     """
     rng = np.random.default_rng(0)
     time = np.arange(32 // runs * STEPS_HZ) / STEPS_HZ
@@ -37,10 +37,10 @@ def late_arm(
             q[i, LIFT] = q[i - 1, LIFT] + (error / STEPS_HZ / lag_s if lag_s else error)
         commands.append(command[::every])
         readings.append(q[::every])
-    told, read = np.concatenate(commands), np.concatenate(readings)
+    goal, read = np.concatenate(commands), np.concatenate(readings)
     none, rows = np.full_like(read, np.nan), len(commands[0])
     return MotionLog(
         name="plain", robot=ROBOT, series=tuple("abcdefgh"[:runs]), run=np.repeat(np.arange(runs), rows),
-        time_s=np.tile(np.arange(rows) / RATE_HZ, runs), command=told, q=read + NOISE_RAD * rng.normal(size=read.shape),
+        time_s=np.tile(np.arange(rows) / RATE_HZ, runs), command=goal, q=read + NOISE_RAD * rng.normal(size=read.shape),
         qd=none, tau=none, load=none,
     )  # fmt: skip

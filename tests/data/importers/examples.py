@@ -61,13 +61,13 @@ def options(mapped: Mapping[str, str]) -> list[str]:
 
 def csv(folder: Path) -> tuple[list[Path], list[str]]:
     file = written(folder / "log.csv", log_rows(tracked()))
-    said = ["--robot", "scorbot_er7", "--units", "mm,deg", "--decimal", ",", "--separator", ";"]
-    return [file], [*said, *options(MAPPED)]
+    words = ["--robot", "scorbot_er7", "--units", "mm,deg", "--decimal", ",", "--separator", ";"]
+    return [file], [*words, *options(MAPPED)]
 
 
-def pairs(write: Callable[[Path, HandEyeCell], list[Path]], *said: str) -> Example:
+def pairs(write: Callable[[Path, HandEyeCell], list[Path]], *words: str) -> Example:
     def example(folder: Path) -> tuple[list[Path], list[str]]:
-        return write(folder, cell("base")), list(said)
+        return write(folder, cell("base")), list(words)
 
     return example
 

@@ -72,8 +72,8 @@ def easy_handeye2(folder: Path, made: HandEyeCell) -> list[Path]:
     result = made.T_carried if made.mount == "flange" else made.T_standing
     kind = "eye_in_hand" if made.mount == "flange" else "eye_on_base"
     calib = folder / "cell.calib"
-    said = PARAMETERS.format(name="cell", kind=kind, base="base_link")
-    calib.write_text(f"{said}transform:\n{ros_transform(result, '  ')}\n", "utf-8")
+    header = PARAMETERS.format(name="cell", kind=kind, base="base_link")
+    calib.write_text(f"{header}transform:\n{ros_transform(result, '  ')}\n", "utf-8")
     return [samples, calib]
 
 
@@ -89,8 +89,8 @@ def easy_handeye(folder: Path, made: HandEyeCell) -> list[Path]:
     (folder / "samples.yaml").write_text("\n".join(lines) + "\n", "utf-8")
     T = made.T_carried if made.mount == "flange" else made.T_standing
     values = dict(zip(("x", "y", "z", "qx", "qy", "qz", "qw"), [*T[:3, 3], *to_quaternion(T[:3, :3])], strict=True))
-    said = {"eye_on_hand": made.mount == "flange", "tracking_base_frame": "camera", "namespace": "/cell/"}
-    result = {"parameters": said, "transformation": {key: float(value) for key, value in values.items()}}
+    parameters = {"eye_on_hand": made.mount == "flange", "tracking_base_frame": "camera", "namespace": "/cell/"}
+    result = {"parameters": parameters, "transformation": {key: float(value) for key, value in values.items()}}
     (folder / "result.yaml").write_text(json.dumps(result), "utf-8")
     return [folder / "samples.yaml", folder / "result.yaml"]
 
