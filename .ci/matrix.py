@@ -2,8 +2,8 @@
 
     .ci/matrix.py [--python 3.12]... [--versions newest|lowest]... [-- PYTEST ARGUMENTS]
 
-Everything stays below build/matrix. An interpreter that is not installed is named and left out. With the newest
-versions, deprecation warnings are errors: this is where they are to be noticed first.
+All files are written to build/matrix. An interpreter that is not installed is reported and skipped. With the newest
+versions, deprecation warnings are errors, so that they are noticed early.
 """
 
 import argparse
@@ -30,14 +30,14 @@ def interpreter(version: str) -> Path | None:
     named = shutil.which(f"python{version}")
     for candidate in [*([Path(named)] if named else []), *sorted(pyenv.glob(f"{version}.*/bin/python"))]:
         ask = [candidate, "-c", "import sys; print('%d.%d' % sys.version_info[:2])"]
-        said = subprocess.run(ask, capture_output=True, text=True, check=False)
-        if said.stdout.strip() == version:
+        answer = subprocess.run(ask, capture_output=True, text=True, check=False)
+        if answer.stdout.strip() == version:
             return candidate
     return None
 
 
 def built_wheel() -> Path:
-    """The package as people install it."""
+    """Build the package's wheel."""
     folder = BUILD / "wheel"
     shutil.rmtree(folder, ignore_errors=True)
     subprocess.run([*UV, "build", "--wheel", "--out-dir", folder, ROOT], check=True)
@@ -45,7 +45,7 @@ def built_wheel() -> Path:
 
 
 def without_sources(folder: Path) -> None:
-    """Copy the repository's files but for the package, so that only the wheel can be imported."""
+    """Copy the repository without the package, so that only the wheel can be imported."""
     files = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     for name in filter(None, files.split("\0")):
         if not name.startswith("robolaser/") and (ROOT / name).is_file():
@@ -54,7 +54,7 @@ def without_sources(folder: Path) -> None:
 
 
 def installed(python: Path, wheel: Path, folder: Path, versions: str) -> Path:
-    """A fresh environment with the wheel; gives its interpreter."""
+    """Create a fresh environment with the wheel; returns its interpreter."""
     subprocess.run([*UV, "venv", "--clear", "--python", python, folder / "env"], check=True)
     own = folder / "env" / "bin" / "python"
     constraints = folder / "lowest.txt"
@@ -71,7 +71,7 @@ def installed(python: Path, wheel: Path, folder: Path, versions: str) -> Path:
 
 
 def main() -> int:
-    """Run them all; gives the number of those that failed."""
+    """Run all combinations; returns the number of failures."""
     parser = argparse.ArgumentParser(description="Test a built wheel in fresh environments.")
     parser.add_argument("--python", action="append", choices=PYTHONS, help="default: all")
     parser.add_argument("--versions", action="append", choices=VERSIONS, help="default: both")

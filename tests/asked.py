@@ -1,4 +1,4 @@
-"""A simulated cell by keywords alone, for tests that vary any of them."""
+"""Simulated cells by keywords alone, for tests that vary any of them."""
 
 from dataclasses import fields
 from typing import Any
@@ -10,6 +10,6 @@ OPTIONS = {field.name for field in fields(CellOptions)}
 
 
 def simulate_as_asked(robot: Robot, **asked: Any) -> Simulated:
-    """`simulate`, whose options stand among its other keywords."""
+    """Call `simulate` with its options among the other keywords."""
     options = CellOptions(**{name: asked.pop(name) for name in OPTIONS & set(asked)})
     return simulate(robot, options=options, **asked)

@@ -1,4 +1,4 @@
-"""Small calibrations of every kind of sensor, made up rather than searched for."""
+"""Small calibrations of every kind of sensor, composed without a search."""
 
 from dataclasses import replace
 
@@ -152,21 +152,21 @@ def finished(model, x):
         "camera": {"pixel": 0.1, "joint": 1e-5},
         "profile": {"point": 2e-5, "joint": 1e-5},
     }
-    own = tuple(model.blocks.free)
+    free = tuple(model.blocks.free)
     history = None
-    if own:
+    if free:
         wandering = parameters.lower + parameters.width * rng.uniform(size=(20, len(x)))
         history = History(parameters.names, 100 * np.arange(1, 21), np.geomspace(1.0, 1e-5, 20), wandering)
     return Calibration(
         model=model,
-        algorithm="rcga" if own else "gauss-newton",
+        algorithm="rcga" if free else "gauss-newton",
         weights="plain",
         seed=7,
         x=x,
         std=std,
         on_bound=np.zeros(len(x), dtype=bool),
         unidentifiable=(Unidentifiable(("f", "s_u", "s_v", "k"), "They change together & nothing moves."),)
-        if own
+        if free
         else (),
         residuals=residuals,
         held_out=1.1 * model.in_metres(x, residuals),
@@ -189,7 +189,7 @@ KINDS = {
 
 
 def bent(dataset, sizes):
-    """A calibration of an arm with effects of these sizes, by EFFECT:WHERE.NUMBER."""
+    """A calibration of an arm with effects of these sizes, keyed by EFFECT:WHERE.NUMBER."""
     model = Model(dataset, candidate_effects(tuple(dict.fromkeys(name.rpartition(".")[0] for name in sizes)), dataset))
     x = model.parameters.nominal.copy()
     for name, size in sizes.items():

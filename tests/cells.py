@@ -1,4 +1,4 @@
-"""Small cells with known truth and known errors, made in memory."""
+"""Small cells with known truth and known errors, built in memory."""
 
 from dataclasses import dataclass, replace
 from typing import final
@@ -33,16 +33,16 @@ SIX = ("x", "y", "z", "w", "phi", "psi")
 @final
 @dataclass(frozen=True)
 class Cell:
-    """A data set without errors, and the parameters that made it."""
+    """A data set without errors, and its true parameters."""
 
     dataset: Dataset
 
     def model(self, *candidate_effects: CandidateEffect) -> Model:
-        """What sees it."""
+        """The forward model of its sensor."""
         return Model(self.dataset, candidate_effects)
 
     def truth(self, model: Model) -> Array:
-        """Where the optimum would be without errors; effects are absent."""
+        """The optimum without errors; effects are absent."""
         return np.array([TRUTH.get(name, 0.0) for name in model.parameters.names])
 
     def missed(self) -> Array:
@@ -62,7 +62,7 @@ class Cell:
         joint: float = 0.0,
         flange: float = 0.0,
     ) -> "Cell":
-        """The same cell as it is measured, with errors of these standard deviations."""
+        """The same cell measured with errors of these standard deviations."""
         ds = self.dataset
         poses, points = ds.poses, ds.points
         if poses.q is not None:
@@ -91,7 +91,7 @@ def at_truth(names: tuple[str, ...]) -> dict[str, Array]:
 
 
 def given(names: tuple[str, ...], **nominal: float) -> dict[str, Parameter]:
-    """Parameters as a data set gives them, within bounds wide enough to matter to no fit."""
+    """Parameters of a data set, with bounds too wide to be active."""
     out = {}
     for name in names:
         at, half = nominal.get(name, TRUTH[name]), WIDTH[Stripe.format.unit_of(name)] / 2
@@ -108,7 +108,7 @@ def stripe_cell(
     robot: str | None = None,
     angles: str = "xyz",
 ) -> Cell:
-    """A stripe scanner whose target points are wherever the pixels' rays meet the sheet."""
+    """A stripe scanner; its target points are the intersections of the pixels' rays with the laser plane."""
     m = poses * points * repeats
     pixel = np.column_stack([rng.uniform(40, 600, m // repeats), rng.uniform(40, 440, m // repeats)])
     bare = Dataset(
@@ -129,7 +129,7 @@ def stripe_cell(
 
 
 def board_cell(rng: np.random.Generator, *, poses: int, points: int) -> Cell:
-    """A stripe across a board, both seen by the camera; where the pixels show it on the board is the target."""
+    """A stripe on a board, both seen by the camera; the target points are the stripe pixels projected on the board."""
     names = SCANNER + tuple(f"target.{part}" for part in SIX)
     values = at_truth(names)
     T_base_target = motion(values, "target")
@@ -165,7 +165,7 @@ def board_cell(rng: np.random.Generator, *, poses: int, points: int) -> Cell:
 
 
 def on_board(cell: Cell, pixel: Array) -> Array:
-    """Where the rays of pixels (m, 2) meet the true board, in its frame, (m, 3)."""
+    """Intersections of the rays of pixels (m, 2) with the true board, in its frame, (m, 3)."""
     model = cell.model()
     values = model.parameters.values(cell.truth(model)[None])
     perturb = model.perturb(values)
@@ -180,7 +180,7 @@ def on_board(cell: Cell, pixel: Array) -> Array:
 
 
 def tracker_cell(rng: np.random.Generator, *, poses: int, robot: str) -> Cell:
-    """A tracker that sees three reflectors on the flange of a robot."""
+    """A tracker with three reflectors on the flange of a robot."""
     names = tuple(name for name in TRUTH if name.startswith(("base.", "tool.")))
     bare = Dataset(
         name="tracker",
@@ -202,7 +202,7 @@ def _stood(rng: np.random.Generator, poses: int, robot: str | None) -> Poses:
 
 
 def project(point: Array, values: Values, stripe_axis: str) -> Array:
-    """Pixels that see given points: the way back through the camera.
+    """Project points to pixels: the inverse of the camera's rays.
 
     The radial polynomial is inverted by Newton's method.
 

@@ -1,4 +1,4 @@
-"""What all tests share."""
+"""Fixtures and order of all tests."""
 
 import os
 import signal
@@ -27,29 +27,29 @@ LONGEST = (
     "test_compare_command.py", "test_every_sensor.py", "test_executors.py", "test_dead_computer.py",
     "test_in_the_browser.py", "test_expensive_problems.py",
 )  # fmt: skip
-"""The slowest files: they begin first, so that no processor waits for them at the end."""
+"""The slowest files: they start first, so that no processor waits for them at the end."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Files keep their order: those with the most tests, which xdist would begin with, are not those that take long."""
+    """Keep the order of files: xdist would start with those that have the most tests, not with the slowest."""
     config.option.loadscopereorder = False
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Order the files; within each, tests stay in their order."""
+    """Start with the slowest files; tests of a file keep their order."""
     items.sort(key=lambda item: LONGEST.index(item.path.name) if item.path.name in LONGEST else len(LONGEST))
 
 
 @pytest.fixture(autouse=True, scope="session")
 def one_thread() -> Iterator[None]:
-    """Linear algebra on one thread: small matrices are slower on two, and far slower on a busy machine."""
+    """Use one thread for linear algebra: small matrices are slower on two, and far slower on a busy machine."""
     with threadpool_limits(limits=1, user_api="blas"):
         yield
 
 
 @pytest.fixture(autouse=True, scope="session")
 def no_power_cut() -> Iterator[None]:
-    """What tests write need not outlast one: a disk takes milliseconds for each row of each recording."""
+    """Skip fsync, which takes milliseconds for each row of each recording."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("os.fsync", lambda descriptor: None)
         yield
@@ -57,17 +57,17 @@ def no_power_cut() -> Iterator[None]:
 
 @pytest.fixture(autouse=True, scope="session")
 def postures_are_sought_once() -> Iterator[None]:
-    """Where a simulated sensor stands: arm and seed say it, and it takes longer than all the rest."""
+    """Cache the positions of simulated sensors: they follow from arm and seed, and take longer than all else."""
     sought, found = inverse_kinematics.touching, dict[tuple[object, ...], tuple[Array, Bools]]()
 
     def touching(
         robot: Robot, tool: Array, goal: Array, q: Array, *, still: Bools | None = None
     ) -> tuple[Array, Bools]:
         arm = robot.urdf, robot.flange, robot.joints, robot.placements.tobytes()
-        asked = *arm, *(part.tobytes() for part in (tool, goal, q)), repr(still)
-        if asked not in found:
-            found[asked] = sought(robot, tool, goal, q, still=still)
-        return found[asked]
+        key = *arm, *(part.tobytes() for part in (tool, goal, q)), repr(still)
+        if key not in found:
+            found[key] = sought(robot, tool, goal, q, still=still)
+        return found[key]
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(camera, "touching", touching)
@@ -77,7 +77,7 @@ def postures_are_sought_once() -> Iterator[None]:
 
 @pytest.fixture(autouse=True, scope="session")
 def wide() -> Iterator[None]:
-    """Output is as wide as in a file: `readline`, which pytest loads, states the terminal's width to its workers."""
+    """Keep output as wide as in a file: `readline`, which pytest loads, exports the terminal's width to workers."""
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("COLUMNS", raising=False)
         yield
@@ -85,5 +85,5 @@ def wide() -> Iterator[None]:
 
 @pytest.fixture(autouse=True, scope="session")
 def interruptible() -> None:
-    """Programs that tests start obey Ctrl-C, which they would ignore if a script runs the tests in the background."""
+    """Let programs of tests obey Ctrl-C, which they would ignore if a script runs the tests in the background."""
     signal.signal(signal.SIGINT, signal.default_int_handler)

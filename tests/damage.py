@@ -1,4 +1,4 @@
-"""Texts and bytes with some of them cut out, doubled or replaced, as hypothesis draws them."""
+"""Texts and bytes with parts removed, doubled or replaced, drawn by hypothesis."""
 
 from hypothesis import strategies as st
 
@@ -7,7 +7,7 @@ SIGNS = st.sampled_from([*"\"'\n,.-e[]{}=<>\x00\x1bé", "9" * 400, "0x" + "f" * 
 
 @st.composite
 def damaged(draw, text):
-    """A text with some of it cut out, doubled or replaced."""
+    """A text with parts removed, doubled or replaced."""
     for _ in range(draw(st.integers(1, 4))):
         start = draw(st.integers(0, len(text)))
         end = min(len(text), start + draw(st.integers(0, 12)))
@@ -17,7 +17,7 @@ def damaged(draw, text):
 
 @st.composite
 def damaged_bytes(draw, data):
-    """The same of bytes, mostly near their beginning, where formats say what follows; some end early."""
+    """Damaged bytes, mostly near their beginning, where formats have headers; some are truncated."""
     for _ in range(draw(st.integers(1, 4))):
         start = draw(st.integers(0, min(200, len(data))) | st.integers(0, len(data)))
         end = min(len(data), start + draw(st.integers(0, 12)))

@@ -1,4 +1,4 @@
-"""Small diagnoses of every kind of sensor and verdict, put together by hand rather than found."""
+"""Small diagnoses of every kind of sensor and verdict, composed by hand."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ def candidate_effect(text):
 
 
 def of(calibration, verdict="explained", *, rivals=(), gross=()):
-    """A diagnosis whose final model is that of a calibration."""
+    """A diagnosis with the model of a calibration as its final model."""
     model, x = calibration.model, calibration.x
     names = model.parameters.names
     after = calibration.residuals
@@ -51,7 +51,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         )
     joints = model.dataset.robot.joints if model.dataset.robot else ()
     site = model.effects[0].where if model.effects else "base"
-    lies = (
+    locations = (
         ()
         if verdict == "no_gap"
         else (
@@ -67,10 +67,10 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         dataset=model.dataset,
         verdict=verdict,
         sentence=sentence(
-            verdict, findings, (), lies, gap, Repeatability({}, 0.0), gross_sentence(model.dataset, gross)
+            verdict, findings, (), locations, gap, Repeatability({}, 0.0), gross_sentence(model.dataset, gross)
         ),
         gap=gap,
-        where=lies,
+        where=locations,
         findings=tuple(findings),
         kinds=(),
         classes=(),
@@ -96,7 +96,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
 
 
 def with_effects(calibration, wanted, seed=9):
-    """The same data, made up again as a cell with effects would give them."""
+    """The same data, simulated again with effects."""
     rng = np.random.default_rng(seed)
     model = replace(calibration.model, effects=candidate_effects(wanted, calibration.model.dataset))
     sizes = rng.uniform(0.02, 0.1, len(model.effect_parameters)) * model.effect_parameters.upper

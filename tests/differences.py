@@ -1,4 +1,4 @@
-"""Derivatives by differences, as an independent judge of those that are computed."""
+"""Derivatives by differences, an independent check of computed ones."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""A small cell to emulate: a SCORBOT or a servo arm with the paper's scanner."""
+"""A small emulated cell: a SCORBOT or a servo arm with the paper's scanner."""
 
 from pathlib import Path
 
@@ -78,7 +78,7 @@ LASER = {"acl": "[laser]\noutput = 1\n"}
 
 
 def cell_folder(tmp_path: Path, kind: str = "acl") -> Path:
-    """Write a cell with one of `ARMS`, and say where it is."""
+    """Write a cell with one of `ARMS`; returns its folder."""
     folder = tmp_path / f"cell-{kind}"
     folder.mkdir()
     (folder / "robot.urdf").write_text(find_robot("scorbot_er7").urdf, encoding="utf-8")
@@ -93,7 +93,7 @@ def cell_folder(tmp_path: Path, kind: str = "acl") -> Path:
 
 
 def world_file(folder: Path) -> Path:
-    """Write a world with a board on the floor, and say where it is."""
+    """Write a world with a board on the floor; returns its file."""
     path = folder / "world.toml"
     path.write_text(WORLD, encoding="utf-8")
     return path

@@ -1,4 +1,4 @@
-"""An emulator in a process of its own, as people start it."""
+"""An emulator in a separate process, as users start it."""
 
 import json
 import selectors
@@ -18,11 +18,11 @@ ENDING_S = 5.0
 
 @final
 class EmulatorProcess:
-    """An emulator in its own process, for as long as a `with` lasts.
+    """An emulator in a separate process, for the duration of a `with`.
 
     Attributes:
-        arm: What pyserial opens to speak with the arm.
-        camera: What OpenCV's VideoCapture opens; None without a world.
+        arm: The arm's port, for pyserial.
+        camera: The camera's address, for OpenCV's VideoCapture; None without a world.
     """
 
     def __init__(
@@ -35,9 +35,9 @@ class EmulatorProcess:
         seed: int = 1,
     ) -> None:
         self._cell = cell
-        self._asked = [str(cell), "--time-scale", str(time_scale), "--seed", str(seed)]
-        self._asked += [word for fault in faults for word in ("--fault", fault)]
-        self._asked += [] if world is None else ["--world", str(world)]
+        self._arguments = [str(cell), "--time-scale", str(time_scale), "--seed", str(seed)]
+        self._arguments += [word for fault in faults for word in ("--fault", fault)]
+        self._arguments += [] if world is None else ["--world", str(world)]
         self.arm = ""
         self.camera: str | None = None
 
@@ -45,10 +45,10 @@ class EmulatorProcess:
         """Start it and wait until it serves.
 
         Raises:
-            ArmError: It said no, or nothing for two minutes.
+            ArmError: It refused, or was silent for two minutes.
         """
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "robolaser", "emulate", *self._asked],
+            [sys.executable, "-m", "robolaser", "emulate", *self._arguments],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -57,8 +57,8 @@ class EmulatorProcess:
         line = self._first_line()
         if not line:
             self._process.kill()
-            said = self._process.communicate()[1].strip() or "nothing"
-            raise ArmError(f"The emulator of {self._cell} did not start. It said: {said}")
+            errors = self._process.communicate()[1].strip() or "nothing"
+            raise ArmError(f"The emulator of {self._cell} did not start. It said: {errors}")
         where = json.loads(line)
         self.arm, self.camera = where["arm"], where["camera"]
         return self

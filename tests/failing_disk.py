@@ -1,4 +1,4 @@
-"""A disk that is watched, or fails, at each change below a folder: a file opened, flushed, renamed, removed."""
+"""A disk that is observed, or fails, at each change below a folder: a file opened, flushed, renamed, removed."""
 
 import errno
 import os
@@ -21,25 +21,25 @@ sys.addaudithook(_hook)
 
 
 def _changed(event, args):
-    """What an event changes, as a path; None where it changes nothing."""
+    """The path that an event changes, or None."""
     if event == "open":
         return args[0] if not isinstance(args[0], int) and args[2] & _WRITES else None
     return args[1] if event == "os.rename" else args[0] if event in _FIRST else None
 
 
 @contextmanager
-def watched(folder, tell):
-    """Call `tell` with the kind of each change below a folder, before it happens."""
+def watched(folder, notify):
+    """Call `notify` with the kind of each change below a folder, before it happens."""
     global _watch
     whole, flush = str(folder), os.fsync
 
     def seen(event, args):
         path = _changed(event, args)
         if path is not None and os.path.abspath(os.fsdecode(path)).startswith(whole):
-            tell(event)
+            notify(event)
 
     def fsync(descriptor):
-        tell("fsync")
+        notify("fsync")
         flush(descriptor)
 
     _watch, os.fsync = seen, fsync
@@ -50,16 +50,16 @@ def watched(folder, tell):
 
 
 def failing(number, kind):
-    """A `tell` that lets a disk be full, or no longer be written to, from the change of that number on."""
+    """A callback for `watched` that makes the disk full or read-only from the change of that number on."""
     count = 0
 
-    def tell(event):
+    def notify(event):
         nonlocal count
         count += 1
         if count > number and (kind == errno.EROFS or event in _GROWS):
             raise OSError(kind, os.strerror(kind))
 
-    return tell
+    return notify
 
 
 def contents(folder: Path):
@@ -68,7 +68,7 @@ def contents(folder: Path):
 
 
 def restore(folder: Path, files):
-    """Let a folder hold these files and no other."""
+    """Restore exactly these files in a folder."""
     for name in contents(folder).keys() - files.keys():
         (folder / name).unlink()
     for name, data in files.items():

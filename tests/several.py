@@ -1,4 +1,4 @@
-"""Data sets of several sensors, made of what one sensor measured."""
+"""Data sets of several sensors, composed of one sensor's measurements."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -16,7 +16,7 @@ T_RIGHT_LEFT = pose(exp_so3(np.array([0.1, 0.2, 1.0])), np.array([0.5, 1.0, 0.2]
 
 
 def two_trackers(poses: int = 20, *, effects: Mapping[str, float] | None = None, noise_m: float = 2e-5) -> Dataset:
-    """Two trackers, `left` and `right`, of which the second sees two of the first's three reflectors."""
+    """Two trackers, `left` and `right`; the second sees two of the first's three reflectors."""
     noise = Noise(point_m=noise_m)
     left = simulate(find_robot("ur10"), kind="point", poses=poses, noise=noise, effects=effects, seed=3).dataset
     seen = left.points.take(np.isin(left.points.names, list(dict.fromkeys(left.points.names))[:2]))
@@ -26,7 +26,7 @@ def two_trackers(poses: int = 20, *, effects: Mapping[str, float] | None = None,
 
 
 def together(whole: Dataset, sensors: Mapping[str, tuple[Dataset, Points]]) -> Dataset:
-    """One data set with the poses and the robot of one, and these sensors with what they saw."""
+    """One data set with the poses and the robot of the first, and these sensors with their measurements."""
     nothing = {"poses": whole.poses.take(np.arange(0)), "points": whole.points.take(slice(0, 0)), "parameters": {}}
     members = tuple(
         SensorData(name, replace(one, **nothing), f"{name}.csv", camera="camera") for name, (one, _) in sensors.items()

@@ -1,4 +1,4 @@
-"""Where the middle of the stripe truly is in an image of the emulated camera."""
+"""True line centres in an image of the emulated camera."""
 
 from dataclasses import dataclass
 
@@ -13,13 +13,13 @@ ON_LIGHT_M = 1e-7  # a ten-thousandth of a pixel
 
 @dataclass(frozen=True)
 class TrueStripe:
-    """Middles of the direct stripe in each line of pixels (l): rows for stripe axis "v", columns for "u".
+    """Centres of the direct stripe in each line of pixels (l): rows for stripe axis "v", columns for "u".
 
-    A line has more than one (k) where steps are side by side; what is missing is NaN, and -1 for a solid.
+    A line has several (k) if steps are side by side; missing values are NaN, and -1 for a solid.
 
     Attributes:
         at: Pixel coordinate across the stripe, u for "v" and v for "u", ascending, (l, k) [px].
-        point: What it lights, in the base frame, (l, k, 3) [m].
+        point: Illuminated points in the base frame, (l, k, 3) [m].
         solid: Numbers of the solids, (l, k).
     """
 
@@ -29,13 +29,13 @@ class TrueStripe:
 
 
 def true_stripe(scene: RenderedScene, T_base_camera: Array) -> TrueStripe:
-    """Halve the way between neighbouring pixels on both sides of the laser's plane."""
+    """Bisect between neighbouring pixels on both sides of the laser plane."""
     turn, place, light = T_base_camera[:3, :3], T_base_camera[:3, 3], scene.light
     assert light is not None
     height, width, axis = scene.eye.height_px, scene.eye.width_px, scene.eye.optics.stripe_axis
 
     def met(ray: Array) -> tuple[Array, Array, Ints]:
-        """Distance from the light's middle, points in the base frame and solids of what rays meet."""
+        """Distances from the laser plane, points in the base frame, and solids where rays meet the scene."""
         distance, solid = scene.cast(place, ray @ turn.T)
         with np.errstate(invalid="ignore"):
             seen = ray * distance[:, None]

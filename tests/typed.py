@@ -1,4 +1,4 @@
-"""Commands as the docs show them, run in the process of the tests, which has long imported what each would."""
+"""Commands as the docs show them, run in the tests' process, which has its imports already."""
 
 import shlex
 from contextlib import chdir, redirect_stderr, redirect_stdout
@@ -12,12 +12,12 @@ from robolaser.cli import main
 
 
 def run_typed(command: str, folder: Path, *, expected: int) -> str:
-    """What a command says in a folder; a shell runs those of others."""
+    """The output of a command in a folder; other programs' commands are run by a shell."""
     program, *words = shlex.split(command.replace("\\\n", ""))
     if program != "robolaser":
         return run_shell(command, folder, expected=expected)
-    said = StringIO()
-    with pytest.MonkeyPatch.context() as patch, chdir(folder), redirect_stdout(said), redirect_stderr(said):
+    output = StringIO()
+    with pytest.MonkeyPatch.context() as patch, chdir(folder), redirect_stdout(output), redirect_stderr(output):
         patch.setenv("COLUMNS", HELP_WIDTH if "--help" in words else WIDTH)
-        assert main(words) == expected, said.getvalue()
-    return said.getvalue()
+        assert main(words) == expected, output.getvalue()
+    return output.getvalue()

@@ -1,4 +1,4 @@
-"""A cell in virtual time: an emulated controller on a fake wire, a camera in its world, and a clock that jumps."""
+"""A cell in virtual time: an emulated controller on a fake wire, a camera in its world, and a virtual clock."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -19,11 +19,11 @@ BITS_A_BYTE = 10
 BAUD = 9600
 EXPOSURE_S = 0.1
 LOOK_S = 0.02
-"""Between two looks at the motors: so gears feel every turn."""
+"""Interval between motor updates, so that gears see every reversal."""
 
 
 class Jumping:
-    """Time goes by when somebody waits for it."""
+    """A clock that only advances by waiting."""
 
     def __init__(self) -> None:
         self.time_s = 0.0
@@ -41,7 +41,7 @@ class Jumping:
 
 
 class Bench:
-    """A wire to an emulated controller, as pyserial would open it."""
+    """A wire to an emulated controller, in place of a pyserial port."""
 
     def __init__(
         self, controller: Controller, clock: Jumping, faults: Sequence[str] = (), seed: int = 1, baud: int = BAUD
@@ -88,7 +88,7 @@ class Bench:
 
 
 class Witness:
-    """A camera in a world whose arm goes where the motors on a bench go."""
+    """A camera in a world whose arm follows the motors on a bench."""
 
     def __init__(self, bench: Bench, world: EmulatedWorld, laser: int | None, seed: int) -> None:
         self._bench, self._world, self._laser = bench, world, laser
@@ -113,9 +113,9 @@ class Witness:
 
 @contextmanager
 def in_virtual_time(folder: Path, *, faults: Sequence[str] = (), seed: int = 1) -> Iterator[None]:
-    """Whatever port `robolaser record` opens, it leads to a cell's emulated controller, and nobody waits.
+    """Connect every port of `robolaser record` to a cell's emulated controller, without real waiting.
 
-    So does the camera to the cell's world, if the cell has a world.toml.
+    The camera shows the cell's world, if the cell has a world.toml.
     """
     cell = load_cell(folder)
     file = folder / "world.toml"

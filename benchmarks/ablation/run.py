@@ -1,4 +1,4 @@
-"""The 2004 paper taken apart: three comparisons, the tables of README.md, and its chart.
+"""An ablation study of the 2004 paper: three comparisons, the tables of README.md, and its chart.
 
 Runs are kept in build/ablation and not repeated; `--page` only writes the tables and the chart from them.
 """
@@ -61,7 +61,7 @@ PARTS = {
 """Budget and solvers of each comparison."""
 PICTURED = "field"
 BESIDE = {"operators": "ga", "field": "rcga", "settings": "rcga"}
-"""Beside whom each solver is put."""
+"""The solver that the others are compared with."""
 COLUMNS = ("algorithm", "within 1 % of the best J", "evaluations to it", "J at the end, median")
 
 
@@ -72,7 +72,7 @@ def command(part: str) -> list[str]:
 
 
 def compare(part: str) -> None:
-    """Make the runs that are not there yet."""
+    """Make the missing runs."""
     _, *words = command(part)
     subprocess.run([ROBOLASER, *words, "--resume"], cwd=FOLDER, check=True)
 
@@ -97,24 +97,24 @@ def main() -> None:
 
 
 def picture(part: str) -> str:
-    """The ECDF of running times from the report, with the colours of its light style."""
+    """The ECDF of running times from the report, in the colours of its light style."""
     comparison = load_comparison(FOLDER / part).benchmark
     drawn = solved(comparison, standings(comparison, "calibration"), "Targets reached by evaluations")
     assert drawn is not None
     style = files("robolaser").joinpath("report/templates/style.css").read_text()
-    colours = dict(reversed(re.findall(r"(--[\w-]+): (#\w+)", style)))  # the first of each are the light ones
+    colours = dict(reversed(re.findall(r"(--[\w-]+): (#\w+)", style)))  # the first definition of each is the light one
     spec = drawn.spec | {"width": WIDTH_PX, "config": CONFIG | {"background": "white", "font": "sans-serif"}}
     text = re.sub(r"var\((--[\w-]+)\)", lambda m: colours[m[1]], json.dumps(spec))
     return str(vl_convert.vegalite_to_svg(json.loads(text))) + "\n"
 
 
-def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
+def shown(part: str, comparison: dict[str, Any]) -> Iterator[str]:
     """The command and the results of a comparison, as Markdown."""
     beside = BESIDE[part]
     yield "```text"
     yield " ".join(command(part))
     yield "```"
-    (family,) = said["standings"]
+    (family,) = comparison["standings"]
     for on in family["by_problem"]:
         yield ""
         yield f"**`{on['problem']}`**"
@@ -123,13 +123,13 @@ def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
         yield "|---" * (2 + len(COLUMNS)) + "|"
         finals = {result["algorithm"]: result["final"] for result in on["results"]}
         pairs = {(pair["one"], pair["other"]): pair for pair in on["order"]["pairs"]}
-        for place in on["order"]["places"]:
-            name = place["algorithm"]
-            price = place["running_time"]["value"]
+        for row in on["order"]["places"]:
+            name = row["algorithm"]
+            price = row["running_time"]["value"]
             cells = (
-                str(place["rank"] or ""),
+                str(row["rank"] or ""),
                 f"`{name}`",
-                f"{round(place['success']['value'] * place['runs'])} of {place['runs']}",
+                f"{round(row['success']['value'] * row['runs'])} of {row['runs']}",
                 "never" if price is None else f"{float(f'{price:.3g}'):,.0f}",
                 _above_best(finals[name]["median"]),
                 _beats(pairs, name, beside),
@@ -138,7 +138,7 @@ def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
 
 
 def _beats(pairs: dict[tuple[str, str], dict[str, Any]], name: str, beside: str) -> str:
-    """How often a run of one does better than a run of another; in bold where the two are told apart."""
+    """Share of pairs of runs in which a solver is better than another; bold if they differ significantly."""
     if name == beside:
         return ""
     pair = pairs.get((name, beside)) or pairs[beside, name]
@@ -148,7 +148,7 @@ def _beats(pairs: dict[tuple[str, str], dict[str, Any]], name: str, beside: str)
 
 
 def _above_best(tolerance: float | None) -> str:
-    """J in units of the best known."""
+    """J relative to the best known."""
     if tolerance is None:
         return ""
     if tolerance < 1e-6:

@@ -1,12 +1,12 @@
-"""Make small blind worlds of several arms, kind by kind, diagnose them, and say how often the diagnosis was right.
+"""Simulate small blind worlds of several arms and kinds, diagnose them, and count the right diagnoses.
 
     python benchmarks/blind/run.py --seed 43000 --rounds 10 --output trial.jsonl
     python benchmarks/blind/run.py --seed 42000 --rounds 4 --kinds latency,backlash --output trial.jsonl
     python benchmarks/blind/run.py --seed 44000 --rounds 4 --kinds single --withhold --output removed.jsonl
     python benchmarks/blind/run.py --report trial.jsonl
 
-A round has one world of each kind; arm and sensor change from round to round. The file has a line for each world and is
-written as they end: what is in it is not done again.
+A round has one world of each kind; arm and sensor change from round to round. A line for each world is appended at the
+end of its diagnosis; worlds in the file are skipped.
 """
 
 import argparse
@@ -33,22 +33,22 @@ from robolaser.trials.score import compile_score, outcome
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, PHYSICAL, UNMODELLED
 
 CELLS = (("scorbot_er7", False), ("panda", True), ("ur5", False), ("scorbot_er7", True), ("ur5", True))
-"""Arm, and whether a tracker sees it."""
+"""Arm, and whether a tracker measures it."""
 RANGES = Ranges(poses=(30, 45), points=(5, 7))
 UNKNOWN = (*UNMODELLED, "play_under_weight")
 CONDITIONS = (
     "repeatability", "none", "small_errors", "single", "pair", "several", "repeatability", "misstated_noise",
     "shared_noise", "growing_noise", "outliers",
 )  # fmt: skip
-"""What else may be in a cell, and several effects."""
+"""Kinds other than single effects: noise, gross errors, and several effects."""
 KINDS = (*CONDITIONS, *UNKNOWN, *MODELLED, *(form for form in PHYSICAL if form not in UNKNOWN))
-"""Of one round: each effect alone, too, and in MuJoCo where it moves some."""
+"""Kinds of one round, with each effect alone, in MuJoCo too where it has a model."""
 KEPT = ("verdict", "effects", "classes", "where", "gap_mm")
 
 
 @dataclass(frozen=True)
 class Task:
-    """One world, and what to do with it."""
+    """One world to simulate and diagnose."""
 
     seed: int
     kind: str
@@ -67,13 +67,13 @@ def tasks(first: int, rounds: int, kinds: Sequence[str], *, withhold: bool) -> I
 
 
 def is_tracked(kind: str) -> bool:
-    """Whether there are such worlds with a tracker."""
+    """Whether worlds of this kind can have a tracker."""
     fault = FAULT_MODELS.get(kind)
     return kind not in IN_IMAGES and (fault is None or (fault.is_tracked() and fault.location != "hand_eye"))
 
 
 def line(task: Task) -> dict[str, Any]:
-    """Make a world and diagnose it."""
+    """Simulate a world and diagnose it; the line of the output file."""
     done: dict[str, Any] = {"seed": task.seed, "robot": task.robot, "tracked": task.tracked, "kind": task.kind}
     began = time.process_time()
     try:
@@ -91,12 +91,12 @@ def line(task: Task) -> dict[str, Any]:
 
 
 def lines(file: Path) -> list[dict[str, Any]]:
-    """What a file has."""
+    """The lines of a file, if it exists."""
     return [json.loads(text) for text in file.read_text().splitlines()] if file.exists() else []
 
 
 def report(file: Path) -> None:
-    """Print the score of all worlds whose faults can be seen."""
+    """Print the score of all worlds with detectable faults."""
     kept = [one for one in lines(file) if "truth" in one]
     seen = {str(one["seed"]): outcome(one["truth"], one["found"]) for one in kept}
     score = compile_score({name: one for name, one in seen.items() if one.group != "faint"})
@@ -108,20 +108,20 @@ def report(file: Path) -> None:
 def main() -> None:
     """See above."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seed", type=int, default=41000, help="of the first world")
+    parser.add_argument("--seed", type=int, default=41000, help="seed of the first world")
     parser.add_argument("--rounds", type=int, default=10)
-    parser.add_argument("--kinds", help="of worlds, separated by commas; default: those of the trial")
-    parser.add_argument("--withhold", action="store_true", help="take the true effects out of the library first")
+    parser.add_argument("--kinds", help="kinds of worlds, separated by commas; default: all")
+    parser.add_argument("--withhold", action="store_true", help="remove the true effects from the library first")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--output", type=Path, default=Path("trial.jsonl"))
-    parser.add_argument("--report", type=Path, help="a file to print the table of")
+    parser.add_argument("--report", type=Path, help="only print the score of this file")
     args = parser.parse_args()
     if not args.report:
         kinds = args.kinds.split(",") if args.kinds else KINDS
         known = {kept["seed"] for kept in lines(args.output)}
-        asked = [one for one in tasks(args.seed, args.rounds, kinds, withhold=args.withhold) if one.seed not in known]
+        new = [task for task in tasks(args.seed, args.rounds, kinds, withhold=args.withhold) if task.seed not in known]
         with ProcessPoolExecutor(args.jobs) as pool:
-            for done in as_completed([pool.submit(line, one) for one in asked]):
+            for done in as_completed([pool.submit(line, task) for task in new]):
                 with args.output.open("a") as out:
                     out.write(json.dumps(done.result()) + "\n")
     report(args.report or args.output)

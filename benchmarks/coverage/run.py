@@ -1,7 +1,7 @@
-"""Do the standard errors of whole calibrations hold the truth as often as they claim?
+"""Coverage of the standard errors of whole calibrations.
 
-Each trial builds another scanner, plans other poses, measures with noise, calibrates from the nominal values (not from
-the truth) and asks of every parameter with a standard error whether value ± 1.96 std holds the true one.
+Each trial builds a new scanner, plans new poses, measures with noise, and calibrates from the nominal values, not from
+the truth. For every parameter with a standard error, it checks whether value ± 1.96 std contains the true value.
 """
 
 import argparse
@@ -17,10 +17,10 @@ from robolaser.simulation import CellOptions, simulate
 CASES = {
     "stripe, noise stated": ("stripe", Noise(pixel_px=0.1, target_m=5e-5), None, "plain"),
     "stripe, noise not stated": ("stripe", Noise(pixel_px=0.1, target_m=5e-5), Noise(), "plain"),
-    "stripe, joints shake too, not stated": ("stripe", Noise(pixel_px=0.1, joint_rad=1e-4), Noise(), "plain"),
+    "stripe, joint noise too, not stated": ("stripe", Noise(pixel_px=0.1, joint_rad=1e-4), Noise(), "plain"),
     "stripe, weighted by the noise": ("stripe", Noise(pixel_px=0.1, target_m=5e-5), None, "noise"),
-    "tracker, joints shake, not stated": ("point", Noise(point_m=2e-5, joint_rad=1e-4), Noise(), "plain"),
-    "sockets, joints shake, not stated": ("socket", Noise(joint_rad=1e-4), Noise(), "plain"),
+    "tracker, joint noise, not stated": ("point", Noise(point_m=2e-5, joint_rad=1e-4), Noise(), "plain"),
+    "sockets, joint noise, not stated": ("socket", Noise(joint_rad=1e-4), Noise(), "plain"),
 }
 
 
@@ -29,7 +29,7 @@ def main() -> None:
     options.add_argument("--trials", type=int, default=100)
     args = options.parse_args()
     robot = find_robot("scorbot_er7")
-    print("| case | intervals | held the truth | claimed | spread of error / std |")
+    print("| case | intervals | contain the truth | claimed | spread of error / std |")
     print("|---|---|---|---|---|")
     for name, (kind, noise, stated, weights) in CASES.items():
         scores = []

@@ -1,13 +1,13 @@
-"""Does the noise-weighted calibration use all that the data say? Its spread against the Cramér-Rao bound.
+"""Efficiency of the noise-weighted calibration: the variance of its predictions relative to the Cramér-Rao bound.
 
-The same poses are measured again and again with new noise of known size, pixels' and target points'. Each repeat is
-calibrated from the nominal values, and predicts the points of other poses. No unbiased estimate predicts with less
-spread than tr G (Jᵀ Σ⁻¹ J)⁻¹ Gᵀ: J and G are the derivatives of fitted and predicted points at the truth, f held,
-and Σ the covariance of a row that both kinds of noise cause. (With the true pixels as further unknowns, that is the
+The same poses are measured repeatedly with new noise of known size on pixels and target points. Each repeat is
+calibrated from the nominal values, and predicts the points of other poses. No unbiased estimate has a smaller
+variance than tr G (Jᵀ Σ⁻¹ J)⁻¹ Gᵀ: J and G are the derivatives of fitted and predicted points at the truth, f fixed,
+and Σ is the covariance of a row from both kinds of noise. (With the true pixels as further unknowns, that is the
 Schur complement of the whole Fisher information.)
 
-The mean over few repeats is itself uncertain. So each repeat is compared with what the bound's own estimate, the
-linear one at the truth, makes of the same noise: that one's mean is known, and both swing together.
+The mean over few repeats is uncertain. The linear estimate at the truth for the same noise is therefore a control
+variate: its mean is the bound, and it is correlated with the repeat.
 """
 
 import os
@@ -32,12 +32,12 @@ from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, simulate
 
 WORLDS = {"pixels and target alike": (0.1, 3e-5), "mostly pixels": (0.1, 5e-6), "mostly target": (0.02, 1e-4)}
-"""One standard deviation of a pixel [px], and of a target point [m]."""
+"""Standard deviation of a pixel [px] and of a target point [m]."""
 POSES, POINTS, UNSEEN = 60, 12, 20
-BUILT = 4  # seed of a scanner that these poses fix well
-OPENED = 3.0  # times their width is between nominal values and bounds: no bound binds
+BUILT = 4  # seed of a scanner that these poses determine well
+OPENED = 3.0  # distance from nominal values to bounds, in widths of the bounds: none is active
 POSITIVE = ("s_u", "s_v")
-CLEAR = 4.0  # standard deviations that the truth is away from every bound, at least
+CLEAR = 4.0  # least distance of the truth from every bound, in standard deviations
 PROCESSES = 2
 PIXEL_STEP_PX = 0.1
 
@@ -46,7 +46,7 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--repeats", type=int, default=40)
     repeats = options.parse_args().repeats
-    print("| world | noise | bound on the RMS [mm] | `noise`: times the bound | `plain`: times the bound |")
+    print("| case | noise | bound on the RMS [mm] | `noise`: times the bound | `plain`: times the bound |")
     print("|---|---|---|---|---|")
     with ProcessPoolExecutor(PROCESSES) as pool:
         for name, (pixel_px, target_m) in WORLDS.items():
@@ -63,7 +63,7 @@ def main() -> None:
 
 @cache
 def world(name: str) -> tuple[Dataset, Dataset, dict[str, float]]:
-    """What is fitted and what is predicted, both without noise, and the truth."""
+    """The fitted and the predicted data set, both without noise, and the truth."""
     pixel_px, target_m = WORLDS[name]
     stated = Noise(pixel_px=pixel_px, target_m=target_m)
     made = simulate(
@@ -82,12 +82,12 @@ def world(name: str) -> tuple[Dataset, Dataset, dict[str, float]]:
 @final
 @dataclass(frozen=True)
 class Bound:
-    """The least spread that predictions can have.
+    """The Cramér-Rao bound of the predictions.
 
     Attributes:
-        square: Least mean of the sum over points of squared distances, tr G C Gᵀ [m²].
-        answer: What the linear estimate at the truth makes of errors of the rows: predictions' errors, (3p, 3m).
-        pixel_effect: What a pixel's error does to its row, (m, 3, 2) [m/px].
+        square: Least expected sum over points of squared distances, tr G C Gᵀ [m²].
+        answer: Errors of predictions by the linear estimate at the truth per error of a row, (3p, 3m).
+        pixel_effect: Derivative of a row by its pixel, (m, 3, 2) [m/px].
     """
 
     square: float
@@ -97,7 +97,7 @@ class Bound:
 
 @cache
 def bound(name: str) -> Bound:
-    """Of one world."""
+    """The bound of one world."""
     fitted, unseen, truth = world(name)
     model = Model(fitted)
     x = model.fix_gauge(np.array([truth[key] for key in model.parameters.names]))
@@ -109,12 +109,12 @@ def bound(name: str) -> Bound:
     weighed = np.linalg.solve(row, J.reshape(len(row), 3, -1)).reshape(J.shape).T
     cov = np.linalg.inv(weighed @ J)
     room = np.minimum(x - model.parameters.lower, model.parameters.upper - x)[free] / np.sqrt(np.diag(cov))
-    assert (room > CLEAR).all(), "a bound may bind"
+    assert (room > CLEAR).all(), "a bound may be active"
     return Bound(float(np.trace(G @ cov @ G.T)), G @ cov @ weighed, of_pixel)
 
 
 def pixel_effect(model: Model, x: Array) -> Array:
-    """What a pixel's error does to its row, by central differences, (m, 3, 2) [m/px]."""
+    """Derivative of each row by its pixel, by central differences, (m, 3, 2) [m/px]."""
     points = model.dataset.points
     assert points.pixel is not None
 
@@ -140,14 +140,14 @@ def square_errors(work: tuple[str, str, int]) -> tuple[float, float]:
     of_target = target_m * rng.standard_normal(points.xyz.shape)
     shaken = replace(points, pixel=points.pixel + of_pixel, xyz=points.xyz + of_target)
     found = calibrate(replace(fitted, points=shaken), Plan(algorithm="gauss-newton", weights=weights))
-    assert not found.on_bound.any(), "a bound binds"
+    assert not found.on_bound.any(), "a bound is active"
     errors = of_target + (bound(name).pixel_effect @ of_pixel[..., None])[..., 0]
     linear = bound(name).answer @ errors.reshape(-1)
     return float(Model(unseen).cost(found.x[None])[0]), float(linear @ linear)
 
 
 def against(squares: Array, least: float) -> str:
-    """RMS over that of the bound, with one standard error."""
+    """RMS error relative to the bound, with one standard error."""
     made, linear = squares.T
     swing = np.cov(made, linear)
     together = swing[0, 1] / swing[1, 1]

@@ -1,4 +1,4 @@
-"""What is kept of a calibration and of a diagnosis: what people act on, in few digits."""
+"""The recorded part of a calibration and of a diagnosis: results that users act on, in few digits."""
 
 import math
 from collections.abc import Mapping
@@ -6,12 +6,12 @@ from typing import Any
 
 from robolaser.calibration.result import Calibration
 
-OF_STD = 1e-2  # of its standard error is what a number is rounded to
+OF_STD = 1e-2  # values are rounded to this fraction of their standard error
 GAPS = ("nominal", "calibrated", "after", "noise_floor")
 
 
 def calibrated(found: Calibration) -> dict[str, Any]:
-    """Parameters with their standard errors, J, errors, and what the data cannot fix."""
+    """Parameters with their standard errors, J, errors, and unidentifiable parameters."""
     free = zip(found.model.parameters.items, found.x.tolist(), found.std.tolist(), strict=True)
     return {
         "numbers": {item.name: _number(x, std) for item, x, std in free if not math.isnan(std)},
@@ -22,7 +22,7 @@ def calibrated(found: Calibration) -> dict[str, Any]:
 
 
 def diagnosed(found: Mapping[str, Any]) -> dict[str, Any]:
-    """Verdict, gaps, effects with probability and size, classes, places; in lists, to be short."""
+    """Verdict, gaps, effects with probability and size, classes, locations; as lists, to be short."""
     return {
         "verdict": found["verdict"],
         "gap_mm": {name: _short(found["gap_mm"][name]) for name in GAPS},
@@ -42,7 +42,7 @@ def diagnosed(found: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def as_written(kept: Mapping[str, Any]) -> dict[str, Any]:
-    """A kept diagnosis in the words of diagnosis.json, as `trials.score` reads it."""
+    """A recorded diagnosis with the keys of diagnosis.json, for `trials.score`."""
     return {
         "verdict": kept["verdict"],
         "gap_mm": kept["gap_mm"],

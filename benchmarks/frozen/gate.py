@@ -1,4 +1,4 @@
-"""Two states' answers, held against the truth where it is known, and against each other."""
+"""Comparison of the answers of two versions with each other, and with the truth where it is known."""
 
 import json
 import statistics
@@ -13,29 +13,29 @@ from worlds import HARMLESS_RAD, sealed
 
 from robolaser.trials.score import SURE, outcome
 
-GAP = 0.01  # of a gap, J or an error: less is the same
-MOVED = 0.1  # standard errors: less is the same
-SCATTER = "pose_scatter"  # the effect that joints that scatter may be called
+GAP = 0.01  # smallest reported change of a gap, J or an error, relative
+MOVED = 0.1  # smallest reported change of a parameter, in standard errors
+SCATTER = "pose_scatter"  # the right effect for joints that scatter
 COMMANDS = ("calibrate", "diagnose")
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """A diagnosis against the truth; what nobody may ask for, or knows, is None."""
+    """A diagnosis compared with the truth; None where the truth is unknown or not required."""
 
-    right: dict[str, bool | None]  # verdict, class, first place, and the whole
+    right: dict[str, bool | None]  # verdict, class, first location, and the whole answer
     true: frozenset[str]  # names
     false: frozenset[str]
     sure_false: frozenset[str]
 
 
 def lines(file: Path) -> list[dict[str, Any]]:
-    """What a file has."""
+    """The lines of a file."""
     return [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
 
 
 def judged(line: Mapping[str, Any]) -> Judgement | None:
-    """None where there is no truth or no answer."""
+    """Compare an answer with the truth; None if either is missing."""
     truth, found = line.get("truth"), line["diagnose"]
     if truth is None or "fails" in found:
         return None
@@ -62,16 +62,16 @@ def judged(line: Mapping[str, Any]) -> Judgement | None:
 
 
 def compare(before: Path, after: Path) -> int:
-    """Print for each data set what got better, worse or merely other, then counts and CPU; 1 if anything got worse."""
+    """Print improvements, regressions and other changes of each data set, then counts and CPU; 1 after a regression."""
     was, now = ({line["name"]: line for line in lines(file)} for file in (before, after))
     shared = [name for name in was if name in now]
     worse = alike = 0
     for name in shared:
-        told = _differences(was[name], now[name])
-        worse += bool(told["WORSE"])
-        alike += not any(told.values())
-        print(f"{name}: CPU of {_cpu(was[name], now[name])}{'' if any(told.values()) else '; alike'}")
-        for mark, texts in told.items():
+        changes = _differences(was[name], now[name])
+        worse += bool(changes["WORSE"])
+        alike += not any(changes.values())
+        print(f"{name}: CPU of {_cpu(was[name], now[name])}{'' if any(changes.values()) else '; alike'}")
+        for mark, texts in changes.items():
             for text in texts:
                 print(f"  {mark}: {text}")
     only = f"{len(was) - len(shared)} only before, {len(now) - len(shared)} only after"
@@ -88,21 +88,21 @@ def compare(before: Path, after: Path) -> int:
 
 
 def _differences(was: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, list[str]]:
-    told: dict[str, list[str]] = {"better": [], "WORSE": [], "other": []}
+    changes: dict[str, list[str]] = {"better": [], "WORSE": [], "other": []}
     if was["data"] != now["data"]:
-        told["other"].append(f"not the same data: {now['data']}, was {was['data']}")
+        changes["other"].append(f"not the same data: {now['data']}, was {was['data']}")
     for command in COMMANDS:
         a, b = was.get(command, {}), now.get(command, {})
         if ("fails" in a) != ("fails" in b):
             ends = f"{command} {b.get('fails', 'answers')}, was {a.get('fails', 'an answer')}"
-            told["WORSE" if "fails" in b else "better"].append(ends)
+            changes["WORSE" if "fails" in b else "better"].append(ends)
         elif a and b and "fails" not in a:
-            told["other"] += _calibrations(a, b) if command == "calibrate" else _diagnoses(a, b)
+            changes["other"] += _calibrations(a, b) if command == "calibrate" else _diagnoses(a, b)
     before, after = judged(was), judged(now)
     if before and after:
         for what, held in after.right.items():
             if None not in (held, before.right[what]) and held != before.right[what]:
-                told["better" if held else "WORSE"].append(
+                changes["better" if held else "WORSE"].append(
                     f"{what} {'right' if held else 'wrong'}: {_said(now)}, was {_said(was)}"
                 )
         for kind, a_names, b_names, more_is in (
@@ -110,14 +110,14 @@ def _differences(was: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, li
             ("false", before.false, after.false, "WORSE"),
             ("false and sure", before.sure_false, after.sure_false, "WORSE"),
         ):
-            if len(b_names) != len(a_names):  # one for another that is as good, or as bad, is neither better nor worse
+            if len(b_names) != len(a_names):  # an exchanged name is neither better nor worse
                 mark = more_is if len(b_names) > len(a_names) else ({"better", "WORSE"} - {more_is}).pop()
-                told[mark].append(f"names {kind}: {sorted(b_names)}, was {sorted(a_names)}")
-    return told
+                changes[mark].append(f"names {kind}: {sorted(b_names)}, was {sorted(a_names)}")
+    return changes
 
 
 def _cpu(was: Mapping[str, Any], now: Mapping[str, Any]) -> str:
-    """Ratios of the commands that both have."""
+    """Ratios of CPU time of the commands that both have."""
     both = [command for command in COMMANDS if command in was and command in now]
     return ", ".join(f"{command} {now[command]['cpu_s'] / max(was[command]['cpu_s'], 0.01):.2f}" for command in both)
 
@@ -128,29 +128,29 @@ def _said(line: Mapping[str, Any]) -> str:
 
 
 def _calibrations(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[str]:
-    told = [_gap(name, a[name], b[name]) for name in ("J", "held_out_mm")]
-    told += [_moved(name, a["numbers"][name], b["numbers"][name]) for name in a["numbers"] if name in b["numbers"]]
+    changes = [_gap(name, a[name], b[name]) for name in ("J", "held_out_mm")]
+    changes += [_moved(name, a["numbers"][name], b["numbers"][name]) for name in a["numbers"] if name in b["numbers"]]
     if sorted(a["unidentifiable"]) != sorted(b["unidentifiable"]) or set(a["numbers"]) != set(b["numbers"]):
-        told.append(f"not identifiable: {b['unidentifiable']}, was {a['unidentifiable']}")
-    return [f"calibrate: {text}" for text in told if text]
+        changes.append(f"not identifiable: {b['unidentifiable']}, was {a['unidentifiable']}")
+    return [f"calibrate: {text}" for text in changes if text]
 
 
 def _diagnoses(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[str]:
-    told = [f"verdict {b['verdict']}, was {a['verdict']}" if a["verdict"] != b["verdict"] else ""]
-    told += [_gap(f"gap {name}", a["gap_mm"][name], b["gap_mm"][name]) for name in GAPS]
+    changes = [f"verdict {b['verdict']}, was {a['verdict']}" if a["verdict"] != b["verdict"] else ""]
+    changes += [_gap(f"gap {name}", a["gap_mm"][name], b["gap_mm"][name]) for name in GAPS]
     sizes = [{f"{e} at {w}": numbers for e, w, _, numbers, _ in each["effects"]} for each in (a, b)]
     if set(sizes[0]) != set(sizes[1]):
-        told.append(f"names {sorted(sizes[1])}, was {sorted(sizes[0])}")
+        changes.append(f"names {sorted(sizes[1])}, was {sorted(sizes[0])}")
     for name in sizes[0].keys() & sizes[1].keys():
-        told += [
+        changes += [
             _moved(f"{name}, {n}", sizes[0][name][n], sizes[1][name][n]) for n in sizes[0][name] if n in sizes[1][name]
         ]
     likely = [sorted(name for name, p in each["classes"] if p >= SURE) for each in (a, b)]
     if likely[0] != likely[1]:
-        told.append(f"sure classes {likely[1]}, was {likely[0]}")
+        changes.append(f"sure classes {likely[1]}, was {likely[0]}")
     if [row[0] for row in a["where"][:1]] != [row[0] for row in b["where"][:1]]:
-        told.append(f"first place {b['where'][:1]}, was {a['where'][:1]}")
-    return [f"diagnose: {text}" for text in told if text]
+        changes.append(f"first location {b['where'][:1]}, was {a['where'][:1]}")
+    return [f"diagnose: {text}" for text in changes if text]
 
 
 def _gap(name: str, a: float | None, b: float | None) -> str:
@@ -167,7 +167,7 @@ def _moved(name: str, a: list[float | None], b: list[float | None]) -> str:
 
 
 def counts(every: list[dict[str, Any]]) -> dict[str, Counter[str]]:
-    """How often what is right, by group."""
+    """Counts of right answers, names and CPU seconds by group."""
     counted: dict[str, Counter[str]] = defaultdict(Counter)
     for line in every:
         group, seen = counted[line["group"]], judged(line)
@@ -179,7 +179,7 @@ def counts(every: list[dict[str, Any]]) -> dict[str, Counter[str]]:
         for what, held in seen.right.items():
             if held is not None:
                 group[f"{what} right"] += held
-                group[f"{what} asked"] += 1
+                group[f"{what} known"] += 1
         group["names true"] += len(seen.true)
         group["names false"] += len(seen.false)
         group["sure and false"] += len(seen.sure_false)
@@ -187,7 +187,7 @@ def counts(every: list[dict[str, Any]]) -> dict[str, Counter[str]]:
 
 
 def _counts(was: list[dict[str, Any]], now: list[dict[str, Any]]) -> None:
-    """A row for each group: before → after where they differ."""
+    """Print a row for each group: before → after where they differ."""
     shares = ("whole", "verdict", "class", "place")
     whats = ("names true", "names false", "sure and false", "fails", "cpu_s")
     print(f"| group | data sets | {' | '.join(shares)} | {' | '.join(whats)} |")
@@ -196,7 +196,7 @@ def _counts(was: list[dict[str, Any]], now: list[dict[str, Any]]) -> None:
     for group in both[0]:
         a, b = (each[group] for each in both)
         cells = [
-            _cell(*(f"{c[f'{s} right']}/{c[f'{s} asked']}" if c[f"{s} asked"] else "" for c in (a, b))) for s in shares
+            _cell(*(f"{c[f'{s} right']}/{c[f'{s} known']}" if c[f"{s} known"] else "" for c in (a, b))) for s in shares
         ]
         cells += [_cell(str(a[what]), str(b[what])) for what in whats]
         print(f"| {group} | {a['data sets']} | {' | '.join(cells)} |")

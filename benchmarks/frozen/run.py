@@ -1,11 +1,11 @@
-"""What `calibrate` and `diagnose` answer on many data sets, kept, and a later state held against it.
+"""Record the answers of `calibrate` and `diagnose` on many data sets, and compare those of a later version.
 
     python benchmarks/frozen/run.py worlds --output WORLDS
     python benchmarks/frozen/run.py record --data FOLDER --worlds WORLDS --output after.jsonl
     python benchmarks/frozen/run.py compare benchmarks/frozen/before.jsonl after.jsonl
     python benchmarks/frozen/run.py record --set certainty.EVEN=0.3 --data FOLDER --worlds WORLDS --output other.jsonl
 
-A line for each data set is written as it ends; what is in the file is not done again.
+A line is appended when each data set is done; data sets in the file are skipped.
 """
 
 import argparse
@@ -39,17 +39,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(required=True)
     making = commands.add_parser("worlds")
-    making.add_argument("--seed", type=int, default=FRESH, help="of the first fresh world")
+    making.add_argument("--seed", type=int, default=FRESH, help="seed of the first fresh world")
     making.add_argument("--output", type=Path, required=True)
     making.set_defaults(run=lambda a: make_fresh(a.output, a.seed))
     recording = commands.add_parser("record")
     data = os.environ.get("ROBOLASER_DATA")
     recording.add_argument("--data", type=Path, default=data, required=data is None, help="folder of real sets")
     recording.add_argument("--groups", default=",".join(GROUPS), help="separated by commas")
-    recording.add_argument("--worlds", type=Path, help="folder of fresh worlds; without it that group is left out")
-    recording.add_argument(
-        "--set", action="append", default=[], metavar="FILE.NAME=VALUE", help="another value of a number"
-    )
+    recording.add_argument("--worlds", type=Path, help="folder of fresh worlds; without it, this group is omitted")
+    recording.add_argument("--set", action="append", default=[], metavar="FILE.NAME=VALUE", help="change a constant")
     recording.add_argument("--output", type=Path, required=True)
     recording.set_defaults(run=record)
     comparing = commands.add_parser("compare")
@@ -72,12 +70,12 @@ def put(setting: str) -> None:
 
 
 def record(arguments: argparse.Namespace) -> None:
-    """Answers of both commands on what the file does not have yet."""
+    """Answers of both commands on data sets that are not in the file."""
     data, fresh, output = arguments.data, arguments.worlds, arguments.output
     for setting in arguments.set:
         put(setting)
     done = {line["name"] for line in lines(output)} if output.exists() else set()
-    warm = next(worlds("scatter", data, fresh)).load()[0]  # imports and machine code, which are no data set's
+    warm = next(worlds("scatter", data, fresh)).load()[0]  # imports and caches, which count for no data set
     _timed(lambda: calibrated(calibrate(warm)))
     _timed(lambda: diagnosed(diagnosis_json(examine(warm, seed=1))))
     for group in arguments.groups.split(","):
@@ -89,7 +87,7 @@ def record(arguments: argparse.Namespace) -> None:
 
 
 def answers(world: World, dataset: Dataset, truth: Mapping[str, Any] | None) -> dict[str, Any]:
-    """A line of the file; with effects taken out, of the diagnosis alone."""
+    """A line of the file; with removed effects, only the diagnosis."""
     line: dict[str, Any] = {"name": world.name, "group": world.group, "data": _mark(dataset)}
     if truth is not None:
         line["truth"] = truth
@@ -102,7 +100,7 @@ def answers(world: World, dataset: Dataset, truth: Mapping[str, Any] | None) -> 
 
 
 def _mark(dataset: Dataset) -> list[float]:
-    """Rows, and a norm of what was measured: whether two states were asked the same."""
+    """Number of rows and a norm of the measurements, to check that two versions had the same data."""
     given = [dataset.points.xyz, dataset.points.pixel, dataset.poses.q]
     return [
         len(dataset.points),
@@ -111,7 +109,7 @@ def _mark(dataset: Dataset) -> list[float]:
 
 
 def _timed(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """An answer, or how the command ended, and its CPU seconds."""
+    """An answer, or the error that ended the command, and CPU seconds."""
     began = time.process_time()
     try:
         answer = work()

@@ -1,4 +1,4 @@
-"""The data sets of the frozen answers, group by group, each with what is known of its truth."""
+"""The data sets of the frozen answers by group, each with its known truth."""
 
 import itertools
 import json
@@ -24,28 +24,28 @@ from robolaser.trials.score import UNKNOWN
 REAL = ("ur5-tracker", "mukca-dinova_1", "rosi-two-axis", "mukca-panda_1", "mukca-panda_3", "ur3e-hand-eye-2",
         "etna-s1", "etna-s2", "ur10-tracker-b")  # fmt: skip
 SLOW = ("ur10-tracker-a", "etna-s3")  # real sets that take over a minute of CPU
-IMAGES = ("etna-s1", "etna-s2", "etna-s3")  # recordings, which `extract` makes data sets of
+IMAGES = ("etna-s1", "etna-s2", "etna-s3")  # recordings, converted to data sets by `extract`
 
-SCATTER_RAD = (1e-4, 1e-3, 2e-3, 5e-3)  # of all joints, in no data set stated
-HARMLESS_RAD = 1e-4  # such scatter is no gap
-SEEN_BY = {  # sensor, seed, and the noise beside the scatter, which is stated
+SCATTER_RAD = (1e-4, 1e-3, 2e-3, 5e-3)  # of all joints, never stated
+HARMLESS_RAD = 1e-4  # this scatter is no gap
+SEEN_BY = {  # sensor, seed, and its stated noise
     "point": (301, Noise(point_m=2e-5)),
     "stripe": (302, Noise(pixel_px=0.1, target_m=3e-5)),
     "camera": (303, Noise(pixel_px=0.1)),
     "pose": (304, Noise(point_m=2e-5, angle_rad=5e-5)),
 }
 
-OF_BLIND = {  # what the library calls effects that are sealed under names of their own
+OF_BLIND = {  # library names of effects with other names in the sealed truth
     "form:soft base": "base_compliance",
     "soft_base": "base_compliance",
     "form:bracket sags": "hand_eye_sag",
 }
-CLEAR = 1e6  # squared misfit of an effect for which the truth states none
+CLEAR = 1e6  # assumed squared misfit of an effect where the truth has none
 CLASSES = {effect.name: effect.cause or effect.name for effect in robolaser.EFFECTS}
 KEPT = ("effect", "where", "misfit", "rivals", "also_right", "sites", "classes", "withheld")
 
 CELLS = (("scorbot_er7", False), ("panda", True), ("ur5", False), ("scorbot_er7", True), ("ur5", True))
-"""Arm of a fresh world, and whether a tracker sees it, in turns."""
+"""Arm of a fresh world, and whether a tracker measures it, in turn."""
 RANGES = Ranges(poses=(30, 45), points=(5, 7))
 ROUNDS = 10
 GROUPS = ("real", "scatter", "blind-dev", "blind-hard", "removed", "fresh", "slow")
@@ -53,16 +53,16 @@ GROUPS = ("real", "scatter", "blind-dev", "blind-hard", "removed", "fresh", "slo
 
 @dataclass(frozen=True)
 class World:
-    """A data set to be answered on."""
+    """A data set of a group."""
 
     name: str
     group: str
-    load: Callable[[], tuple[Dataset, dict[str, Any] | None]]  # the data, and the truth as far as it is known
-    without: tuple[str, ...] = ()  # effects taken out of the library
+    load: Callable[[], tuple[Dataset, dict[str, Any] | None]]  # the data, and the known truth
+    without: tuple[str, ...] = ()  # effects removed from the library
 
 
 def worlds(group: str, data: Path, fresh: Path | None) -> Iterator[World]:
-    """Those of a group; `fresh` is the folder that `make_fresh` filled."""
+    """The worlds of a group; `fresh` is the folder that `make_fresh` filled."""
     if group in ("real", "slow"):
         yield from (_real(data / name, group) for name in (REAL if group == "real" else SLOW))
     elif group == "scatter":
@@ -89,7 +89,7 @@ def _real(folder: Path, group: str) -> World:
 
 
 def _scattered(sensor: str, rad: float) -> World:
-    """A UR5 whose joints scatter, and of which nobody says so."""
+    """A UR5 with unstated scatter of its joints."""
 
     def load() -> tuple[Dataset, dict[str, Any]]:
         seed, noise = SEEN_BY[sensor]
@@ -113,7 +113,7 @@ def _truths(folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _removed(folder: Path) -> Iterator[World]:
-    """The worlds of a folder, each without its effects in the library."""
+    """The worlds of a folder, with their true effects removed from the library."""
     library = {effect.name for effect in robolaser.EFFECTS}
     for name, truth in _truths(folder):
         gone = tuple(sorted({item["effect"] for item in truth["each"]} & library))
@@ -129,13 +129,13 @@ def _removed(folder: Path) -> Iterator[World]:
 
 
 def _fresh(folder: Path) -> Iterator[World]:
-    """Worlds on disk, in the order in which they were made."""
+    """The fresh worlds, in the order of their creation."""
     for name, truth in json.loads((folder / "truth.json").read_text(encoding="utf-8")).items():
         yield World(name, "fresh", lambda name=name, truth=truth: (robolaser.load(folder / name), truth))
 
 
 def make_fresh(folder: Path, seed: int) -> None:
-    """Ten worlds of each kind of `robolaser challenge`, written once, so that a later state is asked the same."""
+    """Write ten worlds of each kind of `robolaser challenge`, for all versions that are compared."""
     truths = {}
     for i, (j, kind) in itertools.product(range(ROUNDS), enumerate(KINDS)):
         (robot, tracked), own = CELLS[(i + j) % len(CELLS)], seed + i * len(KINDS) + j
@@ -143,7 +143,7 @@ def make_fresh(folder: Path, seed: int) -> None:
         try:
             arm, tracked = robolaser.find_robot(robot), tracked and kind not in IN_IMAGES
             world = make(arm, kind, seed=own, ranges=RANGES, tracked=tracked)
-        except RobolaserError as e:  # chance gave a fault that its cell cannot have
+        except RobolaserError as e:  # a random fault that this cell cannot have
             print(f"{name}: {e}", file=sys.stderr)
             continue
         robolaser.save(world.dataset, folder / name, overwrite=True)
@@ -152,7 +152,7 @@ def make_fresh(folder: Path, seed: int) -> None:
 
 
 def compact(truth: Mapping[str, Any]) -> dict[str, Any]:
-    """Of a truth what decides whether an answer is right, in today's names; older truths state less."""
+    """The part of a truth that decides whether an answer is right, in current names; older truths state less."""
     each = []
     for given in truth.get("each") or [
         {"effect": effect, "where": where} for effect, where in truth.get("effects", [])
@@ -170,14 +170,14 @@ def compact(truth: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def sealed(short: Mapping[str, Any]) -> dict[str, Any]:
-    """The truth that was made compact, as `trials.score` reads it."""
+    """A compact truth in the format of `trials.score`."""
     background = [[effect, where] for effect, places in short.get("background", {}).items() for where in places]
     each = [_usual(item) | item for item in short["each"]]
     return {"kind": short.get("kind", ""), "each": each, "background": background}
 
 
 def _usual(item: Mapping[str, Any]) -> dict[str, Any]:
-    """What is not kept of a true effect, unless it is otherwise."""
+    """Default values of a true effect, which `compact` omits."""
     cause = CLASSES.get(item["effect"], UNKNOWN)
     return {"rivals": [], "also_right": [], "sites": [item["where"]], "classes": [cause], "values": {}}
 
@@ -189,7 +189,7 @@ def _cache(name: str) -> Path:
 
 
 def made(world: World) -> tuple[Dataset, dict[str, Any] | None] | None:
-    """A world's data and truth; None where chance gave a fault that its cell cannot have."""
+    """A world's data and truth; None for a random fault that its cell cannot have."""
     try:
         return world.load()
     except RobolaserError as e:

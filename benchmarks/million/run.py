@@ -15,7 +15,7 @@ from robolaser.simulation import simulate
 
 SIZES = ((100, 10), (100, 100), (1000, 100), (1000, 1000))
 NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5)
-PEAK = "VmHWM:"  # in Linux's account of a process; that of getrusage would begin with its parent's
+PEAK = "VmHWM:"  # in /proc/PID/status; the peak of getrusage starts at that of the parent
 COMMAND = (
     "import sys; from robolaser.cli import main; code = main(sys.argv[1:]); "
     "print(open('/proc/self/status').read(), file=sys.stderr); sys.exit(code)"
@@ -37,7 +37,7 @@ def main() -> None:
 
 
 def command(cell: Path, output: Path) -> tuple[float, float, float]:
-    """Seconds of `robolaser calibrate` in a process of its own, those of its processor, and its peak memory [MB]."""
+    """Wall seconds, CPU seconds and peak memory [MB] of `robolaser calibrate` in a separate process."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     began = time.perf_counter()
     arguments = [sys.executable, "-c", COMMAND, "calibrate", str(cell), "--output", str(output)]

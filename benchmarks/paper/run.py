@@ -1,7 +1,7 @@
-"""The paper's experiment: does the genetic algorithm with its polish find the best known J, whatever the seed?
+"""The paper's experiment: does the genetic algorithm with local refinement find the best known J for every seed?
 
 25 simulated points from 5 poses of the SCORBOT, bounds of Table 2, 0.3 mm noise on each coordinate of the target.
-The best known J is the lowest of all that any run here, and a polish from the true parameters, has reached.
+The best known J is the lowest of all runs and of a local refinement from the true parameters.
 """
 
 import argparse
@@ -28,8 +28,8 @@ SHOWN = {"mm": 1e3, "µm/px": 1e6, "px": 1.0, "1/mm²": 1e-6, "°": 180 / np.pi}
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--seeds", type=int, default=20)
-    options.add_argument("--generations", type=int, default=10_000, help="the paper's: 10 000")
-    options.add_argument("--data-seed", type=int, default=1, help="another experiment")
+    options.add_argument("--generations", type=int, default=10_000, help="default: 10 000")
+    options.add_argument("--data-seed", type=int, default=1, help="seed of the simulated experiment")
     args = options.parse_args()
 
     made = paper(find_robot("scorbot_er7"), seed=args.data_seed)
@@ -37,24 +37,24 @@ def main() -> None:
     names = model.parameters.names
     truth = model.fix_gauge(np.array([made.truth[name] for name in names]))
     best = float(solve(Problem.of(model), truth[None]).cost[0])
-    searched, polished, seconds = [], [], []
+    searched, refined, seconds = [], [], []
     result = None
     for seed in range(args.seeds):
         began = time.process_time()
         result = calibrate(made.dataset, Plan(algorithm="rcga", seed=seed, generations=args.generations))
         seconds.append(time.process_time() - began)
         searched.append(result.history.best[-1])
-        polished.append(result.objective_m2)
-        print(f"seed {seed:2d}: search {rms(searched[-1]):.4f} mm, polished {rms(polished[-1]):.6f} mm", flush=True)
-    best = min(best, *polished)
+        refined.append(result.objective_m2)
+        print(f"seed {seed:2d}: search {rms(searched[-1]):.4f} mm, refined {rms(refined[-1]):.6f} mm", flush=True)
+    best = min(best, *refined)
     limit = best * (1 + AGREES)
-    reached, unpolished = (int((np.array(costs) <= limit).sum()) for costs in (polished, searched))
+    reached, unrefined = (int((np.array(costs) <= limit).sum()) for costs in (refined, searched))
     print(f"\nreached the best known J ({best:.9e} m²) to {AGREES:g} relative: {reached} of {args.seeds} seeds")
     print(
-        f"without the polish: {unpolished} of {args.seeds}; "
-        f"RMS after the search {rms(np.median(searched)):.3f} mm (median), after the polish {rms(best):.3f} mm"
+        f"without the refinement: {unrefined} of {args.seeds}; "
+        f"RMS after the search {rms(np.median(searched)):.3f} mm (median), after the refinement {rms(best):.3f} mm"
     )
-    print(f"processor time a run: {np.median(seconds):.1f} s (median), {args.generations} generations\n")
+    print(f"CPU time of a run: {np.median(seconds):.1f} s (median), {args.generations} generations\n")
     E = result.residuals
     print(
         f"largest error per axis: {', '.join(f'{1e3 * a:.2f}' for a in np.abs(E).max(axis=0))} mm "
@@ -68,7 +68,7 @@ def main() -> None:
         scale = SHOWN[unit]
         item = model.parameters.items[i]
         known = f"± {result.std[i] * scale:.2g}" if np.isfinite(result.std[i]) else ""
-        known = "on its bound" if result.on_bound[i] else known or "held"
+        known = "on its bound" if result.on_bound[i] else known or "fixed"
         print(
             f"| {name} | {unit} | {item.lower * scale:.4g} | {item.upper * scale:.4g} | {truth[i] * scale:.5g} "
             f"| {result.x[i] * scale:.5g} {known} | {printed:g} |"
@@ -76,7 +76,7 @@ def main() -> None:
 
 
 def rms(J: float) -> float:
-    """RMS distance in mm of the 25 points."""
+    """RMS distance of the 25 points [mm]."""
     return 1e3 * float(np.sqrt(J / 25))
 
 

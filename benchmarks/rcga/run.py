@@ -1,4 +1,4 @@
-"""What a generation costs beside evaluating it: RCGA, the same algorithm of pymoo's parts, and pymoo's own GA."""
+"""Overhead of a generation: RCGA, the same algorithm of pymoo's parts, and pymoo's GA."""
 
 import argparse
 import time
@@ -19,7 +19,7 @@ POPULATION = 100
 
 
 class Bowl(Problem):
-    """A cost that costs next to nothing."""
+    """A cost that is cheap to evaluate."""
 
     def __init__(self) -> None:
         super().__init__(n_var=VARIABLES, n_obj=1, xl=-1.0, xu=1.0)
@@ -69,7 +69,7 @@ def main() -> None:
 
     measured = np.array([[milliseconds(case, args.generations) for case in CASES] for _ in range(args.repeats)])
     ratios = measured[:, -1:] / measured
-    print("| | CPU ms a generation | GA's time is so many times as long |")
+    print("| | CPU ms a generation | GA's time relative to it |")
     print("|---|---|---|")
     for i, case in enumerate(CASES):
         print(f"| {case} | {spread(measured[:, i], '.3f')} | {spread(ratios[:, i], '.1f')} |")

@@ -1,4 +1,4 @@
-"""Diagnoses of real robots: how far the gap shrinks on poses that were not fitted, beside what other scripts reach."""
+"""Diagnoses of real robots: errors on held-out poses before and after, and those of other programs' fits."""
 
 import argparse
 import os
@@ -27,13 +27,13 @@ TARGETS = {
     "etna-s2": "0.28 rms, in sample",
     "etna-s3": "0.47 rms, in sample",
 }
-"""Of other fits of the same files [mm]: the README says whose."""
+"""Errors of other programs' fits of the same files [mm]; the README describes these fits."""
 SAME_ARM = {"ur10-tracker-a": "ur10-tracker-b", "ur10-tracker-b": "ur10-tracker-a"}
 """Another campaign of the same arm."""
 
 
 def dataset_of(folder: Path, beside: Path) -> Dataset:
-    """A data set, its points taken from its images first where it is a recording."""
+    """Load a data set; the points of a recording are first extracted into `beside`."""
     if (folder / "points.csv").exists():
         return load(folder)
     robolaser(["extract", str(folder), "--output", str(beside / folder.name)])
@@ -41,7 +41,7 @@ def dataset_of(folder: Path, beside: Path) -> Dataset:
 
 
 def socket_distances(found: Diagnosis) -> Iterator[float]:
-    """Distances of sockets that are known, by the mean places of the ball that the corrected arm has seated in each."""
+    """Known distances between sockets, from the ball's mean positions in each by the corrected arm [m]."""
     points = found.model.dataset.points
     values = found.model.parameters.values(found.x[None])
     sockets = {name: np.array([values[f"socket.{name}.{axis}"][0] for axis in "xyz"]) for name in set(points.names)}
@@ -55,13 +55,13 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("data", type=Path, help="folder of the published data sets")
     options.add_argument("--only", nargs="*", default=list(TARGETS))
-    asked = options.parse_args()
+    args = options.parse_args()
     print("| data set | verdict | nominal | calibrated | after | mean after | floor | others | CPU [s] |")
     print("|---|---|---|---|---|---|---|---|---|", flush=True)
     with tempfile.TemporaryDirectory() as beside:
-        for name in asked.only:
-            others = [load(asked.data / SAME_ARM[name])] if name in SAME_ARM else []
-            dataset, began = dataset_of(asked.data / name, Path(beside)), time.process_time()
+        for name in args.only:
+            others = [load(args.data / SAME_ARM[name])] if name in SAME_ARM else []
+            dataset, began = dataset_of(args.data / name, Path(beside)), time.process_time()
             found = examine(dataset, seed=1, validate=others)
             seconds = time.process_time() - began
             gap, mean = found.gap, float(np.linalg.norm(found.after_m, axis=1).mean())

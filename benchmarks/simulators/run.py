@@ -1,6 +1,6 @@
-"""The gap between MuJoCo and the cell before and after: arms corrected by half of their poses, replayed at the others.
+"""The gap between MuJoCo and the cell before and after a correction: fitted to half of the poses, tested on the rest.
 
-MuJoCo alone computes the flange poses of `robot_corrected.xml`; base, tools and sockets are fitted to them anew.
+MuJoCo alone computes the flange poses of `robot_corrected.xml`; base, tools and sockets are re-fitted to them.
 """
 
 import argparse
@@ -31,12 +31,12 @@ WAY_S, REST_S = 4.0, 0.3
 
 
 def replayed(text: str, flange: str, joints: Sequence[str], q: Array) -> Array:
-    """T_base_flange where MuJoCo brings an arm to rest whose drives are where they are told to be, (n, 4, 4)."""
+    """T_base_flange of an arm at rest in MuJoCo with its drives at given angles, (n, 4, 4)."""
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     columns = [model.joint(name).qposadr[0] for name in joints]
     model.dof_armature[columns] = 1e6
-    way_s = WAY_S if model.ntendon else 0.0  # only play asks where the arm came from
+    way_s = WAY_S if model.ntendon else 0.0  # only backlash depends on the previous pose
     rest = range(round(REST_S / model.opt.timestep) if model.nv > len(columns) else 0)
     out, body, way = np.tile(np.eye(4), (len(q), 1, 1)), model.body(flange).id, round(way_s / model.opt.timestep)
     data.qpos[columns] = q[0]
@@ -59,17 +59,17 @@ def _step(model: Any, data: Any, columns: Sequence[int], now: Array, *, moves: b
 
 
 def gap_mm(dataset: Dataset, flange: Array, chosen: Array) -> float:
-    """RMS error of the points, or of the sockets, seen from flange poses that are taken as measured [mm]."""
+    """RMS error of points or sockets with given flange poses, which count as measured [mm]."""
     part = dataset.of_poses(chosen)
     poses = Poses(part.poses.names, T_base_flange=flange[chosen])
     return 1e3 * calibrate(replace(part, robot=None, poses=poses)).rms_m
 
 
 def row(name: str, dataset: Dataset, effects: Sequence[str]) -> str:
-    """One arm: how well MuJoCo agrees with the model, and its gap to the cell before and after."""
+    """A row of the table: agreement of MuJoCo with the model, and its gap to the cell before and after."""
     robot, q = dataset.arm
     number = np.arange(len(q))
-    others = number >= len(q) / 2 if "backlash" in str(effects) else number % 2 == 1  # a path stays whole
+    others = number >= len(q) / 2 if "backlash" in str(effects) else number % 2 == 1  # backlash needs contiguous paths
     fitted = calibrate(dataset.of_poses(~others), Plan(effects=tuple(effects)))
     nominal = calibrate(dataset.of_poses(~others))
     order = Model(dataset, fitted.model.effects).run.order if dataset.poses.time_s is not None else np.arange(len(q))
@@ -89,7 +89,7 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("data", type=Path, help="folder of the published data sets")
     data = options.parse_args().data
-    print("| arm | effects | move it by [mm] | MuJoCo off by [mm] | gap before [mm] | after [mm] | model's [mm] |")
+    print("| arm | effects | displacement [mm] | MuJoCo against model [mm] | before [mm] | after [mm] | model [mm] |")
     print("|---|---|---|---|---|---|---|")
     for robot, effects in SIMULATED.items():
         made = simulate(find_robot(robot), kind="point", poses=60, noise=Noise(point_m=2e-5), effects=effects, seed=1)

@@ -1,4 +1,4 @@
-"""The stripe's middle as one writes it in an afternoon: every line by itself, brightest light, no questions asked."""
+"""Simple line-centre detectors: each line separately, around its brightest pixel, without selecting a stripe."""
 
 import warnings
 
@@ -11,7 +11,7 @@ REACH = 12
 
 
 def centre_of_mass(image: Image) -> Array:
-    """Centre of mass of what is brighter than half way up to each row's peak, in NumPy, (height,) [px]."""
+    """Centre of gravity of each row above half its peak, in NumPy, (height,) [px]."""
     grey = image.astype(np.float64)
     ground = np.median(grey, axis=1, keepdims=True)
     above = np.maximum(grey - ground - 0.5 * (grey.max(axis=1, keepdims=True) - ground), 0.0)
@@ -20,7 +20,7 @@ def centre_of_mass(image: Image) -> Array:
 
 
 def curve_fitted(image: Image) -> Array:
-    """The same rows with SciPy's curve_fit about each one's brightest pixel, (height,) [px]."""
+    """Gaussian fit of each row around its brightest pixel by SciPy's curve_fit, (height,) [px]."""
     found = np.full(len(image), np.nan)
     for row, grey in enumerate(image.astype(np.float64)):
         seat = int(grey.argmax())

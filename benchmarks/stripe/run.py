@@ -1,7 +1,7 @@
-"""How fast and how exact is the stripe's middle: against plain NumPy, against SciPy, against what noise allows?
+"""Speed and accuracy of line centres compared with NumPy, SciPy and the Cramér-Rao bound.
 
-Speed is CPU time on one core, image in memory to middles chosen; every figure is the median of rounds in which all
-contestants take turns, in brackets the lowest and the highest.
+Speed is CPU time on one core, from the image in memory to the selected centres. Values are medians of rounds in which
+all programs take turns, with the lowest and the highest in brackets.
 """
 
 import os
@@ -64,7 +64,7 @@ def traced(image: Image, off: Image | None) -> Stripes:
 
 def exactness() -> None:
     print(
-        "\n| breadth σ [px] | height [grey] | bound [px] | "
+        "\n| width σ [px] | height [grey] | bound [px] | "
         + " | ".join(f"{n}: noise/bound, worst bias [px]" for n in named())
         + " |"
     )
@@ -84,7 +84,7 @@ def exactness() -> None:
 
 def saturation() -> None:
     print(
-        "\n| breadth σ [px] | height, clipped at 255 [grey] | "
+        "\n| width σ [px] | height, clipped at 255 [grey] | "
         + " | ".join(f"{n}: RMS, mean [px]" for n in named())
         + " |"
     )
@@ -98,7 +98,7 @@ def saturation() -> None:
 
 
 def named() -> dict[str, Callable[[Image], Array]]:
-    """Every contestant as a function from an image to one middle a row, NaN where it finds none."""
+    """The programs, as functions from an image to one line centre a row, NaN for none."""
     return {"gauss": in_rows, "NumPy": centre_of_mass, "SciPy": curve_fitted}
 
 
@@ -110,13 +110,13 @@ def in_rows(image: Image) -> Array:
 
 
 def worst_bias(error: Array) -> float:
-    """Largest mean error at any of eight sub-pixel places [px]."""
+    """Largest mean error at any of eight subpixel positions [px]."""
     phase, there = np.floor(8 * (COURSE % 1)).astype(int), np.isfinite(error)
     return max(abs(float(error[there & (phase == k)].mean())) for k in range(8))
 
 
 def stripe(breadth: float, height: float) -> Array:
-    """A Gaussian profile as the pixels' areas collect it, (HEIGHT, WIDTH) [grey]."""
+    """A Gaussian profile integrated over the pixels' areas, (HEIGHT, WIDTH) [grey]."""
     at = (np.arange(8 * WIDTH) + 0.5) / 8 - 0.5
     fine = height * np.exp(-0.5 * ((at - COURSE[:, None]) / breadth) ** 2)
     return np.asarray(fine.reshape(HEIGHT, WIDTH, 8).mean(axis=-1))

@@ -1,4 +1,4 @@
-"""What an instance of the suite looks like from a distance, and at its optimum."""
+"""Landscape statistics of an instance of the suite, within its bounds and at its optimum."""
 
 import numpy as np
 from scipy.spatial.distance import pdist
@@ -8,17 +8,17 @@ from robolaser.model.derivatives import jacobian_matrix
 from robolaser.problems.calibration_suite import SuiteProblem
 
 SAMPLES = 2000
-BEST = 0.05  # share of the samples whose dispersion is measured
-GAUGE = 1e-13  # of the largest singular value: what is smaller moves no point
+BEST = 0.05  # share of the samples for the dispersion
+GAUGE = 1e-13  # relative to the largest singular value: smaller ones move no point
 
 
 def landscape(problem: SuiteProblem, seed: int = 1) -> dict[str, float]:
-    """Numbers about J within the bounds, every variable in units of its bounds' distance.
+    """Statistics of J within the bounds, each variable in units of its range.
 
     `correlation` is Spearman's, of J and the distance to the optimum (Jones & Forrest 1995); `dispersion` the mean
-    distance between the best samples over that between all (Lunacek & Whitley 2006); `condition` that of the
-    Gauss-Newton Hessian at the optimum in the directions that move a point, `gauge` how many move none; `poles` the
-    share of samples whose J is infinite; `median` that of the others, in units of the lowest J.
+    distance between the best samples relative to all (Lunacek & Whitley 2006); `condition` the condition number of the
+    Gauss-Newton Hessian at the optimum in directions that move a point; `gauge` the number of the other directions;
+    `poles` the share of samples with infinite J; `median` the median of the others relative to the lowest J.
     """
     u = np.random.default_rng(seed).random((SAMPLES, problem.dimension))
     width = problem.xu - problem.xl
@@ -39,7 +39,7 @@ def landscape(problem: SuiteProblem, seed: int = 1) -> dict[str, float]:
 
 
 def _slopes(problem: SuiteProblem, u: np.ndarray, step: float = 1e-6) -> np.ndarray:
-    """Derivatives of the residuals, (K, dimension); by differences where a closed form is between."""
+    """Derivatives of the residuals, (K, dimension); by central differences for reduced instances."""
     width = problem.xu - problem.xl
     if not problem.instance.reduced:
         whole = jacobian_matrix(problem.model, problem.completed((problem.xl + u * width)[None])[0])

@@ -1,8 +1,8 @@
 """The lowest J of each instance of the suite, by many descents.
 
-Writes robolaser/problems/calibration_suite/instances.toml. Descents are robolaser's bounded
-Levenberg-Marquardt or, where parameters follow from others, SciPy's; the lowest end is polished by SciPy's in all
-variables of the instance. An instance that is named is proved anew; without a name, all.
+Writes robolaser/problems/calibration_suite/instances.toml. Descents are robolaser's bounded Levenberg-Marquardt or,
+for reduced instances, SciPy's; the lowest result is refined by SciPy in all variables of the instance. Named instances
+are computed again; without names, the missing ones.
 """
 
 import json
@@ -48,7 +48,7 @@ INSTANCES = (
 
 
 def main() -> None:
-    """Prove the instances that are named, and write all that is known."""
+    """Compute the named or missing instances, and write all known ones."""
     known = dict(instances()) if TABLE.exists() else {}
     for instance, starts in INSTANCES:
         if instance.id in sys.argv[1:] or (not sys.argv[1:] and instance.id not in known):
@@ -59,7 +59,7 @@ def main() -> None:
 
 
 def proved(instance: Instance, starts: int, seed: int = 1) -> Instance:
-    """The same with the lowest J of many descents from anywhere within the bounds."""
+    """The instance with the lowest J of many descents from random starts within the bounds."""
     problem = SuiteProblem(instance)
     x = np.random.default_rng(seed).uniform(problem.xl, problem.xu, (starts, problem.dimension))
     ends = _by_scipy(problem, x) if instance.reduced else _by_ours(problem, x)
@@ -76,16 +76,16 @@ def proved(instance: Instance, starts: int, seed: int = 1) -> Instance:
 
 
 def _by_ours(problem: SuiteProblem, starts: np.ndarray) -> np.ndarray:
-    """Ends (c, dimension) of descents with the gauge at the start's own values."""
+    """Results of descents with the gauge fixed at the start's values, (c, dimension)."""
     whole, model = problem.model.parameters, problem.model
     bounds = [
         replace(item, lower=item.nominal, upper=item.nominal) if item.name not in problem.names else item
         for item in whole.items
     ]
-    question = Problem.of(model, parameters=Parameters(tuple(bounds)))
+    bounded = Problem.of(model, parameters=Parameters(tuple(bounds)))
     full = np.array([model.fix_gauge(x) for x in problem.completed(starts)])
     chunks = np.array_split(full, -(-len(full) // AT_ONCE))
-    ends = np.concatenate([solve(question, chunk).x for chunk in chunks])
+    ends = np.concatenate([solve(bounded, chunk).x for chunk in chunks])
     return np.clip(ends[:, whole.columns(problem.names)], problem.xl, problem.xu)
 
 
@@ -94,7 +94,7 @@ def _by_scipy(problem: SuiteProblem, starts: np.ndarray) -> np.ndarray:
 
 
 def polished(problem: SuiteProblem, x: np.ndarray) -> np.ndarray:
-    """The end of SciPy's descent from x, or x where that is lower."""
+    """The result of SciPy's descent from x, or x if that is lower."""
     end = _descent(problem, x, 300)
     return end if problem(end) < problem(x) else x
 
@@ -112,9 +112,9 @@ def _descent(problem: SuiteProblem, x: np.ndarray, steps: int) -> np.ndarray:
 
 
 def entry(instance: Instance) -> str:
-    """Its table in instances.toml."""
-    said = {key: value for key, value in asdict(instance).items() if key != "id" and value not in ((), False)}
-    lines = [f"{key} = {json.dumps(value)}" for key, value in said.items()]
+    """The instance's table in instances.toml."""
+    keys = {key: value for key, value in asdict(instance).items() if key != "id" and value not in ((), False)}
+    lines = [f"{key} = {json.dumps(value)}" for key, value in keys.items()]
     return "\n".join([f"[{instance.id}]", *lines, ""])
 
 

@@ -1,6 +1,6 @@
 """Fifteen algorithms on the suite: the tables of README.md.
 
-`--page` only writes the tables, from the runs that are in build/suite.
+`--page` only writes the tables, from the existing runs in build/suite.
 """
 
 import argparse
@@ -52,9 +52,9 @@ def main() -> None:
 
 def ranking() -> Iterator[str]:
     """The table of algorithms."""
-    said = json.loads((FOLDER / "ranking" / "comparison.json").read_text())
-    (family,) = said["standings"]
-    best = {problem["name"]: problem["best"] for problem in said["problems"]}
+    result = json.loads((FOLDER / "ranking" / "comparison.json").read_text())
+    (family,) = result["standings"]
+    best = {problem["name"]: problem["best"] for problem in result["problems"]}
     known = {f"suite:{one.id}": one.lowest for one in suite()}
     lower = [name for name in best if best[name] < known[name] * (1 - 1e-6)]
     assert not lower, f"beaten: {lower}"
@@ -64,12 +64,12 @@ def ranking() -> Iterator[str]:
     yield ""
     yield "| | algorithm | mean rank | runs within 1 % of the lowest J | instances where any was |"
     yield "|---|---|---|---|---|"
-    for place in family["order"]["places"]:
-        success = place["success"]
+    for row in family["order"]["places"]:
+        success = row["success"]
         shares = [f"{100 * success[key]:.0f}" for key in ("value", "lower", "upper")]
         yield (
-            f"| {place['rank'] or ''} | `{place['algorithm']}` | {place['mean_rank']:.1f} |"
-            f" {shares[0]} % ({shares[1]} to {shares[2]} %) | {place['solved']} of {len(best)} |"
+            f"| {row['rank'] or ''} | `{row['algorithm']}` | {row['mean_rank']:.1f} |"
+            f" {shares[0]} % ({shares[1]} to {shares[2]} %) | {row['solved']} of {len(best)} |"
         )
 
 

@@ -1,6 +1,6 @@
-"""Real trackers and sockets: the nominal robot's error, base, tool and sockets fitted, beside the known figures.
+"""Real trackers and sockets: the nominal robot's error with fitted base, tool and sockets, and its known value.
 
-The known figures were computed from the same files with Pinocchio and SciPy, each by its own script.
+The known values were computed from the same files by separate scripts with Pinocchio and SciPy.
 """
 
 import argparse

@@ -1,8 +1,8 @@
-"""What a person waits for: whole commands in processes of their own.
+"""CPU time of whole commands, each in a separate process.
 
     python benchmarks/whole/run.py [--rounds 5]
 
-CPU time is user and system time of the command's process and of the children that it waited for.
+CPU time is user and system time of the process and of the children that it waited for.
 """
 
 import argparse
@@ -19,7 +19,7 @@ EFFECT = ["--effect", "joint_offset:joint_2=0.003"]
 
 
 def commands(folder: Path) -> dict[str, list[str]]:
-    """What is measured; a later command may use what an earlier one wrote."""
+    """The measured commands; later ones may read the output of earlier ones."""
     demo, nothing, one = (str(folder / name) for name in ("demo", "nothing", "one"))
     out = ["--force", "--output"]
     return {
@@ -38,18 +38,18 @@ def cpu_s(command: list[str], environment: dict[str, str]) -> float:
     """User and system time of a process [s]."""
     with subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
         assert process.stderr is not None
-        said = process.stderr.read()
+        errors = process.stderr.read()
         _, status, used = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
-        raise SystemExit(f"{' '.join(command)} exits with {process.returncode}:\n{said.decode()}")
+        raise SystemExit(f"{' '.join(command)} exits with {process.returncode}:\n{errors.decode()}")
     return used.ru_utime + used.ru_stime
 
 
 def main() -> None:
     """Measure, and print a table."""
-    parser = argparse.ArgumentParser(description="Whole commands as a person runs them.")
-    parser.add_argument("--rounds", type=int, default=5, help="runs of each; default: 5")
+    parser = argparse.ArgumentParser(description="CPU time of whole commands.")
+    parser.add_argument("--rounds", type=int, default=5, help="runs of each command; default: 5")
     args = parser.parse_args()
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     idle = statistics.median(cpu_s([sys.executable, "-c", "pass"], environment) for _ in range(args.rounds))

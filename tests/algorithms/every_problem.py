@@ -1,4 +1,4 @@
-"""Problems of every kind that pymoo knows with one objective."""
+"""One-objective problems of every kind in pymoo."""
 
 import numpy as np
 from pymoo.core.problem import ElementwiseProblem, Problem
@@ -8,7 +8,7 @@ SPHERE = get_problem("sphere", n_var=6)
 
 
 class Bowl(Problem):
-    """A bowl in a box of very different sides; the last variable has no room."""
+    """A quadratic with very different ranges of its variables; the last one is fixed."""
 
     def __init__(self, **kwargs):
         xl, xu = np.array([-1.0, -2.0, 0.0, 3.0]), np.array([1.0, 1e3, 1e-9, 3.0])
@@ -19,7 +19,7 @@ class Bowl(Problem):
 
 
 class Sunk(Bowl):
-    """Costs below 0."""
+    """Negative costs."""
 
     def _evaluate(self, X, out, *args, **kwargs):
         super()._evaluate(X, out)
@@ -27,7 +27,7 @@ class Sunk(Bowl):
 
 
 class Holed(Bowl):
-    """Not a number here, infinite there."""
+    """NaN in one region, infinite in another."""
 
     def _evaluate(self, X, out, *args, **kwargs):
         super()._evaluate(X, out)
@@ -35,7 +35,7 @@ class Holed(Bowl):
 
 
 class Fenced(Bowl):
-    """Inequalities, and an equation that pymoo tolerates a small error of."""
+    """Inequality constraints, and an equality with pymoo's tolerance."""
 
     def __init__(self):
         super().__init__(n_ieq_constr=3, n_eq_constr=1)
@@ -47,7 +47,7 @@ class Fenced(Bowl):
 
 
 class Telling(Bowl):
-    """Says more than it must, and mends what it is asked about."""
+    """Returns further outputs, and repairs its candidates."""
 
     def _evaluate(self, X, out, *args, **kwargs):
         X[:] = np.round(X, 3)
@@ -69,7 +69,7 @@ class OneByOne(ElementwiseProblem):
 
 
 class Curious(Bowl):
-    """Wants to know who asks."""
+    """Needs the algorithm as an argument."""
 
     def __init__(self):
         super().__init__(requires_kwargs=True)

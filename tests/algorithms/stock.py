@@ -1,4 +1,4 @@
-"""The paper's algorithm put together from pymoo's own parts: the yardstick of RCGA."""
+"""The paper's algorithm assembled from pymoo's parts: the reference for RCGA."""
 
 from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.operators.sampling.rnd import FloatRandomSampling
@@ -7,7 +7,7 @@ from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUnif
 
 
 def composed(pop_size, n_elites, *, prob_crossover=0.85, sampling=None, survival=None, **mutation):
-    """The same algorithm as `RCGA(pop_size, n_elites=n_elites, ...)`, an Individual for each candidate."""
+    """The same algorithm as `RCGA(pop_size, n_elites=n_elites, ...)`, with an Individual for each candidate."""
     return GeneticAlgorithm(
         pop_size=pop_size,
         n_offsprings=pop_size - n_elites,

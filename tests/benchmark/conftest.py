@@ -1,4 +1,4 @@
-"""Comparisons are made where `mine.py` lies, on one core."""
+"""Comparisons run in the folder of `mine.py`, on one core."""
 
 from pathlib import Path
 
@@ -12,5 +12,5 @@ def at_home(monkeypatch):
 
 @pytest.fixture(autouse=True)
 def on_one_core(monkeypatch):
-    """Where nothing is said of jobs, one process makes all runs: another one takes longer to start than they do."""
+    """Make all runs in one process by default: starting another one takes longer than the runs."""
     monkeypatch.setattr("os.sched_getaffinity", lambda process: {0}, raising=False)

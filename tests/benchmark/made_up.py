@@ -1,4 +1,4 @@
-"""Comparisons made up for tests: traces drawn at random, whose statistics somebody can foretell."""
+"""Synthetic comparisons: random traces with known statistics."""
 
 from collections.abc import Mapping
 
@@ -15,7 +15,7 @@ BUDGET = 10_000
 def made_up_run(
     algorithm: str, seed: int, *, problem: str = "paper", speed: float = 1.0, reason: str = ""
 ) -> BenchmarkRun:
-    """A run that comes ten times closer to zero each `100 / speed` evaluations, about."""
+    """A run that comes ten times closer to zero about every `100 / speed` evaluations."""
     rng = np.random.default_rng([sum(map(ord, algorithm + problem)), seed])
     costs = 10.0 ** -np.arange(-3.0, 7.0)
     evaluations = np.cumsum(rng.integers(1, 200, len(costs)) / speed).astype(int) + 1
@@ -28,7 +28,7 @@ def made_up_run(
 def made_up_comparison(
     speeds: Mapping[str, float], *, seeds: int = 5, problems: tuple[str, ...] = ("paper", "reduced:paper")
 ) -> BenchmarkResult:
-    """Solvers of different speeds on problems whose best cost is zero."""
+    """Solvers of different speeds on problems with a best cost of zero."""
     runs = tuple(
         made_up_run(name, seed, problem=problem, speed=speed)
         for problem in problems

@@ -1,4 +1,4 @@
-"""Problems and solvers of somebody's own, good and bad, as they would lie in a current directory."""
+"""A user's problems and solvers, good and faulty, as in a current directory."""
 
 import contextlib
 import os
@@ -11,7 +11,7 @@ HERE = np.random.default_rng().uniform(-3, 3, 3)
 
 
 def halving(evaluator, seed):
-    """Steps around the best point, half as long after each failure."""
+    """Random steps from the best point, halved after each failure."""
     problem, rng = evaluator.problem, np.random.default_rng(seed)
     x, step, best = problem.sample_uniform(rng)[0], 0.5, np.inf
     while True:
@@ -25,30 +25,30 @@ def halving(evaluator, seed):
 
 
 def raising(evaluator, seed):
-    """Finds something and breaks."""
+    """Evaluates some candidates and raises an error."""
     evaluator.cost(evaluator.problem.sample_uniform(np.random.default_rng(seed), 10))
     raise RuntimeError("out of ideas")
 
 
 def not_a_number(evaluator, seed):
-    """Asks what NaN costs."""
+    """Evaluates a candidate of NaN."""
     evaluator.cost(np.full((1, evaluator.problem.dimension), np.nan))
 
 
 def dying(evaluator, seed):
-    """Finds something and ends its process."""
+    """Evaluates a candidate and ends its process."""
     evaluator.cost(np.ones((1, evaluator.problem.dimension)))
     os._exit(3)
 
 
 def hanging(evaluator, seed):
-    """Finds something and never comes back."""
+    """Evaluates a candidate and never returns."""
     evaluator.cost(np.ones((1, evaluator.problem.dimension)))
     time.sleep(1000)
 
 
 def liar(evaluator, seed):
-    """Says again and again that it has evaluated nothing yet."""
+    """Repeatedly tries to reset its count of evaluations."""
     for _ in range(100):
         evaluator.cost(evaluator.problem.sample_uniform(np.random.default_rng(seed), 3))
         for name in ("evaluations", "budget"):
@@ -57,7 +57,7 @@ def liar(evaluator, seed):
 
 
 def deaf(evaluator, seed):
-    """Swallows the end of its budget and returns."""
+    """Catches the end of its budget and returns."""
     try:
         while True:
             evaluator.cost(evaluator.problem.sample_uniform(np.random.default_rng(seed), 3))
@@ -66,19 +66,19 @@ def deaf(evaluator, seed):
 
 
 def deaf_and_astray(evaluator, seed):
-    """Swallows the end of its budget and breaks."""
+    """Catches the end of its budget and raises an error."""
     deaf(evaluator, seed)
     raise RuntimeError("out of ideas")
 
 
 def deaf_for_ever(evaluator, seed):
-    """Swallows the end of its budget each time, and never comes back."""
+    """Catches the end of its budget each time, and never returns."""
     while True:
         deaf(evaluator, seed)
 
 
 class Sphere(Problem):
-    """Squares of the distances to a point, and a constant."""
+    """Squared distance to a point, plus a constant."""
 
     def __init__(self, offset=0.0, n_var=3, lowest=None):
         super().__init__(n_var=n_var, n_obj=1, xl=-5.0, xu=5.0)
@@ -91,7 +91,7 @@ class Sphere(Problem):
 
 
 class Slow(ElementwiseProblem):
-    """Takes its time, and counts in a file how often it is asked."""
+    """Slow, and counts its evaluations in a file."""
 
     def __init__(self, seconds=0.1, count=""):
         super().__init__(n_var=3, n_obj=1, xl=-5.0, xu=5.0)
@@ -106,7 +106,7 @@ class Slow(ElementwiseProblem):
 
 
 class Stuck(ElementwiseProblem):
-    """Evaluates some candidates, and never comes back from a further one."""
+    """Evaluates ten candidates, and hangs at the next."""
 
     def __init__(self, n_obj=1):
         super().__init__(n_var=3, n_obj=n_obj, xl=-5.0, xu=5.0)
@@ -120,7 +120,7 @@ class Stuck(ElementwiseProblem):
 
 
 class Noisy(Problem):
-    """A sphere whose cost is now and then far too low; its noise is drawn from a state of its own."""
+    """A sphere with noise that lowers its cost, drawn from its own generator."""
 
     def __init__(self, knows=True):
         super().__init__(n_var=3, n_obj=1, xl=-5.0, xu=5.0)
@@ -136,7 +136,7 @@ class Noisy(Problem):
 
 
 class Flaky(ElementwiseProblem):
-    """Diverges for some candidates."""
+    """Raises an error for some candidates."""
 
     def __init__(self):
         super().__init__(n_var=2, n_obj=1, xl=-5.0, xu=5.0)
@@ -148,7 +148,7 @@ class Flaky(ElementwiseProblem):
 
 
 class Whole(Problem):
-    """Whole numbers around 7.5."""
+    """Squared distance to 7.5, in whole numbers."""
 
     def __init__(self):
         super().__init__(n_var=3, n_obj=1, xl=0, xu=10, vtype=int)
@@ -158,7 +158,7 @@ class Whole(Problem):
 
 
 class Elsewhere(Problem):
-    """Another one in each process."""
+    """A different problem in each process."""
 
     def __init__(self):
         super().__init__(n_var=3, n_obj=1, xl=-5.0, xu=5.0)
@@ -168,7 +168,7 @@ class Elsewhere(Problem):
 
 
 class Constrained(Problem):
-    """A slope over a disc, with one equality beside; its algorithms must see both."""
+    """A linear cost on a disc, with one equality constraint as well."""
 
     def __init__(self):
         super().__init__(n_var=2, n_obj=1, n_ieq_constr=1, n_eq_constr=1, xl=-2.0, xu=2.0)

@@ -1,4 +1,4 @@
-"""A cell on the bench: emulated controllers on a fake wire in virtual time, and a fake camera."""
+"""A test bench for cells: emulated controllers on a fake wire in virtual time, and a fake camera."""
 
 import pkgutil
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ from robolaser.emulator.emulated_cell import controller_of
 
 
 class Watched:
-    """Looks at the motors, whatever the line says, while an arm goes where it is sent."""
+    """Observes the motors directly during the motions of an arm."""
 
     def __init__(self, rig: Bench, every_s: float) -> None:
         self._rig = rig
@@ -34,21 +34,21 @@ class Watched:
         self._segment = (rig.motor(), rig.motor())
         self.seen: list[tuple[float, Array]] = []
         self.strayed = 0.0
-        """How far any motor was off the straight way at most [rad]."""
+        """Largest deviation of any motor from the straight path [rad]."""
         rig.clock.wait = self._waited  # type: ignore[method-assign]
 
     def goes(self, arm: Arm) -> None:
-        """Know which way was checked: from where the motors are when the arm is sent, to where it is sent."""
+        """Record the checked path of each motion: from the motors' positions at its start to its goal."""
         go = arm.start_move
 
-        def told(q: Array, seconds: float) -> None:
+        def start_move(q: Array, seconds: float) -> None:
             self._segment = (self._rig.motor(), q)
             go(q, seconds)
 
-        arm.start_move = told  # type: ignore[method-assign]
+        arm.start_move = start_move  # type: ignore[method-assign]
 
     def fastest(self) -> float:
-        """Highest speed of any motor over a look [rad/s]."""
+        """Highest speed of any motor between observations [rad/s]."""
         times, q = np.array([t for t, _ in self.seen]), np.array([q for _, q in self.seen])
         return float((np.abs(np.diff(q, axis=0)).max(axis=1) / np.diff(times)).max(initial=0.0))
 
@@ -65,7 +65,7 @@ class Watched:
 
 
 class Painted:
-    """A camera that shows where the arm is, in grey, and whether the laser is on."""
+    """A camera of grey noise, with a bright line if the laser is on."""
 
     def __init__(self, bench: Bench, size: tuple[int, int], breaks_at: int | None = None) -> None:
         self._bench = bench
@@ -90,18 +90,18 @@ class Painted:
 
 
 def cell(tmp_path: Path, kind: str = "acl") -> Cell:
-    """A cell with small images, on a high stand."""
+    """A cell with small images, high above the floor."""
     folder = cell_folder(tmp_path, kind)
-    said = (folder / "dataset.toml").read_text()
-    said = said.replace("width_px = 640", "width_px = 24").replace("height_px = 480", "height_px = 16")
-    (folder / "dataset.toml").write_text(said)
+    text = (folder / "dataset.toml").read_text()
+    text = text.replace("width_px = 640", "width_px = 24").replace("height_px = 480", "height_px = 16")
+    (folder / "dataset.toml").write_text(text)
     limits = (folder / "cell.toml").read_text().replace("floor_m = 0.02", "floor_m = -0.5")
     (folder / "cell.toml").write_text(limits)
     return load_cell(folder)
 
 
 def bench_for(cell: Cell, faults: Sequence[str] = (), seed: int = 1) -> Any:
-    """The far end that the cell's arm would have: a `Bench`, or a `UrRig` in place of a library."""
+    """The counterpart of the cell's arm: a `Bench`, or a `UrRig` in place of a library."""
     if cell.arm.kind == "ur":
         return UrRig(cell, Jumping(), faults)
     return Bench(controller_of(cell), Jumping(), faults, seed, cell.arm.baud)
@@ -113,7 +113,7 @@ def kind_of(name: str) -> str:
 
 
 def arm_on(bench: Bench | UrRig, cell: Cell) -> Arm:
-    """The arm as the package drives it."""
+    """The package's arm on a bench."""
     if isinstance(bench, UrRig):
         with pytest.MonkeyPatch.context() as patch:
             bench.plugged_in(patch)
@@ -124,12 +124,12 @@ def arm_on(bench: Bench | UrRig, cell: Cell) -> Arm:
 
 
 def at_home(cell: Cell, home: bool) -> Cell:
-    """The same cell, which searches its home first or not."""
+    """The same cell with this setting of `home`."""
     return replace(cell, arm=replace(cell.arm, home=home))
 
 
 def poses(cell: Cell, count: int) -> tuple[Waypoint, ...]:
-    """Postures near home that break no limit."""
+    """Poses near home within all limits."""
     home = controller_of(cell).motor(0.0)
     offsets = np.random.default_rng(8).uniform(-0.15, 0.15, (count, len(home)))
     return numbered(home + offsets)
@@ -148,14 +148,14 @@ def session(
     assert size is not None
     eye = camera or Painted(bench, size)
     arm = arm_on(bench, cell)
-    return Session(cell, arm, eye, writer, bench.clock, lambda said: None, position_confirmed=position_confirmed)
+    return Session(cell, arm, eye, writer, bench.clock, lambda text: None, position_confirmed=position_confirmed)
 
 
 def begun(cell: Cell, folder: Path, waypoints: Sequence[Waypoint], shots: int = 1) -> RecordingWriter:
-    """A recording that has not gone anywhere yet."""
+    """A new recording."""
     return RecordingWriter(cell, folder, waypoints, shots)
 
 
 def resumed(cell: Cell, folder: Path) -> RecordingWriter:
-    """The recording in a folder, taken up again."""
+    """The resumed recording of a folder."""
     return RecordingWriter.resume(cell, folder, None, None)

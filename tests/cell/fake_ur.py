@@ -1,4 +1,4 @@
-"""A Universal Robots arm in place of the package ur-rtde: its three interfaces, with the functions that are used."""
+"""A fake Universal Robots arm behind the three interfaces of ur-rtde, with the functions that the driver uses."""
 
 import sys
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ DEAF = ("silent", "cut", "lost", "late")
 
 
 class UrRig:
-    """What `bench.Bench` is for arms on a line."""
+    """The counterpart of `bench.Bench` for arms behind ur-rtde."""
 
     def __init__(self, cell: Cell, clock: Any, faults: Sequence[str] = ()) -> None:
         self.clock = clock
@@ -28,9 +28,9 @@ class UrRig:
         self._faults = [read_fault(text) for text in faults]
         self._on: set[int] = set()
         self.open: set[str] = set()
-        """Interfaces that are connected."""
+        """Connected interfaces."""
         self.refuses: set[str] = set()
-        """Interfaces that cannot be connected."""
+        """Interfaces that refuse to connect."""
 
     def motor(self, now_s: float | None = None) -> Array:
         self._strike()
@@ -40,7 +40,7 @@ class UrRig:
         return self._on
 
     def plugged_in(self, patch: pytest.MonkeyPatch) -> None:
-        """Let the driver find this arm."""
+        """Replace ur-rtde by this arm."""
         for name in ("control", "receive", "io"):
             module: Any = ModuleType(f"rtde_{name}")
             setattr(
@@ -72,7 +72,7 @@ class UrRig:
         return [252 if i + 1 in self._struck() else 253 for i in range(len(self._axes))]
 
     def moveJ(self, q: list[float], speed: float, acceleration: float, asynchronous: bool) -> bool:  # noqa: N802
-        """The leading axis goes at the speed, all take its time."""
+        """Move the leading axis at the speed, and all others in the same time."""
         assert asynchronous
         now = self.clock.now()
         way = max(abs(goal - axis.at(now)) for goal, axis in zip(q, self._axes, strict=True))
@@ -102,7 +102,7 @@ class UrRig:
 
 
 class UrEnd:
-    """One of the three interfaces: without its connection, commands return False, and values stay as they were."""
+    """One of the three interfaces: without a connection, commands return False, and values are frozen."""
 
     def __init__(self, rig: UrRig, name: str) -> None:
         self._rig, self._name = rig, name

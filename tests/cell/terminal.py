@@ -32,22 +32,22 @@ class Shown:
 
 
 def recorded(words: Sequence[str], *, always: bool = False) -> int:
-    """`robolaser record` with such a camera."""
+    """Run `robolaser record` with a camera of noise."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("robolaser.cell.camera.open_camera", lambda *_: Shown(always=always))
         return main(["record", *words])
 
 
 class Rig:
-    """A cell whose arm is emulated, and whose camera shows noise."""
+    """A cell with an emulated arm and a camera of noise."""
 
     def __init__(self, tmp_path: Path, kind: str) -> None:
         self.cell = bench.cell(tmp_path, kind)
         self.folder = self.cell.folder
         self.out = tmp_path / "recording"
         rng = np.random.default_rng(1)
-        said = (self.folder / "cell.toml").read_text().replace("settle_s = 0.3", "settle_s = 0.01")
-        (self.folder / "cell.toml").write_text(said.replace("speed_rad_s = 0.3", "speed_rad_s = 1.0"))
+        text = (self.folder / "cell.toml").read_text().replace("settle_s = 0.3", "settle_s = 0.01")
+        (self.folder / "cell.toml").write_text(text.replace("speed_rad_s = 0.3", "speed_rad_s = 1.0"))
         home = controller_of(self.cell).motor(0.0)
         q = home + rng.uniform(-0.1, 0.1, (3, len(home)))
         self.poses = tmp_path / "poses.csv"
@@ -60,8 +60,8 @@ class Rig:
         return recorded(words, always=self.cell.arm.kind == "lss")
 
     def home_first(self) -> None:
-        said = (self.folder / "cell.toml").read_text()
-        (self.folder / "cell.toml").write_text(said.replace("[arm]\n", "[arm]\nhome = true\n"))
+        text = (self.folder / "cell.toml").read_text()
+        (self.folder / "cell.toml").write_text(text.replace("[arm]\n", "[arm]\nhome = true\n"))
 
     def names(self) -> list[str]:
         poses = robolaser.load(self.out).poses

@@ -1,4 +1,4 @@
-"""What tests of the diagnosis share."""
+"""Fixtures of the diagnosis tests."""
 
 import pytest
 from board_cell import begun, cell
@@ -9,5 +9,5 @@ from robolaser.estimation.averaging import AveragedData
 
 @pytest.fixture(scope="session")
 def clean() -> tuple[AveragedData, Fit]:
-    """A scanner without faults: its rows, and the fit that a diagnosis begins with."""
+    """A scanner without faults: its rows, and the first fit of its diagnosis."""
     return begun(cell())

@@ -1,4 +1,4 @@
-"""Cells whose faults the effect library did not make."""
+"""Cells with faults that are not simulated by the effect library."""
 
 from functools import cache
 
@@ -21,10 +21,10 @@ def seen(robot: str, kind: str, seed: int, without: tuple[str, ...] = ()) -> Dia
 
 
 def true_effects(robot: str, kind: str, seed: int) -> set[tuple[str, str]]:
-    """What is in it."""
+    """Its true effects."""
     return {(effect, where) for effect, where in world(robot, kind, seed).truth["effects"]}
 
 
 def named(diagnosis: Diagnosis) -> set[tuple[str, str]]:
-    """What was found, gross errors too."""
+    """The named effects, with gross errors."""
     return {(found["effect"], found["where"]) for found in diagnosis_json(diagnosis)["effects"]}

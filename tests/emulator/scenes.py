@@ -1,4 +1,4 @@
-"""Scenes to photograph: an eye that looks down on a table from 0.3 m, and a sheet of light that crosses its view."""
+"""Scenes for images: a camera 0.3 m above a table, and a laser plane across its view."""
 
 from dataclasses import replace
 from functools import cache
@@ -17,7 +17,7 @@ TRUTH = {
 }  # fmt: skip
 LENS_ERROR = np.array([0.0, 0.0, 4e-4, -3e-4, 0.02])
 SPOTLESS = CameraSettings(ambient_grey=0.0, noise_grey=0.0)
-"""Without noise and the room's light."""
+"""Without noise and ambient light."""
 MIDDLE = np.array([0.4, 0.0, 0.0])
 
 
@@ -27,7 +27,7 @@ def light(roll: float = 0.0, cone: float = 0.0) -> Light:
 
 def eye(stripe_axis: str = "v", **settings: float) -> CameraModel:
     made = replace(_spotless(stripe_axis), settings=replace(SPOTLESS, **settings))
-    vars(made)["all_rays"] = _spotless(stripe_axis).all_rays  # a second's work, the same whatever the settings are
+    vars(made)["all_rays"] = _spotless(stripe_axis).all_rays  # takes a second, and does not depend on the settings
     return made
 
 
@@ -40,12 +40,12 @@ def _spotless(stripe_axis: str) -> CameraModel:
 def scene(
     *solids: Solid, stripe_axis: str = "v", projector: Projector | None = None, **settings: float
 ) -> RenderedScene:
-    """Without noise, speckle and the room's light, if nothing else is said."""
+    """A scene, by default without noise, speckle and ambient light."""
     return RenderedScene(solids, eye(stripe_axis, **settings), light(), projector or Projector(speckle=0.0))
 
 
 def grey(scene: RenderedScene, T_base_camera: Array, *, lit: bool = True) -> Array:
-    """The image without noise, speckle and the sensor's end of range, (height, width)."""
+    """The image without noise, speckle and saturation, (height, width)."""
     room, laser = scene.render(T_base_camera)
     settings = scene.eye.settings
     return settings.ambient_grey * room + lit * laser
@@ -58,18 +58,18 @@ def photograph(scene: RenderedScene, T_base_camera: Array, *, lit: bool = True, 
 
 
 def near(x: float, y: float, z: float) -> tuple[float, float, float]:
-    """A point seen from the middle of what is looked at."""
+    """A point relative to the middle of the view."""
     return MIDDLE[0] + x, MIDDLE[1] + y, MIDDLE[2] + z
 
 
 def heading(degrees: float) -> tuple[float, float, float, float]:
-    """A turn about the vertical as a quaternion."""
+    """A rotation about the vertical as a quaternion."""
     x, y, z, w = Rotation.from_euler("z", degrees, degrees=True).as_quat().tolist()
     return x, y, z, w
 
 
 def above(*tilt_deg: float, height: float = 0.3) -> Array:
-    """T_base_camera with its view on the middle, turned by roll, pitch and heading."""
+    """T_base_camera of a view on the middle, rotated by roll, pitch and heading."""
     T = np.eye(4)
     turn = Rotation.from_euler("xyz", tilt_deg or (8, 5, 20), degrees=True).as_matrix()
     T[:3, :3] = np.diag([1.0, -1.0, -1.0]) @ turn

@@ -1,4 +1,4 @@
-"""Functions as least-squares problems, for the solver's tests."""
+"""Functions as least-squares problems, for tests of the solver."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,7 +10,7 @@ from robolaser.estimation.robust_loss import SQUARE, Loss
 
 @dataclass(frozen=True, eq=False)
 class FunctionProblem:
-    """Minimise the squares, or losses, of a function's values: candidates (c, d) -> (c, K), `axes` numbers a row."""
+    """Minimise the squares or losses of a function, candidates (c, d) -> (c, K), with `axes` numbers a row."""
 
     function: object
     start: np.ndarray

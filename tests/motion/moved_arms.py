@@ -1,4 +1,4 @@
-"""Moving arms that MuJoCo moves, under a controller written for them, with faults in forms that are not robolaser's."""
+"""Arms moved by MuJoCo under a controller of the tests, with faults that share no code with robolaser."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,19 +21,19 @@ AXES = ((0, 0, 1), (0, 1, 0), (0, 1, 0), (1, 0, 0))
 RATE_HZ = 100
 PHYSICS_HZ = 1000
 NOISE_RAD = 2e-5
-MOTOR = 1.0  # inertia of one before a gear that yields [kg m²]
+MOTOR = 1.0  # inertia of a motor before an elastic gear [kg m²]
 CARRIED_KG = "payload"
 
 
 @dataclass
 class World:
-    """What is the matter with an arm. Numbers that are none of the URDF's."""
+    """Faults of an arm, and parameters that the URDF lacks."""
 
-    bandwidth: float = 80.0  # of each joint's position loop, critically damped [rad/s]
-    sluggish: float = 1.0  # damping over the critical one
-    feeds_forward: bool = True  # the controller knows the URDF's masses, and wanted accelerations
+    bandwidth: float = 80.0  # of each joint's critically damped position loop [rad/s]
+    sluggish: float = 1.0  # damping relative to critical damping
+    feeds_forward: bool = True  # by the URDF's masses and the commanded accelerations
     delay_s: float = 0.0
-    clock_s: tuple[float, ...] = (0.0,)  # by which readings are stamped too early, in each series in turn
+    clock_s: tuple[float, ...] = (0.0,)  # lead of the readings' time stamps, for each series in turn
     zero: dict[str, float] = field(default_factory=dict)
     dead: dict[str, float] = field(default_factory=dict)
     damping: dict[str, float] = field(default_factory=dict)
@@ -41,14 +41,14 @@ class World:
     armature: dict[str, float] = field(default_factory=dict)
     payload_kg: float = 0.0
     spring: dict[str, float] = field(default_factory=dict)  # stiffness of the gear [Nm/rad]
-    top_speed: dict[str, float] = field(default_factory=dict)  # to which commands are clipped in the drive [rad/s]
-    gain: dict[str, float] = field(default_factory=dict)  # of torques as recorded
+    top_speed: dict[str, float] = field(default_factory=dict)  # limit of the drive's command speed [rad/s]
+    gain: dict[str, float] = field(default_factory=dict)  # of recorded torques
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
-    wave: dict[str, float] = field(default_factory=dict)  # a fault that no library knows: cubes of the angle
+    wave: dict[str, float] = field(default_factory=dict)  # a fault outside the library: cubes of the angle
 
 
 def urdf(payload: float = 0.0) -> str:
-    """The arm as its maker describes it."""
+    """The nominal arm."""
     links, joints, parent, at = [], [], "base", 0.0
     for name, axis, length, mass, own in zip(JOINTS, AXES, LENGTHS, MASSES, ROUND, strict=True):
         inertia = mass * length**2 / 12.0 + own
@@ -71,7 +71,7 @@ ROBOT = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))
 
 
 def mjcf(world: World) -> str:
-    """The same arm as MuJoCo has it, with what is the matter."""
+    """The same arm for MuJoCo, with its faults."""
     inner, ends, at = "", "", 0.0
     for name, axis, length, mass, own in zip(JOINTS, AXES, LENGTHS, MASSES, ROUND, strict=True):
         inertia = mass * length**2 / 12.0 + own
@@ -124,19 +124,19 @@ RECORDED: dict[str, MotionLog] = {}
 
 
 def record(world: World, *, series: int = 6, seconds: float = 12.0, seed: int = 0) -> MotionLog:
-    """A log of the arm in its world; MuJoCo moves it once."""
-    asked = repr((world, series, seconds, seed))
-    if asked not in RECORDED:
-        RECORDED[asked] = _recorded(world, series, seconds, seed)
-    return RECORDED[asked]
+    """A log of the arm in its world, simulated once."""
+    key = repr((world, series, seconds, seed))
+    if key not in RECORDED:
+        RECORDED[key] = _recorded(world, series, seconds, seed)
+    return RECORDED[key]
 
 
-def simulated(*, seconds: float, rate_hz: float = 100.0, robot: Robot | None = None, **asked: Any) -> MotionLog:
-    """A log of `simulate_motion` with runs of so many seconds: a search takes as long as the rows of the longest."""
+def simulated(*, seconds: float, rate_hz: float = 100.0, robot: Robot | None = None, **options: Any) -> MotionLog:
+    """A log of `simulate_motion` with runs of so many seconds: the longest run determines the time of a search."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(simulation, "DURATION_S", seconds)
         patch.setattr(simulation, "RATE_HZ", rate_hz)
-        return simulation.simulate_motion(robot or ROBOT, **asked)
+        return simulation.simulate_motion(robot or ROBOT, **options)
 
 
 def _recorded(world: World, series: int, seconds: float, seed: int) -> MotionLog:
@@ -163,25 +163,25 @@ def _recorded(world: World, series: int, seconds: float, seed: int) -> MotionLog
         pause = 0.5 - 0.5 * np.cos(np.pi * np.clip(time / 1.0, 0.0, 1.0))[:, None]
         middle = rng.uniform(-0.4, 0.4, len(JOINTS)) + np.array([0.0, 0.7, 0.6, 0.0])
         command = middle + pause * (amplitude * np.sin(angle)).sum(axis=1)
-        told = np.concatenate([np.repeat(command[:1], late, axis=0), command[: steps - late]])
+        sent = np.concatenate([np.repeat(command[:1], late, axis=0), command[: steps - late]])
         if np.isfinite(top).any():
-            slow = told.copy()
+            slow = sent.copy()
             for i in range(1, steps):
-                slow[i] = slow[i - 1] + np.clip(told[i] - slow[i - 1], -top / PHYSICS_HZ, top / PHYSICS_HZ)
-            told = slow
-        speed = np.gradient(told, 1.0 / PHYSICS_HZ, axis=0)
+                slow[i] = slow[i - 1] + np.clip(sent[i] - slow[i - 1], -top / PHYSICS_HZ, top / PHYSICS_HZ)
+            sent = slow
+        speed = np.gradient(sent, 1.0 / PHYSICS_HZ, axis=0)
         acceleration = np.gradient(speed, 1.0 / PHYSICS_HZ, axis=0)
         data, model = mujoco.MjData(real), mujoco.MjData(ideal)
-        data.qpos[address] = told[0]
+        data.qpos[address] = sent[0]
         read, torque, behind = (np.empty((steps, len(JOINTS))) for _ in range(3))
         for i in range(steps):
             q, qd = data.qpos[address], data.qvel[address]
-            goal = told[i] + zero + cubes * told[i] ** 3
+            goal = sent[i] + zero + cubes * sent[i] ** 3
             error = goal - q
             error = np.sign(error) * np.maximum(np.abs(error) - dead, 0.0)
             data.ctrl[:] = kp * error - kd * qd
             if world.feeds_forward:
-                model.qpos[:], model.qvel[:], model.qacc[:] = told[i], speed[i], acceleration[i]
+                model.qpos[:], model.qvel[:], model.qacc[:] = sent[i], speed[i], acceleration[i]
                 mujoco.mj_inverse(ideal, model)
                 data.ctrl[:] += model.qfrc_inverse + kd * speed[i]
             read[i], torque[i] = q, data.ctrl

@@ -1,4 +1,4 @@
-"""Joints that follow commands by Euler's method, each with a fault in numbers; they share no code with robolaser's."""
+"""Servos simulated by Euler's method, each with numeric faults; they share no code with robolaser."""
 
 import numpy as np
 from moved_arms import JOINTS, ROBOT
@@ -12,9 +12,9 @@ STEPS_HZ, RATE_HZ, NOISE_RAD = 2000, 100, 2e-5
 def late_arm(
     lag_s: float = 0.0, delay_s: float = 0.0, zero: float = 0.0, dead: float = 0.0, *, runs: int = 8
 ) -> MotionLog:
-    """Runs of 32 s together of sines, in which the lift has a servo of these numbers; the other joints are ideal.
+    """Runs of sines, 32 s in total; the lift has a servo with these parameters, the other joints are ideal.
 
-    Up to each row, the lift is sent where that row says.
+    The setpoint of the lift up to each row is the command of that row.
     """
     rng = np.random.default_rng(0)
     time = np.arange(32 // runs * STEPS_HZ) / STEPS_HZ
@@ -37,10 +37,10 @@ def late_arm(
             q[i, LIFT] = q[i - 1, LIFT] + (error / STEPS_HZ / lag_s if lag_s else error)
         commands.append(command[::every])
         readings.append(q[::every])
-    told, read = np.concatenate(commands), np.concatenate(readings)
+    goal, read = np.concatenate(commands), np.concatenate(readings)
     none, rows = np.full_like(read, np.nan), len(commands[0])
     return MotionLog(
         name="plain", robot=ROBOT, series=tuple("abcdefgh"[:runs]), run=np.repeat(np.arange(runs), rows),
-        time_s=np.tile(np.arange(rows) / RATE_HZ, runs), command=told, q=read + NOISE_RAD * rng.normal(size=read.shape),
+        time_s=np.tile(np.arange(rows) / RATE_HZ, runs), command=goal, q=read + NOISE_RAD * rng.normal(size=read.shape),
         qd=none, tau=none, load=none,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The problem and the populations that operators are tried on, and an algorithm that knows its time."""
+"""The problem and the populations for tests of operators, and an algorithm with a generation count."""
 
 from types import SimpleNamespace
 
@@ -11,5 +11,5 @@ population = evaluated_population
 
 
 def running(n_iter, termination=None):
-    """As much of an algorithm as an operator may look at."""
+    """The attributes of an algorithm that an operator may read."""
     return SimpleNamespace(n_iter=n_iter, termination=NoTermination() if termination is None else termination)

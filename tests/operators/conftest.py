@@ -1,4 +1,4 @@
-"""The problem that operators are tried on."""
+"""The problem for tests of operators."""
 
 import pytest
 from bowl import Bowl

@@ -1,4 +1,4 @@
-"""Made-up comparisons: courses drawn from a generator rather than searched for."""
+"""Synthetic comparisons: random convergence traces instead of searches."""
 
 from dataclasses import replace
 
@@ -64,7 +64,7 @@ PROBLEMS = (
 
 
 def course(rng, problem, speed, luck, seconds, budget=BUDGET):
-    """A run that falls a decade after the other, or halts in another valley."""
+    """The trace of a run that falls decade by decade, or stagnates in another valley."""
     stuck = rng.uniform() > luck
     hard = speed * (1.0 + 0.5 * (problem.dimension > 20)) * rng.lognormal(0.0, 0.25)
     evaluations = np.unique(np.geomspace(5, budget, 140).astype(int))
@@ -78,7 +78,7 @@ def course(rng, problem, speed, luck, seconds, budget=BUDGET):
 def made(
     names=tuple(SPEEDS), problems=PROBLEMS, seeds=15, failing="g3pcx", refusing="scipy-least-squares", unfinished="pso"
 ):
-    """Every contestant on every problem; one fails at times, one refuses the last problem, one is not done yet."""
+    """Every solver on every problem; one fails at times, one refuses the last problem, one is unfinished."""
     rng = np.random.default_rng(4)
     runs, refused = [], {}
     for problem in problems:
@@ -121,12 +121,12 @@ def large():
 
 
 def complete():
-    """One family, all done."""
+    """One family, all runs finished."""
     return made(names=tuple(SPEEDS), problems=PROBLEMS[:2], seeds=8, unfinished="")
 
 
 def tiny():
-    """One contestant, one problem, one seed."""
+    """One solver, one problem, one seed."""
     return made(names=("rcga",), problems=PROBLEMS[:1], seeds=1)
 
 
@@ -135,14 +135,14 @@ def pair():
 
 
 def nothing():
-    """Nothing is finished yet."""
+    """No finished run."""
     one = made()
     problems = tuple(replace(problem, best=np.inf, found_by="") for problem in one.problems)
     return replace(one, problems=problems, runs=(), made=(), engine="tcp://10.0.0.7:8786", workers=12, seconds=0.4)
 
 
 def all_fail():
-    """Every run fails at once."""
+    """Every run fails at its start."""
     one = made(names=("rcga", "de"), problems=PROBLEMS[:2], seeds=3)
     none = ConvergenceTrace(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
     runs = tuple(
@@ -158,5 +158,5 @@ MADE = {"large": large, "complete": complete, "tiny": tiny, "pair": pair, "nothi
 
 
 def judged(comparison):
-    """How contestants stand, for each family."""
+    """The standings of each family."""
     return tuple(standings(comparison, family) for family in comparison.families)

@@ -1,4 +1,4 @@
-"""What every page promises to whoever opens it."""
+"""Properties of every page."""
 
 import json
 import re
@@ -9,7 +9,7 @@ VOID = {"meta", "link", "br", "img", "hr", "input", "wbr"}
 
 
 class Reader(HTMLParser):
-    """Collects what matters of a page: its elements, its texts and what stands in its scripts."""
+    """Collects the elements, texts and scripts of a page."""
 
     def __init__(self, text):
         super().__init__()
@@ -82,7 +82,7 @@ def is_closed_and_its_ids_are_its_own(text):
 
 
 def is_whole(text):
-    """A page can be mailed: it needs nothing else, is small, closed, and runs no script of others."""
+    """A page can be mailed: it is self-contained, small, well-formed, and runs no foreign script."""
     needs_nothing_from_elsewhere(text)
     is_small(text)
     runs_only_our_own_scripts(text)
@@ -90,7 +90,7 @@ def is_whole(text):
 
 
 def said(text):
-    """What can be read on a page, in one line."""
+    """The readable text of a page, in one line."""
     return " ".join("".join(Reader(text).texts).split()).replace("\u2212", "-")
 
 
@@ -116,7 +116,7 @@ def titled(text):
 
 
 def sound_charts(text):
-    """The charts of a page, each of which names its axes with units, answers to the pointer and says what it shows."""
+    """The charts of a page, each with named axes and units, tooltips, and a description."""
     found = charts(text)
     for spec in found:
         assert len(spec["description"]) > 20
@@ -142,7 +142,7 @@ def rows(spec):
 
 
 def hovered(spec):
-    """Fields that a chart names under the pointer."""
+    """Fields of a chart's tooltip."""
     return {channel["field"] for layer in spec["layer"] for channel in layer["encoding"].get("tooltip", [])}
 
 

@@ -1,4 +1,4 @@
-"""A robot by screws, apart from the package: products of exponentials, and weight as the slope of potential energy.
+"""A robot by screws, independent of the package: products of exponentials, gravity torques as energy gradients.
 
 Lynch, Park 2017, Modern Robotics, ch. 4.1.
 """
@@ -9,11 +9,11 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-SHIFT = 1e-30  # of the complex step: nothing is subtracted, so it may be as small
+SHIFT = 1e-30  # of the complex step, which has no cancellation
 
 
 class Screws:
-    """The arm of a URDF that is written plainly; `moved` replaces the origins of joints."""
+    """The arm of a plain URDF; `moved` replaces the origins of joints."""
 
     def __init__(self, text, joints, moved=None):
         robot = ET.fromstring(text.strip())
@@ -22,7 +22,7 @@ class Screws:
         self.moved = moved or {}
 
     def way(self, link):
-        """The joints that carry a link, from the base on."""
+        """The joints between the base and a link, from the base."""
         way = []
         while link in self.above:
             way.insert(0, self.above[link])
@@ -30,7 +30,7 @@ class Screws:
         return way
 
     def value(self, joint, row):
-        """How far a joint is moved: as its reading says, as the one that it mimics, or not at all."""
+        """A joint's value: from its reading, from the joint that it mimics, or zero."""
         mimic = joint.find("mimic")
         if joint.get("name") in self.joints:
             return row[self.joints.index(joint.get("name"))]
@@ -64,13 +64,13 @@ class Screws:
         return energy
 
     def torques(self, q, gravity=(0.0, 0.0, -9.81)):
-        """What each joint must bear, (n, j): the slopes of the energy, by complex steps."""
+        """Gravity torques of the joints, (n, j): the gradient of the energy, by complex steps."""
         steps = 1j * SHIFT * np.eye(len(self.joints))
         return np.array([[self.weight_energy(row + step, gravity).imag / SHIFT for step in steps] for row in q])
 
 
 def origin(element):
-    """The placement that an element states, (4, 4)."""
+    """The transform of an element's origin, (4, 4)."""
     found = element.find("origin")
     stated = {} if found is None else found.attrib
     T = np.eye(4)

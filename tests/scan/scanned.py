@@ -1,4 +1,4 @@
-"""Recordings and calibrations of made-up cells, on disk."""
+"""Recordings and calibrations of synthetic cells, on disk."""
 
 import json
 from dataclasses import replace
@@ -25,7 +25,7 @@ ROBOT = "scorbot_er7"
 
 
 def dataset(*, poses=20, points=8, seed=1, robot=ROBOT):
-    """A calibration's data set, nominal and with a little noise, of an arm with a known path."""
+    """A calibration's data set with nominal values and little noise, of an arm with a known path."""
     made = simulate(find_robot(robot), poses=poses, points=points, noise=Noise(pixel_px=0.1), seed=seed).dataset
     where = made.poses
     if where.time_s is None:
@@ -34,7 +34,7 @@ def dataset(*, poses=20, points=8, seed=1, robot=ROBOT):
 
 
 def calibrated(data, effects=(), numbers=None):
-    """A calibration of a data set: nominal values but for what `numbers` says by name."""
+    """A calibration of a data set: nominal values except those in `numbers`."""
     model = Model(data, candidate_effects(effects, data))
     names, x = model.parameters.names, model.parameters.nominal.copy()
     for name, value in (numbers or {}).items():
@@ -44,7 +44,7 @@ def calibrated(data, effects=(), numbers=None):
 
 
 def written(calibration, folder: Path) -> Path:
-    """calibration.json and what is beside it."""
+    """Write calibration.json and the files beside it."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "calibration.json").write_text(json.dumps(as_json(calibration)), encoding="utf-8")
     if calibration.model.dataset.robot is not None:
@@ -53,7 +53,7 @@ def written(calibration, folder: Path) -> Path:
 
 
 def recorded(data, folder: Path, stripes=None):
-    """A recording on disk, with its points or else with stripes."""
+    """A recording on disk, with points or with stripes."""
     if stripes is None:
         save(data, folder)
     else:
@@ -63,7 +63,7 @@ def recorded(data, folder: Path, stripes=None):
 
 
 def line_centres(data, *, per_pose, seed=3, std=0.1):
-    """Middles all over the image, as many in each pose."""
+    """Line centres all over the image, the same number in each pose."""
     rng = np.random.default_rng(seed)
     n = len(data.poses) * per_pose
     stripes = np.empty(n, STRIPE)
@@ -75,6 +75,6 @@ def line_centres(data, *, per_pose, seed=3, std=0.1):
 
 
 def laser_planes(scanner):
-    """The sheet in the camera frame at each pose of a scan, (n, 4): n · P = d."""
+    """The laser plane in the camera frame at each pose of a scan, (n, 4): n · P = d."""
     plane = scanner.perturb(scanner.at_poses)(Stage.LASER_PLANE, laser_plane(scanner.values))[0]
     return np.broadcast_to(plane, (len(scanner.dataset.poses), 4))

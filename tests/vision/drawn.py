@@ -1,4 +1,4 @@
-"""Stripes drawn line by line, without a camera: Gaussian profiles as the pixels' areas collect them."""
+"""Stripes drawn line by line, without a camera: Gaussian profiles integrated over the pixels' areas."""
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
@@ -6,7 +6,7 @@ from scipy.ndimage import gaussian_filter
 HEIGHT, WIDTH = 300, 640
 ROW = np.arange(HEIGHT)
 STRAIGHT = 318.3 + 0.0137 * ROW * 3
-"""A course that crosses a dozen pixels, so that every sub-pixel place comes up."""
+"""A line across a dozen pixels, so that every subpixel position occurs."""
 WAVY = 320 + 0.13 * ROW + 4 * np.sin(ROW / 60)
 
 

@@ -1,4 +1,4 @@
-"""Pictures of a checkerboard on a plate under a light sheet, by casting rays; nothing here is used to read them."""
+"""Images of a checkerboard on a plate with a laser line, by ray casting; shares no code with the detection."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ SHEET_NORMAL = np.array([np.cos(np.radians(30.0)), 0.06, np.sin(np.radians(30.0)
 SHEET_OFFSET = 0.116
 SQUARE = 0.010
 EDGE = 0.00006
-"""Half the breadth of a printed edge [m], a good third of a pixel: rays alone would leave it ragged."""
+"""Half the width of a printed edge [m], about a third of a pixel, to avoid ragged edges."""
 
 
 @dataclass(frozen=True)
@@ -24,18 +24,18 @@ class Scene:
     """A board before the camera.
 
     Attributes:
-        R: Turn of the board in the camera, (3, 3).
+        R: Rotation of the board in the camera, (3, 3).
         t: The board's origin in the camera, (3,) [m].
         columns: Inner corners along x.
         rows: Inner corners along y.
         dark_first: Whether the square outward of the origin is dark.
-        plate: Last y of the plate the board lies on [m]; beyond it is a floor.
-        border: Breadth of the plate beyond the outer squares [m]; beyond it is the floor.
-        floor: How much deeper the floor is [m].
+        plate: Largest y of the plate under the board [m]; beyond it is a floor.
+        border: Width of the plate beyond the outer squares [m]; beyond it is the floor.
+        floor: Depth of the floor below the plate [m].
         light: Peak of the stripe on white [grey]; above 255 it saturates.
-        width: Standard deviation of the sheet's thickness [m].
+        width: Standard deviation of the laser plane's thickness [m].
         ambient: Grey of white paper without the stripe.
-        mirror: Peak of a second, parallel sheet's light as a share of the first's.
+        mirror: Peak of a second, parallel stripe relative to the first.
         noise: Standard deviation of the noise [grey].
         k1: Radial distortion.
     """
@@ -56,7 +56,7 @@ class Scene:
     k1: float = -0.08
 
     def rays(self, pixel: np.ndarray) -> np.ndarray:
-        """Give the direction, z = 1, that each pixel, (..., 2), looks along, (..., 3)."""
+        """Viewing directions of pixels (..., 2) with z = 1, (..., 3)."""
         bent = (pixel - CENTRE) / FOCAL
         straight = bent
         for _ in range(12):
@@ -64,31 +64,31 @@ class Scene:
         return np.concatenate([straight, np.ones_like(straight[..., :1])], axis=-1)
 
     def project(self, place: np.ndarray) -> np.ndarray:
-        """Give the pixel that shows a place on the board, (..., 2) [m] -> (..., 2) [px]."""
+        """Pixels of points on the board, (..., 2) [m] -> (..., 2) [px]."""
         point = np.concatenate([place, np.zeros_like(place[..., :1])], axis=-1) @ self.R.T + self.t
         straight = point[..., :2] / point[..., 2:]
         return FOCAL * straight * (1 + self.k1 * np.sum(straight**2, axis=-1, keepdims=True)) + CENTRE
 
     def corners(self) -> np.ndarray:
-        """Give the inner corners, (rows, columns, 2) [px]."""
+        """The inner corners, (rows, columns, 2) [px]."""
         x, y = np.meshgrid(np.arange(self.columns), np.arange(self.rows))
         return self.project(SQUARE * np.stack([x, y], axis=-1))
 
     def hit(self, ray: np.ndarray, depth: float = 0.0) -> np.ndarray:
-        """Cut rays with a plane that lies deeper than the board, (..., 3) in the camera [m]."""
+        """Intersect rays with a plane below the board, (..., 3) in the camera [m]."""
         normal = self.R[:, 2]
         return ray * (normal @ self.t + depth)[..., None] / (ray @ normal)[..., None]
 
     def place(self, pixel: np.ndarray) -> np.ndarray:
-        """Give the place on the board's plane that pixels show, (n, 2) [m]."""
+        """Points on the board's plane at pixels, (n, 2) [m]."""
         return ((self.hit(self.rays(pixel)) - self.t) @ self.R)[:, :2]
 
     def above_sheet(self, pixel: np.ndarray) -> np.ndarray:
-        """Distance from the light sheet of what pixels, (n, 2), show on the board's plane [m]."""
+        """Distance from the laser plane of the board's points at pixels (n, 2) [m]."""
         return self.hit(self.rays(pixel)) @ SHEET_NORMAL - SHEET_OFFSET
 
     def paint(self, seed: int) -> np.ndarray:
-        """Take the picture, (HEIGHT, WIDTH) uint8, three by two rays a pixel, blurred by 0.7 px."""
+        """Render the image, (HEIGHT, WIDTH) uint8, with three by two rays a pixel, blurred by 0.7 px."""
         ray = _all_rays(self.k1)
         one = replace(self, R=self.R.astype(np.float32), t=self.t.astype(np.float32))
         point = one.hit(ray)
@@ -114,7 +114,7 @@ class Scene:
 
 
 def _both(each: np.ndarray) -> np.ndarray:
-    """Whether something is so along both axes, (..., 2): `np.all` takes ten times as long."""
+    """`np.all` over the last axis, (..., 2), ten times as fast."""
     return each[..., 0] & each[..., 1]
 
 
@@ -125,7 +125,7 @@ def _all_rays(k1: float) -> np.ndarray:
 
 
 def scene(tilt_deg: tuple[float, float, float], middle: tuple[float, float, float], **changes: object) -> Scene:
-    """Set a board with its middle at a place in the camera [m], turned by rotations about x, y and z."""
+    """A board with its middle at a position in the camera [m], rotated about x, y and z."""
     R = Rotation.from_euler("xyz", tilt_deg, degrees=True).as_matrix()
     size = (changes.get("columns", 7), changes.get("rows", 6))
     half = SQUARE * np.array([size[0] - 1, size[1] - 1, 0]) / 2  # type: ignore[operator]
@@ -133,7 +133,7 @@ def scene(tilt_deg: tuple[float, float, float], middle: tuple[float, float, floa
 
 
 def session(**changes: object) -> list[Scene]:
-    """Five views of one board, enough to know the lens from."""
+    """Five views of one board, enough to estimate the lens."""
     tilts = [(0, 18, 0), (15, 4, 4), (-14, 8, -6), (6, -16, 3), (-8, 14, 9)]
     line_centres = [
         (-0.012, 0, 0.16),
@@ -148,7 +148,7 @@ def session(**changes: object) -> list[Scene]:
 def written(
     scenes: list[Scene], folder: Path, turn: Callable[[np.ndarray], np.ndarray] = lambda image: image
 ) -> list[tuple[str, Path]]:
-    """Write the scenes' pictures, each turned, and give them with their poses."""
+    """Write the scenes' images, each rotated; returns them with their poses."""
     images = []
     for k, one in enumerate(scenes):
         path = folder / f"image{k}.png"

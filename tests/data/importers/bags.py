@@ -1,4 +1,4 @@
-"""ROS bags of a cell, written by rosbags as ROS would record them."""
+"""ROS bags of a cell, written by rosbags in the format of ROS."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -71,7 +71,7 @@ class Recorder:
 
 @contextmanager
 def recorder(folder: Path, kind: str) -> Iterator[tuple[Path, Recorder]]:
-    """A bag of that kind: its path, and what writes to it."""
+    """A bag of that kind: its path and its recorder."""
     if kind == "bag":
         path = folder / "cell.bag"
         with rosbag1.Writer(path) as writer:

@@ -1,4 +1,4 @@
-"""Files of each kind that an importer of ours reads, and what to say of them: the contract is tried on these."""
+"""Example files for each importer with their options: the contract of importers is tested on these."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -17,7 +17,7 @@ from robolaser.geometry.rigid_motion import to_quaternion
 from robolaser.simulation import simulate
 
 Example = Callable[[Path], tuple[list[Path], list[str]]]
-"""Writes files into a folder; gives them, and the options of `robolaser import`."""
+"""Writes files into a folder; returns them and the options of `robolaser import`."""
 JOINTS = [f"joint_{i}" for i in range(1, 6)]
 MAPPED = {"pose": "Nr", "time_s": "t", "point": "Prisma", "x_m": "X", "y_m": "Y", "z_m": "Z"} | {
     f"q_{joint}": f"A{i}" for i, joint in enumerate(JOINTS, 1)
@@ -39,7 +39,7 @@ def written(path: Path, rows: Sequence[Sequence[object]], *, separator: str = ";
 
 
 def log_rows(dataset: Dataset, length: float = 1e3, angle: float = 180 / np.pi) -> list[list[object]]:
-    """A row for each point, with the readings of its pose; in mm and degrees."""
+    """A row for each point with the readings of its pose, in mm and degrees."""
     poses, points = dataset.poses, dataset.points
     header = ["Nr", "t", *(f"A{i}" for i in range(1, 6)), "Prisma", "X", "Y", "Z"]
     rows = [
@@ -61,13 +61,13 @@ def options(mapped: Mapping[str, str]) -> list[str]:
 
 def csv(folder: Path) -> tuple[list[Path], list[str]]:
     file = written(folder / "log.csv", log_rows(tracked()))
-    said = ["--robot", "scorbot_er7", "--units", "mm,deg", "--decimal", ",", "--separator", ";"]
-    return [file], [*said, *options(MAPPED)]
+    words = ["--robot", "scorbot_er7", "--units", "mm,deg", "--decimal", ",", "--separator", ";"]
+    return [file], [*words, *options(MAPPED)]
 
 
-def pairs(write: Callable[[Path, HandEyeCell], list[Path]], *said: str) -> Example:
+def pairs(write: Callable[[Path, HandEyeCell], list[Path]], *words: str) -> Example:
     def example(folder: Path) -> tuple[list[Path], list[str]]:
-        return write(folder, cell("base")), list(said)
+        return write(folder, cell("base")), list(words)
 
     return example
 

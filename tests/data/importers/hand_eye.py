@@ -1,4 +1,4 @@
-"""A hand-eye cell with known answers, and its files as each tool writes them."""
+"""A hand-eye cell with known truth, and its files in each tool's format."""
 
 import json
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ LENGTH_NOISE_M, ANGLE_NOISE_RAD = 2e-4, 3e-4
 
 @dataclass(frozen=True)
 class HandEyeCell:
-    """Where the flange was, and where the camera saw the target."""
+    """Flange poses, and target poses in the camera frame."""
 
     mount: str
     T_base_flange: np.ndarray
@@ -35,14 +35,14 @@ def cell(mount: str, poses: int = 20, seed: int = 1) -> HandEyeCell:
     carried, standing = motions(2.0, (0.05, 0.0, 0.1), 0.02)[0], motions(2.0, (0.9, 0.1, 0.2), 0.1)[0]
     seen = inverse(flange @ carried) @ standing  # T_camera_target, the camera carried
     if mount == "base":
-        seen = inverse(seen)  # the flange carries the target instead
+        seen = inverse(seen)  # the target is on the flange instead
         seen = inverse(standing) @ flange @ carried
     shaken = pose(exp_so3(rng.normal(0, ANGLE_NOISE_RAD, (poses, 3))), rng.normal(0, LENGTH_NOISE_M, (poses, 3)))
     return HandEyeCell(mount, flange, seen @ shaken, carried, standing)
 
 
 def ros_transform(T: np.ndarray, indent: str) -> str:
-    """As rosidl's message_to_yaml writes a geometry_msgs/Transform."""
+    """A geometry_msgs/Transform in the format of rosidl's message_to_yaml."""
     q = to_quaternion(T[:3, :3])
     lines = ["translation:", *(f"  {k}: {v!r}" for k, v in zip("xyz", T[:3, 3].tolist(), strict=True))]
     lines += ["rotation:", *(f"  {k}: {v!r}" for k, v in zip("xyzw", q.tolist(), strict=True))]
@@ -61,7 +61,7 @@ PARAMETERS = """parameters:
 
 
 def easy_handeye2(folder: Path, made: HandEyeCell) -> list[Path]:
-    """NAME.samples, whose parameters it leaves empty, and NAME.calib."""
+    """NAME.samples with empty parameters, and NAME.calib."""
     robot = made.T_base_flange if made.mount == "flange" else inverse(made.T_base_flange)
     rows = [
         f"- robot:\n{ros_transform(r, '    ')}\n  tracking:\n{ros_transform(t, '    ')}"
@@ -72,13 +72,13 @@ def easy_handeye2(folder: Path, made: HandEyeCell) -> list[Path]:
     result = made.T_carried if made.mount == "flange" else made.T_standing
     kind = "eye_in_hand" if made.mount == "flange" else "eye_on_base"
     calib = folder / "cell.calib"
-    said = PARAMETERS.format(name="cell", kind=kind, base="base_link")
-    calib.write_text(f"{said}transform:\n{ros_transform(result, '  ')}\n", "utf-8")
+    header = PARAMETERS.format(name="cell", kind=kind, base="base_link")
+    calib.write_text(f"{header}transform:\n{ros_transform(result, '  ')}\n", "utf-8")
     return [samples, calib]
 
 
 def easy_handeye(folder: Path, made: HandEyeCell) -> list[Path]:
-    """What the older tool prints of its samples, and its result."""
+    """Printed samples of the older tool, and its result."""
     robot = made.T_base_flange if made.mount == "flange" else inverse(made.T_base_flange)
     lines = ["samples:"]
     for field, T in (("hand_world_samples", robot), ("camera_marker_samples", made.T_camera_target)):
@@ -89,14 +89,14 @@ def easy_handeye(folder: Path, made: HandEyeCell) -> list[Path]:
     (folder / "samples.yaml").write_text("\n".join(lines) + "\n", "utf-8")
     T = made.T_carried if made.mount == "flange" else made.T_standing
     values = dict(zip(("x", "y", "z", "qx", "qy", "qz", "qw"), [*T[:3, 3], *to_quaternion(T[:3, :3])], strict=True))
-    said = {"eye_on_hand": made.mount == "flange", "tracking_base_frame": "camera", "namespace": "/cell/"}
-    result = {"parameters": said, "transformation": {key: float(value) for key, value in values.items()}}
+    parameters = {"eye_on_hand": made.mount == "flange", "tracking_base_frame": "camera", "namespace": "/cell/"}
+    result = {"parameters": parameters, "transformation": {key: float(value) for key, value in values.items()}}
     (folder / "result.yaml").write_text(json.dumps(result), "utf-8")
     return [folder / "samples.yaml", folder / "result.yaml"]
 
 
 def moveit(folder: Path, made: HandEyeCell) -> list[Path]:
-    """«Save samples», by yaml-cpp's emitter."""
+    """The file of "Save samples", in the format of yaml-cpp's emitter."""
     lines = []
     for effector, seen in zip(made.T_base_flange, made.T_camera_target, strict=True):
         lines.append(f"- effector_wrt_world: [{', '.join(map(repr, effector.ravel().tolist()))}]")
@@ -106,7 +106,7 @@ def moveit(folder: Path, made: HandEyeCell) -> list[Path]:
 
 
 def opencv(folder: Path, made: HandEyeCell, name: str = "pairs.yml", *, vectors: bool = False) -> list[Path]:
-    """Vectors of matrices as cv::FileStorage writes them; translations in mm."""
+    """Vectors of matrices in the format of cv::FileStorage; translations in mm."""
     storage = cv2.FileStorage(str(folder / name), cv2.FILE_STORAGE_WRITE)
     for word, T in (("gripper2base", made.T_base_flange), ("target2cam", made.T_camera_target)):
         for letter in "Rt":
@@ -121,11 +121,11 @@ def opencv(folder: Path, made: HandEyeCell, name: str = "pairs.yml", *, vectors:
 
 
 def tum(folder: Path, made: HandEyeCell) -> list[Path]:
-    """The flange at 50 Hz between its poses, and the target that it carries as the camera sees it, at other times."""
+    """Trajectories of the flange at 50 Hz, and of the target on it in the camera frame, at other times."""
     assert made.mount == "base"
     lines = [[], []]
     for i, (flange, seen) in enumerate(zip(made.T_base_flange, made.T_camera_target, strict=True)):
-        for at in (-0.01, 0.01):  # it stands still
+        for at in (-0.01, 0.01):  # at rest
             lines[0].append((1.6e9 + i + at, flange))
         lines[1].append((1.6e9 + i + 0.003, seen))
     for path, rows in zip(("flange.tum", "body.tum"), lines, strict=True):

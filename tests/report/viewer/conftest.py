@@ -1,4 +1,4 @@
-"""Where the made-up cells are, and a viewer without a server."""
+"""The folder of the synthetic cells, and a viewer without a server."""
 
 import sys
 from pathlib import Path
@@ -10,7 +10,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "scan"))
 
 @pytest.fixture
 def served(monkeypatch):
-    """No server: what would be shown."""
+    """A viewer without a server; collects the shown elements."""
     shown = []
 
     class ViewerApp:
@@ -20,7 +20,7 @@ def served(monkeypatch):
             shown.append(what)
 
         def wait(self):
-            """Until the user is tired of it."""
+            """Return at once, as if the user had ended it."""
 
     monkeypatch.setattr("robolaser.report.viewer.serving.ViewerApp", ViewerApp)
     return shown
