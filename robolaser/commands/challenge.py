@@ -20,7 +20,7 @@ USUAL_ARM = "scorbot_er7"  # needs no further package
 
 challenge = App(
     "challenge",
-    help="Make blind data sets with hidden faults, and score the diagnoses of them.",
+    help="Make blind data sets with hidden faults, and score their diagnoses.",
     group_commands="Commands",
 )
 

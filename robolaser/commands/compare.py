@@ -34,7 +34,7 @@ def compare(
     terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
-    """Run algorithms side by side and report which is better, by how much, and with which certainty.
+    """Run algorithms side by side and report which is better, by how much, and how certain that is.
 
     For example:
 

@@ -29,7 +29,7 @@ def emulate(
 
     Args:
         cell: Folder with cell.toml, dataset.toml and the URDF.
-        world: What the camera sees; without it, there is no camera.
+        world: The true state of the cell; without it, there is no camera.
         time_scale: How many times as fast as real time its clock runs.
         seed: Seed of noise and faults.
         faults: For example lost:0.1, impact:3@12 (at the 12th command), silent@>5s; may be given again.

@@ -36,7 +36,7 @@ def export(
         result: Folder of a calibration or a diagnosis.
         into: Your URDF; for a moving arm also MJCF; or, for the zeros, LeRobot's calibration of the arm, .json.
         output: File for the copy.
-        replay: Drive your MJCF and the copy in MuJoCo by the commands of this log, and compare both with its readings.
+        replay: Drive your MJCF and the copy in MuJoCo with this log's commands, and compare both with its readings.
         force: Overwrite an earlier file.
     """
     from robolaser.bounded_reading import ROBOT_BYTES, read_text

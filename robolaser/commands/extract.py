@@ -26,8 +26,8 @@ def extract(
 ) -> None:
     """Detect board and laser stripe, or a camera's target, in a recording's images, and write points.csv.
 
-    A stripe scanner's board also gives corners.csv. A new data set has two
-    sensors, stripe and camera, which are fitted together.
+    A stripe scanner's board also gives corners.csv. With --output, the data set
+    has two sensors, stripe and camera, which are fitted together.
 
     Without [board], a stripe scanner's line centres in all images go to
     stripes.npy. Where poses.csv names an image with the laser off (image_off),

@@ -39,7 +39,7 @@ class RouteOptions:
         poses: Go to the poses of this table: columns q_<joint>, and pose for their names.
         plan: Go to N poses that see the board and are the most informative.
         next_poses: Go to the next poses that a diagnosis recommends.
-        watch: Take N images while others move the arm, by hand or by a program; Ctrl-C ends it earlier.
+        watch: Take N images while the arm is moved by hand or by another program; Ctrl-C ends it earlier.
         separate: With --plan, also separate this effect from all others; may be given again.
         repeats: Number of shots at each pose. Default: 1.
         both_ways: Visit each pose twice, all joints from below and from above.

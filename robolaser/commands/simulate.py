@@ -43,7 +43,7 @@ def simulate(
         poses: Number of poses, in each session.
         points: Points in each pose. Default: 12 of a stripe, 35 corners, 3 reflectors, sockets or balls, 1 body.
         repeats: Number of shots in each pose.
-        sessions: Number of sessions with other positions of base, target or sockets; series of a motion, 6 by default.
+        sessions: Number of sessions with other positions of base, target or sockets; of series of a motion (1 means 6).
         unplaced: Do not state the pose of the target.
         effects: Add one of `robolaser list effects`, with its size in SI units; may be given again.
         seed: Seed of poses and noise.
