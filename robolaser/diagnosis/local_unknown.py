@@ -16,7 +16,7 @@ from robolaser.arrays import Array
 from robolaser.diagnosis.candidate_sites import of_several_joints, sites
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import rough
-from robolaser.diagnosis.localization import chance_ratio, likelihood_ratio
+from robolaser.diagnosis.localization import chance_ratio, function_ratio, likelihood_ratio
 from robolaser.diagnosis.pose_coordinates import TIME, angle_of, of_run, torque_of
 from robolaser.diagnosis.random_functions import RandomFunctions
 from robolaser.diagnosis.score_tests import normal_equations
@@ -61,7 +61,7 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
         return max(chance_ratio(*sums), *(_ratio(basis, *sums) for basis in _bases(fit.model.run, site)))
     in_time, functions = rough(fit.model.run.progress), RandomFunctions(fit)
     drifts = (replace(one, basis=in_time) for one in sites(fit) if (one.site, one.coordinate) == (site, TIME))
-    by_site = (likelihood_ratio(functions.normal_equations(one), functions.gradient(one))[0] for one in drifts)
+    by_site = (function_ratio(functions, one) for one in drifts)
     return max(*by_site, *(_ratio(in_time, *joint_equations(fit, joint)) for joint in joints))
 
 
@@ -90,8 +90,7 @@ def posture_unknown_chi2(fit: Fit) -> float:
     It is a function of the posture for each of these joints, all of one size; or a force at the flange.
     """
     functions, several = RandomFunctions(fit), tuple(of_several_joints(fit))
-    by = ((functions.normal_equations(site), functions.gradient(site)) for site in several)
-    return max((likelihood_ratio(normal, gradient)[0] for normal, gradient in by), default=0.0)
+    return max((function_ratio(functions, site) for site in several), default=0.0)
 
 
 def probability_of_local_unknown(final: float, left: float, without: float, instead: float) -> float:

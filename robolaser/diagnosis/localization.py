@@ -62,6 +62,11 @@ def likelihood_ratio(normal: Array, gradient: Array, most: float = np.inf) -> tu
     return float(ratios[0]), float(sizes[0])
 
 
+def function_ratio(functions: RandomFunctions, site: Site) -> float:
+    """Twice the logarithm of the likelihood ratio of a random function at a site."""
+    return likelihood_ratio(functions.normal_equations(site), functions.gradient(site))[0]
+
+
 def chance_ratio(gradient: Array, own: Array, shared: Array) -> float:
     """Twice the logarithm of the likelihood ratio of chance: independent motions of n groups, all of one size.
 

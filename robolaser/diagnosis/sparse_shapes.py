@@ -14,7 +14,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.candidate_sites import Site
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
 from robolaser.diagnosis.local_unknown import TARGET, joint_equations
-from robolaser.diagnosis.localization import likelihood_ratio
+from robolaser.diagnosis.localization import function_ratio
 from robolaser.diagnosis.pose_coordinates import TIME, angle_of, torque_of
 from robolaser.diagnosis.random_functions import RandomFunctions
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
@@ -70,8 +70,7 @@ def _slip_chi2(fit: Fit) -> float:
     best = 0.0
     for move in moves:
         slips = (Site("", TIME, move, step[:, None], fit.pose_of_number) for step in steps)
-        both = ((functions.normal_equations(slip), functions.gradient(slip)) for slip in slips)
-        best = max(best, _mean(np.array([likelihood_ratio(*each)[0] for each in both])))
+        best = max(best, _mean(np.array([function_ratio(functions, slip) for slip in slips])))
     return best
 
 
