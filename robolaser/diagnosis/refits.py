@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import final
 
 import numpy as np
@@ -31,8 +32,6 @@ Announce = Callable[[str], None]
 """Called with the current step in words."""
 Chi2By = Callable[..., float]
 """Evaluates the chi-squared that a function of a fit and a site returns."""
-Rival = Callable[[Fit, Fit, str, Chi2By], float]
-"""Probability of an unknown cause at a site, from a fit with some effects and one without them."""
 
 
 @final
@@ -161,17 +160,21 @@ class Refits:
         joint, without = candidate_effect.where, self.refit(fit, removed=candidate_effect)
         beside = [one for one in without.effects if one.where == joint and has_form(fit, one)]
         sets = dict.fromkeys((without, self.without(without, beside)))
-        rivals = self._of_any_form, self._of_sparse_shape, self._by_chance
-        unknown = max(self._beside_any_scatter(rival, fit, one, joint) for rival in rivals for one in sets)
+        unknown = max(self._probability_instead(fit, one, joint) for one in sets)
         return unknown if unknown >= LEAST_PROBABILITY else 0.0
 
-    def _beside_any_scatter(self, rival: Rival, fit: Fit, without: Fit, joint: str) -> float:
-        """A rival's probability, the lower of those with the assumed scatter of whole poses and the likeliest one."""
-        unknown = rival(fit, without, joint, self._once)
-        if unknown < LEAST_PROBABILITY or (rescattered := fit.with_likeliest_scatter) is fit:
-            return unknown
-        refitted = Fit.of(without.problem.with_noise(rescattered.noise), without.x)
-        return min(unknown, rival(rescattered, refitted, joint, lambda chi2_of, one, *site: chi2_of(one, *site)))
+    def _probability_instead(self, fit: Fit, without: Fit, joint: str) -> float:
+        """Probability of the likeliest rival of the effects that one fit lacks.
+
+        Each has the lower of its probabilities with the assumed scatter of whole poses and with the likeliest one.
+        """
+        rivals = self._of_any_form, self._of_sparse_shape, self._by_chance
+        assumed = ((rival, rival(fit, without, joint, self._once)) for rival in rivals)
+        reported = [(rival, unknown) for rival, unknown in assumed if unknown >= LEAST_PROBABILITY]
+        if not reported or (rescattered := fit.with_likeliest_scatter) is fit:
+            return max((unknown for _, unknown in reported), default=0.0)
+        refitted, once = Fit.of(without.problem.with_noise(rescattered.noise), without.x), cache(_explained)
+        return max(min(unknown, rival(rescattered, refitted, joint, once)) for rival, unknown in reported)
 
     def _of_any_form(self, fit: Fit, without: Fit, joint: str, chi2_by: Chi2By) -> float:
         """Probability of a function of unknown form instead of the effects, or, at a joint, also beside them."""
@@ -217,6 +220,10 @@ class Refits:
         exclude effects that predict new poses well. It still lowers their probability.
         """
         return fit.has_optics and self.unmodelled(fit, without) > EVEN
+
+
+def _explained(chi2_of: Callable[..., float], fit: Fit, *site: str) -> float:
+    return chi2_of(fit, *site)
 
 
 def penalty(test: ScoreTest) -> float:
