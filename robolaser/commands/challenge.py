@@ -82,8 +82,8 @@ def new(
     truth = truth or trial.truth_beside(folder)
     if truth.resolve().is_relative_to(folder.resolve()):
         raise UsageError(f"--truth {truth} is in {folder} and would be given away with it. Keep it elsewhere.")
-    with results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim, terminal.progress() as report:
-        names = trial.new(folder, truth, sources, plan, claim=claim, report=report)
+    with results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim, terminal.progress() as progress:
+        names = trial.new(folder, truth, sources, plan, claim=claim, progress=progress)
 
     def print_names() -> None:
         say(f"{len(names)} blind data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
@@ -129,8 +129,8 @@ def score(
         diagnoses = trial.diagnosis_files(folder, truths, file.parent)
         claim(f"{name}/{trial.DIAGNOSIS}" for name, path in diagnoses.items() if not path.exists())
         executor = stack.enter_context(Processes(jobs))
-        report = stack.enter_context(terminal.progress())
-        trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, report=report)
+        progress = stack.enter_context(terminal.progress())
+        trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, progress=progress)
         scored = trial.score(truths, diagnoses)
         text = json_text(scored)
         write_results(file.parent, {file.name: text})

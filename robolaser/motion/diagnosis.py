@@ -64,10 +64,10 @@ def diagnose_motion(
         DataError: Nothing can be compared: there are neither commands nor torques nor a second encoder.
         UsageError: There is no effect of that name.
     """
-    began, report = time.monotonic(), progress or (lambda what, share: None)
+    began, announce = time.monotonic(), progress or (lambda what, share: None)
     library = library_of(effects, without)
     other = misread(log) if not comparable(log)["torque"] else None
-    parts, missing, remarks = parts_of(other.of(log) if other else log, library, search, report)
+    parts, missing, remarks = parts_of(other.of(log) if other else log, library, search, announce)
     tested = {at.effect.name for part in parts for at in (*part.candidates, *(one.at for one in part.shown))}
     missing = {name: reason for name, reason in missing.items() if name not in tested}
     verdicts = [part.verdict for part in parts]

@@ -39,7 +39,7 @@ usually leave, and a start."""
 
 
 def parts_of(
-    log: MotionLog, library: Sequence[MotionEffect], searching: Searching, report: Progress
+    log: MotionLog, library: Sequence[MotionEffect], searching: Searching, progress: Progress
 ) -> tuple[list[KindDiagnosis], dict[str, str], list[str]]:
     """Diagnose each kind of rows.
 
@@ -47,7 +47,7 @@ def parts_of(
         log: Commands, encoders and torques along time.
         library: Effects that may be at work.
         searching: Chooses the effects.
-        report: Called with the current step and its finished share.
+        progress: Called with the current step and its finished share.
 
     Returns:
         The diagnoses, reasons why effects cannot be tested, and remarks.
@@ -60,7 +60,7 @@ def parts_of(
     remarks: list[str] = []
     reasons, log = comparable(log), log.as_read
     if not reasons["tracking"]:
-        report("tracking", 0.1)
+        progress("tracking", 0.1)
         sent = _as_sent(log, library)
         if sent is not log:
             remarks.append("Commands are written more slowly than rows: between them they are interpolated.")
@@ -72,7 +72,7 @@ def parts_of(
     )  # fmt: skip
     for kind, recorded, what, share in linear:
         if not reasons[kind]:
-            report(what, share)
+            progress(what, share)
             of = quantities(log, kind)
             factor = follows_rigid_arm(of) if kind == "torque" and not of.lacking else 1.0
             so_large = f"torques are {factor:.2g} times those of the URDF's rigid arm: are"

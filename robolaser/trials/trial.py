@@ -49,7 +49,7 @@ class TrialPlan:
 
 
 def new(
-    folder: Path, truth: Path, sources: Sequence[Robot | Dataset], plan: TrialPlan, *, claim: Claim, report: Progress
+    folder: Path, truth: Path, sources: Sequence[Robot | Dataset], plan: TrialPlan, *, claim: Claim, progress: Progress
 ) -> list[str]:
     """Make blind data sets in a folder, and keep the truth about them in another.
 
@@ -59,7 +59,7 @@ def new(
         sources: Arms, or data sets to imitate; they take turns.
         plan: Which data sets.
         claim: Of the folder.
-        report: Progress.
+        progress: Called with the current step and its finished share.
 
     Raises:
         UsageError: Not one of `KINDS`, nor a fault.
@@ -79,7 +79,7 @@ def new(
     seeds = rng.integers(1 << 40, size=plan.count).tolist()
     truths, files = {}, {}
     for i, (name, kind, seed) in enumerate(zip(names, dealt, seeds, strict=True)):
-        report("making worlds", i / plan.count)
+        progress("making worlds", i / plan.count)
         source = patterns[i % len(patterns)]
         world = make(source, kind, seed=seed, name=name, ranges=plan.ranges)
         truths[name], files[name] = world.truth, texts_of(world.dataset)
@@ -105,7 +105,7 @@ def diagnosis_files(folder: Path, names: Iterable[str], output: Path) -> dict[st
 
 
 def diagnose_missing(
-    folder: Path, files: Mapping[str, Path], *, seed: int, executor: Executor, report: Progress
+    folder: Path, files: Mapping[str, Path], *, seed: int, executor: Executor, progress: Progress
 ) -> None:
     """Diagnose the data sets of a trial that have none of the files yet, which are named by data set.
 
@@ -115,7 +115,7 @@ def diagnose_missing(
     missing = [name for name, path in files.items() if not path.exists()]
     futures = {executor.submit(_diagnosed, load(folder / name), seed): name for name in missing}
     for i, future in enumerate(as_completed(futures)):
-        report("diagnosing", i / len(missing))
+        progress("diagnosing", i / len(missing))
         path = files[futures[future]]
         try:
             text = future.result()
