@@ -125,9 +125,15 @@ class HeldOut:
         return float(np.sqrt((np.square(errors).sum() + np.square(distance_errors(fit)).sum()) / len(errors)))
 
     def calibrated(self, start: Fit) -> float:
-        """The calibration's gap [m], even if a search excluded other rows; without a calibration, that of the start."""
-        known = self._calibration.held_out_rms_m if self._calibration else None
-        return self.gap(start) if known is None else known
+        """The calibration's gap [m], also where a search excluded further rows.
+
+        It is that of the start without a calibration, or if the calibration excluded rows that are no gross errors.
+        """
+        known = self._calibration
+        if known is None or known.held_out_rms_m is None:
+            return self.gap(start)
+        rows, of_calibration = (len(model.dataset.points) for model in (start.model, known.fitted_model))
+        return self.gap(start) if rows >= of_calibration else known.held_out_rms_m
 
 
 def distance_errors(fit: Fit) -> Array:

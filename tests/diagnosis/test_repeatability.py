@@ -187,6 +187,7 @@ def test_stated_noise_that_is_far_too_small_makes_no_gross_errors(times, verdict
     assert ("times as much as [noise] states: correct it" in diagnosis.sentence) == (times == 10)
     assert "not random" not in diagnosis.sentence
     assert not len(diagnosis.outliers)
+    assert diagnosis.gap.calibrated_m == diagnosis.gap.after_m
     assert diagnosis.noise["pixel"].value == pytest.approx(0.1, rel=0.1)
     assert any(f"pixel_px = {0.1 / times:.2g}" in remark for remark in diagnosis.noise_remarks)
 
