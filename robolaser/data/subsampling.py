@@ -49,7 +49,9 @@ def subsampled(dataset: Dataset, most: int) -> Dataset:
         share = most // len(sensors) // max(1, len(np.unique(group)))
         chosen.append(sensor.rows[rows_of_each(group, max(MIN_ROWS, share))])
     kept = np.sort(np.concatenate(chosen))
-    return dataset if len(kept) == len(points) else replace(dataset, points=points.take(kept))
+    if len(kept) == len(points):
+        return dataset
+    return replace(dataset, points=points.take(kept), whole=dataset.whole or dataset)
 
 
 def chosen_rows(dataset: Dataset, seed: int, most: int = MAX_POSES) -> Bools:

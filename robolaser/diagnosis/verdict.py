@@ -19,6 +19,8 @@ from robolaser.diagnosis.thresholds import (
     NO_DIFFERENCE,
     NO_NOISE,
     OPEN_SHARE,
+    SIGMA_OF_95_PERCENT,
+    SIGMA_WITHOUT_LOCATION,
     SMALL_SHARE,
 )
 from robolaser.estimation.outliers import median_length
@@ -134,12 +136,21 @@ class Evidence:
     @property
     def is_at_floor(self) -> bool:
         """Whether the held-out gap is that of noise: near it, or not significantly above it."""
-        return self.is_near_floor or (self.least_m <= self.expected_m and self._rotations_at_floor)
+        return self.is_near_floor or (
+            self._least(self.gap_m, self.least_m) <= self.expected_m and self._rotations_at_floor
+        )
 
     @property
     def _rotations_at_floor(self) -> bool:
         expected = max(self.floor_m, self.expected_m)
-        return min(self.rotations / NO_DIFFERENCE, self.least_rotations) * self.floor_m <= expected
+        least = self._least(self.rotations, self.least_rotations)
+        return min(self.rotations / NO_DIFFERENCE, least) * self.floor_m <= expected
+
+    def _least(self, gap: float, lower: float) -> float:
+        """The least plausible value of a gap, from the lower end of its interval: a lower one without a location."""
+        if self.localized > 0.0 or gap <= 0.0:
+            return lower
+        return float(gap * (lower / gap) ** (SIGMA_WITHOUT_LOCATION / SIGMA_OF_95_PERCENT))
 
     @property
     def is_closed(self) -> bool:
