@@ -118,10 +118,11 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis])
         placement = derivatives.by_motion(Stage.LINKS, name) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
         if CandidateEffect(LinkGeometry, name) not in fit.effects:
             yield Site(name, f"placement of {name}", placement, constant, poses, unknown=False)
-        across = placement[:, 3:5]  # a wobbling bearing or a twisting beam; errors of optics look alike
-        for coordinate, basis in () if fit.has_optics else own:
-            yield Site(name, coordinate, across, basis, poses)
-        shift = placement[:, :3]
+        across, shift = placement[:, 3:5], placement[:, :3]
+        for coordinate, basis in () if fit.has_optics else own:  # errors of optics look alike
+            yield Site(name, coordinate, across, basis, poses)  # a wobbling bearing or a twisting beam
+        for coordinate, basis in () if fit.has_optics else own[:1]:
+            yield Site(name, coordinate, shift, basis, poses)  # a bearing that runs out
         for coordinate, basis in in_run if turns_before else ():  # before any rotary joint it is a shift of the base
             yield Site(name, coordinate, shift, basis, poses)
         turns_before |= not robot.prismatic[robot.joints.index(name)]
@@ -170,6 +171,7 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, in_run: Sequen
     for name, here in _rows_of_sensors(fit, "camera", Stage.PIXELS):
         moves = _over_rows(derivatives, Stage.PIXELS, every, smooth(pixel) * here[:, None])
         yield _of_rows(name, "image position", moves, most=MAX_DISTORTION_PX)
+        yield from _of_focus(fit, derivatives, name, here, in_run)
     on_plane = derivatives.passing(Stage.POINTS)
     if on_plane is None:
         return
@@ -193,6 +195,21 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, in_run: Sequen
         for coordinate, basis in in_run:
             middle = _centred(pixel[here, along], dataset.points.pose[here], len(basis))
             yield Site(name, coordinate, moved, np.concatenate([basis, basis * middle], axis=1), fit.pose_of_number)
+
+
+def _of_focus(
+    fit: Fit, derivatives: StageDerivatives, name: str, here: Bools, in_run: Sequence[Basis]
+) -> Iterator[Site]:
+    """A focal length that changes from image to image: with time, with recorded conditions, or with the distance."""
+    image = derivatives.passing(Stage.IMAGE)
+    if image is None:
+        return
+    stretched = derivatives.of_rows(Stage.IMAGE, (image * here[:, None])[None])
+    run, pose = fit.model.run, fit.model.dataset.points.pose[here]
+    rows = np.bincount(pose, minlength=len(run.poses))
+    distance = np.bincount(pose, run.relative_range[here], minlength=len(rows)) / np.maximum(rows, 1)
+    for coordinate, basis in (*in_run, ("distance", smooth(distance[:, None]))):
+        yield Site(name, coordinate, stretched, basis, fit.pose_of_number)
 
 
 def _rows_of_sensors(fit: Fit, site: str, stage: Stage) -> Iterator[tuple[str, Bools]]:

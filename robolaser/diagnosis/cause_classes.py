@@ -69,7 +69,7 @@ def cause_classes(
         if own:
             without = refits.without(final, [one.candidate_effect for one in own])
             without_m = held_out.gap(refits.of(without))
-            probability = max(probability, _probability(refits, final, without, class_of, name))
+            probability = max(probability, _probability(refits, final, without, own, class_of, name))
         if probability < LEAST_PROBABILITY:
             continue
         found.append(CauseClass(name, probability, without_m, gap, _ordered(members), _credible_sets(own)))
@@ -111,10 +111,7 @@ def cause_kinds(
         without = refits.without(final, [one.candidate_effect for one in own])
         probability = at_least_one(list(locations.values()))
         if probability < CREDIBLE_MASS and len(locations) > 1:
-            others = min(
-                max((w for c, w in one.weights.items() if c and c.effect is not kind), default=0.0) for one in own
-            )
-            probability = max(probability, min(1.0 - others, _probability(refits, final, without, _kind, kind)))
+            probability = max(probability, _probability(refits, final, without, own, _kind, kind))
         if probability < LEAST_PROBABILITY:
             continue
         where = tuple(dict.fromkeys(one.candidate_effect.where for one in own))
@@ -238,20 +235,26 @@ def credible_set(evidence: EffectEvidence) -> tuple[CandidateEffect, ...]:
 
 
 def _probability(
-    refits: Refits, final: Fit, without: Fit, of: Callable[[CandidateEffect], object], name: object
+    refits: Refits,
+    final: Fit,
+    without: Fit,
+    evidence: Sequence[EffectEvidence],
+    of: Callable[[CandidateEffect], object],
+    name: object,
 ) -> float:
     """Probability of a group of effects against the best replacement by other effects or an unmodelled cause.
 
     The remaining error does not count: another cause may be present, too. An unmodelled cause may be a function of one
-    joint if all effects of the group are there.
+    joint if all effects of the group are there. It is no larger than the effects' alternatives outside the group allow.
     """
     rivals = [without, *_substitutes(refits, final, without, of, name)]
     costs = np.array([refits.cost(fit) for fit in (final, *rivals)])
-    own = [one for one in final.effects if of(one) == name]
+    others = min(max((w for c, w in one.weights.items() if c and of(c) != name), default=0.0) for one in evidence)
+    own = [one.candidate_effect for one in evidence]
     unmodelled = [refits.unmodelled(final, without), PostureRivals.of(refits, final).unmodelled(own)]
     if len({one.where for one in own}) == 1 and has_form(final, own[0]):
         unmodelled.append(min(refits.locally_unmodelled(final, one) for one in own))
-    return float(posterior_weights(costs)[0]) * (1.0 - max(unmodelled))
+    return min(1.0 - others, float(posterior_weights(costs)[0]) * (1.0 - max(unmodelled)))
 
 
 def _substitutes(

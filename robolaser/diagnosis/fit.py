@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
-from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_USUAL, NO_DIFFERENCE, ROUNDS
+from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_PLAUSIBLE, LARGEST_USUAL, NO_DIFFERENCE, ROUNDS
 from robolaser.diagnosis.verdict import spread_of
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import TOUCH, Linearization
@@ -216,6 +216,11 @@ class Fit:
             if beyond is not None and beyond[at] and abs(self.x[at] - item.nominal) > near[at]:
                 return True
         return False
+
+    def is_plausible(self, candidate_effect: CandidateEffect) -> bool:
+        """Whether no amplitude of an effect is far larger than usual in industry."""
+        sizes = ((self.values[candidate_effect.key(one.name)], one) for one in candidate_effect.effect.amplitudes())
+        return all(abs(value) <= LARGEST_PLAUSIBLE * one.prior_scale for value, one in sizes)
 
     def _free_parameters(self, effects: Sequence[CandidateEffect]) -> Bools:
         keys = [key for one in effects for key in one.parameters.names]

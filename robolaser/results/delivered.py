@@ -27,6 +27,7 @@ from robolaser.export.ur_calibration import flange_by_ur_calibration
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.mechanism import Play
 from robolaser.model.effects.run import Course, Run
+from robolaser.model.effects.tracker_scale import TrackerScale
 from robolaser.model.forward_model import Model
 from robolaser.robot.kinematics import Robot
 
@@ -76,6 +77,7 @@ def delivered(calibration: Calibration) -> list[Delivered]:
     own = tuple(one for one in calibration.model.effects if one.effect.stage in OF_THE_ARM)
     if arm is None or not own or is_withheld(calibration):
         return []
+    scale = [one for one in calibration.model.effects if one.effect is TrackerScale]  # it may be the arm's
     run = calibration.model.run
     in_urdf = tuple(one for one in own if one.effect.in_urdf)
     in_mjcf = tuple(one for one in own if one.effect.in_urdf or one.at(calibration.values).parts(run))
@@ -100,7 +102,7 @@ def delivered(calibration: Calibration) -> list[Delivered]:
         known = [error for error in errors if error is not None]
         best = tried[errors.index(min(known))] if known else best_with.get(inside, whole)
         best_with[inside] = best
-        lacks = tuple(one for one in own if one not in inside)
+        lacks = tuple(one for one in (*own, *scale) if one not in inside)
         text = write(best.calibration) or ""
         found.append(Delivered(name, text, min(known, default=None), inside, lacks))
     return found
