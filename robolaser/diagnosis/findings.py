@@ -83,14 +83,15 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
         rotated = held_out.rotation_errors(final)
         least = interval(rotated, pose, seed)[0]
         rotations = RotationGap(rms(held_out.rotation_errors(start)), rms(rotated), least, final.rotation_of(noise))
-    nominal, calibrated = _nominal_gap(start, held_out), held_out.calibrated(start)
+    calibrated = held_out.calibrated(start, final)
+    nominal = _nominal_gap(start, calibrated)
     is_held_out = held_out.unseen(final) is not None
     known = start.model.known_distances is not None
     distances = (rms(distance_errors(start)[:, None]), rms(distance_errors(final)[:, None])) if known else None
     return Gap(nominal, calibrated, rms(after), floor, interval(after, pose, seed), rotations, is_held_out, distances)
 
 
-def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:
+def _nominal_gap(start: Fit, calibrated: float) -> float | None:
     """The nominal model's error; None without a nominal model, which needs the sensor's parameters and mount.
 
     Unmeasured positions of things set up for a campaign are fitted. If nothing else is unknown and nothing is given,
@@ -103,7 +104,7 @@ def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:
     if any(item.given for item in items):
         x = start.problem.parameters.nominal
         return rms(start.model.in_metres(x, start.problem.plain(x[None])[0]))
-    return None if start.model.dataset.robot is None else held_out.calibrated(start)
+    return None if start.model.dataset.robot is None else calibrated
 
 
 def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Mapping[str, Estimate]:

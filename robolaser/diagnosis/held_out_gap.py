@@ -124,16 +124,17 @@ class HeldOut:
         errors = self._all_errors(fit)
         return float(np.sqrt((np.square(errors).sum() + np.square(distance_errors(fit)).sum()) / len(errors)))
 
-    def calibrated(self, start: Fit) -> float:
-        """The calibration's gap [m], also where a search excluded further rows.
+    def calibrated(self, start: Fit, final: Fit) -> float:
+        """The calibration's gap [m], also where a search excluded other rows.
 
-        It is that of the start without a calibration, or if the calibration excluded rows that are no gross errors.
+        Without a calibration it is that of the start. It is also that of a final model without effects, unless that
+        excluded further rows: one model has one gap.
         """
         known = self._calibration
         if known is None or known.held_out_rms_m is None:
             return self.gap(start)
         rows, of_calibration = (len(model.dataset.points) for model in (start.model, known.fitted_model))
-        return self.gap(start) if rows >= of_calibration else known.held_out_rms_m
+        return self.gap(start) if not final.effects and rows >= of_calibration else known.held_out_rms_m
 
 
 def distance_errors(fit: Fit) -> Array:
