@@ -12,6 +12,7 @@ from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import (
     LEAST_PROBABILITY,
     MAX_ALTERNATIVES,
+    NO_DIFFERENCE,
     SHARE_OF_BEST_SCORE,
 )
 from robolaser.diagnosis.verdict import credibility, is_indistinguishable, posterior_weights
@@ -108,14 +109,14 @@ def _of_plausible_sizes(
     """Changed weights of indistinguishable rivals of which an effect of an implausible size has the largest.
 
     A tracker's scale that is off by a per cent costs less than one more link of a wrong length, but is less likely.
-    Nothing changes if it predicts new poses certainly better.
+    Nothing changes if it predicts new poses better: further parameters alone make a prediction a little worse.
     """
     best = max(rivals, key=lambda one: weights[one])
     plausible = [one for one in rivals if fits[one].is_plausible(one)]
     if best in plausible or not plausible:
         return {}
     instead = max(plausible, key=lambda one: weights[one])
-    if held_out.lowers(fits[instead], fits[best]):
+    if held_out.misfit(fits[instead]) > NO_DIFFERENCE * held_out.misfit(fits[best]):
         return {}
     others = [one for one in rivals if one not in plausible]
     had = sum(weights[one] for one in others)

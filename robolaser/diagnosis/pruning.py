@@ -161,12 +161,11 @@ def _plausible(refits: Refits, final: Fit) -> Fit:
 def exchanged(final: Fit, evidence: EffectEvidence, held_out: HeldOut) -> Fit | None:
     """The fit with an effect replaced by a likely alternative that predicts new poses at least as well; else None.
 
-    An effect of an implausible size needs no better alternative than one that is not certainly worse.
+    One of an implausible size is replaced by any likely alternative.
     """
     probable = (fit for other, fit in evidence.alternatives if evidence.weights[other] > EVEN)
-    if not final.is_plausible(evidence.candidate_effect):
-        return next((fit for fit in probable if not held_out.lowers(fit, final)), None)
-    return next((fit for fit in probable if held_out.misfit(fit) <= held_out.misfit(final)), None)
+    is_plausible = final.is_plausible(evidence.candidate_effect)
+    return next((fit for fit in probable if not is_plausible or held_out.misfit(fit) <= held_out.misfit(final)), None)
 
 
 def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -> float:

@@ -167,7 +167,7 @@ def _compared_with_noise(gap: Gap) -> str:
     if gap.after_ci95_m[1] < gap.noise_floor_m:
         return (
             f"the model's error is {millimetres(gap.after_m)}, less than the assumed noise"
-            f" ({millimetres(gap.noise_floor_m)}). Noise that is stated too large hides effects."
+            f" ({millimetres(gap.noise_floor_m)}). Noise that is assumed too large hides effects."
         )
     return _with_noise(gap)
 

@@ -146,6 +146,31 @@ def test_a_bearing_that_wobbles_twice_a_turn_is_an_unknown_cause_at_its_joint_an
     assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
 
 
+def test_a_bearing_that_runs_out_is_an_unknown_cause_at_its_joint_and_no_foundation_that_yields() -> None:
+    made = simulate(find_robot("panda"), kind="point", poses=50, noise=Noise(point_m=2e-5), seed=8)
+    R = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))
+    points = made.dataset.points
+    turn = made.dataset.arm[1][points.pose, 0]
+    runs_out = np.column_stack([1.5e-4 * np.cos(2.0 * turn), 5e-5 * np.sin(turn), 8e-5 * np.sin(2.0 * turn)])
+    found = examine(replace(made.dataset, points=replace(points, xyz=points["xyz"] + runs_out @ R.T)), seed=0)
+    assert (found.where[0].site, found.where[0].coordinate) == ("panda_joint1", "angle of panda_joint1")
+    assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
+
+
+WRONG_LENGTHS = {"elbow_joint.z": 0.005, "wrist_1_joint.x": -0.004, "wrist_3_joint.z": 0.0025}
+
+
+def test_several_links_of_wrong_lengths_are_not_for_certain_a_trackers_scale_that_no_tracker_has() -> None:
+    effects = {f"link_geometry:{name}": size for name, size in WRONG_LENGTHS.items()}
+    made = simulate(find_robot("ur5"), kind="point", poses=40, noise=Noise(point_m=3e-5), effects=effects, seed=3)
+    found = examine(made.dataset, seed=0)
+    probabilities = {one.name: one.probability for one in found.classes}
+    assert found.verdict == "explained"
+    assert probabilities["arm_geometry"] > 0.99
+    assert probabilities.get("measuring_system", 0.0) < 0.5
+    assert found.gap.after_m < 1.1 * found.gap.noise_floor_m
+
+
 @pytest.mark.parametrize(("arm", "seed"), [("ur5e", 1), ("panda", 2)])
 def test_angles_that_are_biased_by_where_a_body_is_seen_from_are_no_noise_and_nothing_of_the_arm(
     arm: str, seed: int
@@ -177,6 +202,13 @@ def test_a_camera_that_warms_up_is_no_bracket_that_creeps_for_certain() -> None:
     """The sensor's chip moves behind the lens, quickly at first and then ever less."""
     found = examine(through(lambda pixel, share: pixel + [1.5, -0.8] * np.sqrt(np.tanh(8.0 * share))), seed=0)
     assert (found.verdict, names(found)) == ("explained", ["camera_drift"])
+
+
+def test_a_focal_length_that_comes_and_goes_is_an_unknown_cause_at_the_camera_and_nothing_of_the_arm() -> None:
+    middle = np.array([640.0, 480.0])
+    found = examine(through(lambda pixel, share: pixel + 3e-3 * np.sin(6.0 * share) * (pixel - middle)), seed=0)
+    assert (found.verdict, found.where[0].site, found.where[0].coordinate) == ("unexplained", "camera", "time")
+    assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
 
 
 def test_a_camera_that_stands_in_the_cell_may_as_well_have_a_stand_that_creeps() -> None:
