@@ -350,3 +350,13 @@ def test_known_distances_hold_in_a_fit_and_wrong_ones_show() -> None:
         assert apart(found, one, other) == pytest.approx(distance, abs=1e-4)
     wrong = tuple((one, other, 10 * distance) for one, other, distance in pairs)
     assert calibrate(replace(made.dataset, distances_m=wrong)).rms_m > 10 * found.rms_m
+
+
+def test_effects_refer_to_all_rows_also_where_a_search_starts_with_few_of_each_image() -> None:
+    effects, options = {"focus_breathing:camera": 0.02}, CellOptions(placed=False)
+    noise = Noise(pixel_px=0.1)
+    made = simulate("ur5", kind="camera", poses=60, points=12, noise=noise, options=options, effects=effects, seed=2)
+    found = calibrate(made.dataset, Plan(effects=tuple(effects)))
+    at = found.model.parameters.names.index("focus_breathing.camera.breathing")
+    assert found.x[at] == pytest.approx(0.02, abs=3.0 * found.std[at])
+    assert found.std[at] < 0.003
