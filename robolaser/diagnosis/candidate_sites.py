@@ -20,6 +20,7 @@ from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.link_geometry import LinkGeometry
 from robolaser.model.effects.requirements import own_lengths, passes
 from robolaser.model.effects.sensor_sites import sites_of_sensors
+from robolaser.model.sensors.tracker_fit import base_and_tools
 from robolaser.model.stages import Stage
 
 Basis = tuple[str, Array]
@@ -248,12 +249,25 @@ def _of_measuring_system(fit: Fit, derivatives: StageDerivatives, in_run: Sequen
     yield _of_rows("measuring_system", "distance", longer, unknown=False)
     for coordinate, basis in in_run:
         yield Site("measuring_system", coordinate, longer, basis, fit.pose_of_number)
+    if fit.model.dataset.format.tracker:
+        yield _of_reflectors(fit, derivatives, points.xyz)
     range_m = np.linalg.norm(points.xyz, axis=1, keepdims=True)
     for coordinate, basis in (
         ("distance", smooth(range_m)),  # refraction in air
         ("position in space", points.xyz / max(float(np.ptp(points.xyz)), 1e-12)),  # strain
     ):
         yield _of_rows("measuring_system", coordinate, _over_rows(derivatives, Stage.TARGET, np.eye(3), basis))
+
+
+def _of_reflectors(fit: Fit, derivatives: StageDerivatives, xyz: Array) -> Site:
+    """Measured distances that depend on the direction from which the tracker sees the reflectors on the flange."""
+    dataset = fit.model.dataset
+    T = dataset.flange()[None, dataset.points.pose]
+    R, *_ = base_and_tools(xyz[None], T, dataset.points.number)
+    view = xyz / np.linalg.norm(xyz, axis=1, keepdims=True)
+    in_flange = np.einsum("mji,mj->mi", R[0] @ T[0, :, :3, :3], view)
+    moves = smooth(in_flange, SMOOTH_POSTURE).T[:, :, None] * view
+    return _of_rows("measuring_system", "direction of view", derivatives.of_rows(Stage.TARGET, moves))
 
 
 def _over_plane(points: Array) -> Array:

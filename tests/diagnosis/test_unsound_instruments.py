@@ -133,6 +133,19 @@ def test_a_trackers_scale_that_drifts_is_an_unknown_cause_there_and_no_link_that
     assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
 
 
+def test_a_reflector_that_is_seen_from_the_side_is_an_unknown_cause_of_the_measuring_system_and_no_scatter() -> None:
+    made = simulate(find_robot("panda"), kind="point", poses=50, noise=Noise(point_m=2e-5), seed=8)
+    R = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))
+    points = made.dataset.points
+    view = points["xyz"] / np.linalg.norm(points["xyz"], axis=1)[:, None]
+    faces = np.einsum("ij,mjk->mik", R, made.dataset.flange()[points.pose, :3, :3]) @ [0.6, 0.0, 0.8]
+    farther = 4e-4 * (1.0 - np.abs((faces * view).sum(axis=1))) ** 2
+    xyz = points["xyz"] + farther[:, None] * view
+    found = examine(replace(made.dataset, points=replace(points, xyz=xyz)), seed=0)
+    assert (found.where[0].site, found.where[0].coordinate) == ("measuring_system", "direction of view")
+    assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
+
+
 def test_a_bearing_that_wobbles_twice_a_turn_is_an_unknown_cause_at_its_joint_and_no_error_of_lengths() -> None:
     made = simulate(find_robot("ur5"), kind="point", poses=40, noise=Noise(point_m=2e-5), seed=8)
     R = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))
