@@ -64,6 +64,15 @@ def test_corrected_py_does_not_hold_what_happened_in_one_of_several_sessions() -
     assert found["corrected.py"]["lacks"] == [["base_shift", "base"]]
 
 
+def test_a_scale_that_may_be_the_arm_s_is_lacking_in_its_files(tmp_path: Path) -> None:
+    effects = {"tracker_scale:measuring_system": 5e-4, "joint_offset:elbow_joint": 2e-3}
+    made = simulate("ur5", kind="point", poses=20, noise=Noise(point_m=3e-5), effects=effects, seed=2)
+    robolaser.calibrate(made.dataset, effects=list(effects), seed=0).save(tmp_path / "found")
+    written = json.loads((tmp_path / "found" / "calibration.json").read_text(encoding="utf-8"))["files"]
+    assert "corrected.py" in [one["file"] for one in written]
+    assert all(one["lacks"] == [["tracker_scale", "measuring_system"]] for one in written)
+
+
 def test_mujoco_is_asked_where_it_is_installed(why: DiagnosisResult) -> None:
     pytest.importorskip("mujoco")
     assert by_name(why)["robot_corrected.xml"]["held_out_mm"] == pytest.approx(why.gap_mm.after, rel=0.2)
