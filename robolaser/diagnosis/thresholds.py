@@ -102,8 +102,8 @@ SMALL_SHARE: Final = 0.05
 judgement, set by blind trials."""
 
 LARGEST_PLAUSIBLE: Final = 10.0
-"""Largest plausible size of an effect, relative to that usual in industry. A judgement; a joint's zero may be off by
-1°."""
+"""Largest plausible size of an effect, relative to that usual in industry: a larger one is no certain cause beside an
+alternative that fits as well. A judgement; a joint's zero may be off by 1°."""
 
 LARGEST_USUAL: Final = 3.0
 """Size of the errors of an arm that was never calibrated, relative to that usual in industry. A judgement."""
