@@ -201,7 +201,10 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, in_run: Sequen
 def _of_focus(
     fit: Fit, derivatives: StageDerivatives, name: str, here: Bools, in_run: Sequence[Basis]
 ) -> Iterator[Site]:
-    """A focal length that changes from image to image: with time, with recorded conditions, or with the distance."""
+    """A focal length that changes from image to image: with time, with recorded conditions, or with the distance.
+
+    Its mean is a parameter of the camera, also where the data set holds it.
+    """
     image = derivatives.passing(Stage.IMAGE)
     if image is None:
         return
@@ -210,7 +213,7 @@ def _of_focus(
     rows = np.bincount(pose, minlength=len(run.poses))
     distance = np.bincount(pose, run.relative_range[here], minlength=len(rows)) / np.maximum(rows, 1)
     for coordinate, basis in (*in_run, ("distance", smooth(distance[:, None]))):
-        yield Site(name, coordinate, stretched, basis, fit.pose_of_number)
+        yield Site(name, coordinate, stretched, basis - basis.mean(axis=0), fit.pose_of_number)
 
 
 def _rows_of_sensors(fit: Fit, site: str, stage: Stage) -> Iterator[tuple[str, Bools]]:

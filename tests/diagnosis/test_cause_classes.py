@@ -108,17 +108,20 @@ def test_a_gap_of_probably_unknown_cause_is_not_explained(monkeypatch: pytest.Mo
     assert found.sentence.startswith("The gap is real, but its cause is probably not an effect of the library. The err")
 
 
-@pytest.mark.parametrize(("weight", "gap", "takes"), [(0.9, 1.0, True), (0.9, 1.1, False), (0.4, 0.9, False)])
+@pytest.mark.parametrize(
+    ("weight", "gap", "is_plausible", "takes"),
+    [(0.9, 1.0, True, True), (0.9, 1.1, True, False), (0.4, 0.9, True, False), (0.7, 1.05, False, True)],
+)
 def test_what_is_probable_in_a_place_takes_it_where_new_poses_are_predicted_as_well(
-    weight: float, gap: float, takes: bool
+    weight: float, gap: float, is_plausible: bool, takes: bool
 ) -> None:
-    gaps = {"final": 1.0, "with the wrist": gap}
+    final = SimpleNamespace(is_plausible=lambda one: is_plausible)
     evidence = replace(
         weighed({ELBOW: 1.0 - weight, WRIST: weight, None: 0.0}),
         alternatives=((WRIST, "with the wrist"),),  # type: ignore[arg-type]
     )
-    held_out = SimpleNamespace(misfit=lambda fit: gaps[fit])
-    found = exchanged("final", evidence, held_out)  # type: ignore[arg-type]
+    held_out = SimpleNamespace(misfit=lambda fit: 1.0 if fit is final else gap)
+    found = exchanged(final, evidence, held_out)  # type: ignore[arg-type]
     assert found == ("with the wrist" if takes else None)
 
 
