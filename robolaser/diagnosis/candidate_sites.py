@@ -20,7 +20,6 @@ from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.link_geometry import LinkGeometry
 from robolaser.model.effects.requirements import own_lengths, passes
 from robolaser.model.effects.sensor_sites import sites_of_sensors
-from robolaser.model.sensors.tracker_fit import base_and_tools
 from robolaser.model.stages import Stage
 
 Basis = tuple[str, Array]
@@ -120,10 +119,10 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis])
         if CandidateEffect(LinkGeometry, name) not in fit.effects:
             yield Site(name, f"placement of {name}", placement, constant, poses, unknown=False)
         across, shift = placement[:, 3:5], placement[:, :3]
-        for coordinate, basis in () if fit.has_optics else own:  # errors of optics look alike
-            yield Site(name, coordinate, across, basis, poses)  # a wobbling bearing or a twisting beam
-        for coordinate, basis in () if fit.has_optics else own[:1]:
-            yield Site(name, coordinate, shift, basis, poses)  # a bearing that runs out
+        if not fit.has_optics:  # whose errors look alike
+            (angle, by_angle), *_ = own
+            yield from (Site(name, one, across, basis, poses) for one, basis in own)  # a bearing wobbles, a beam twists
+            yield Site(name, angle, shift, by_angle, poses)  # a bearing runs out
         for coordinate, basis in in_run if turns_before else ():  # before any rotary joint it is a shift of the base
             yield Site(name, coordinate, shift, basis, poses)
         turns_before |= not robot.prismatic[robot.joints.index(name)]
@@ -210,9 +209,8 @@ def _of_focus(
         return
     stretched = derivatives.of_rows(Stage.IMAGE, (image * here[:, None])[None])
     run, pose = fit.model.run, fit.model.dataset.points.pose[here]
-    rows = np.bincount(pose, minlength=len(run.poses))
-    distance = np.bincount(pose, run.relative_range[here], minlength=len(rows)) / np.maximum(rows, 1)
-    for coordinate, basis in (*in_run, ("distance", smooth(distance[:, None]))):
+    distance = _means(run.relative_range[here], pose, len(run.poses))[:, None]
+    for coordinate, basis in (*in_run, ("distance", smooth(distance))):
         yield Site(name, coordinate, stretched, basis - basis.mean(axis=0), fit.pose_of_number)
 
 
@@ -252,25 +250,16 @@ def _of_measuring_system(fit: Fit, derivatives: StageDerivatives, in_run: Sequen
     yield _of_rows("measuring_system", "distance", longer, unknown=False)
     for coordinate, basis in in_run:
         yield Site("measuring_system", coordinate, longer, basis, fit.pose_of_number)
-    if fit.model.dataset.format.tracker:
-        yield _of_reflectors(fit, derivatives, points.xyz)
     range_m = np.linalg.norm(points.xyz, axis=1, keepdims=True)
+    if fit.model.dataset.format.tracker:
+        view = smooth(fit.model.run.view_in_flange, SMOOTH_POSTURE)
+        farther = derivatives.of_rows(Stage.TARGET, view.T[:, :, None] * (points.xyz / range_m))
+        yield _of_rows("measuring_system", "direction of view", farther)
     for coordinate, basis in (
         ("distance", smooth(range_m)),  # refraction in air
         ("position in space", points.xyz / max(float(np.ptp(points.xyz)), 1e-12)),  # strain
     ):
         yield _of_rows("measuring_system", coordinate, _over_rows(derivatives, Stage.TARGET, np.eye(3), basis))
-
-
-def _of_reflectors(fit: Fit, derivatives: StageDerivatives, xyz: Array) -> Site:
-    """Measured distances that depend on the direction from which the tracker sees the reflectors on the flange."""
-    dataset = fit.model.dataset
-    T = dataset.flange()[None, dataset.points.pose]
-    R, *_ = base_and_tools(xyz[None], T, dataset.points.number)
-    view = xyz / np.linalg.norm(xyz, axis=1, keepdims=True)
-    in_flange = np.einsum("mji,mj->mi", R[0] @ T[0, :, :3, :3], view)
-    moves = smooth(in_flange, SMOOTH_POSTURE).T[:, :, None] * view
-    return _of_rows("measuring_system", "direction of view", derivatives.of_rows(Stage.TARGET, moves))
 
 
 def _over_plane(points: Array) -> Array:
@@ -279,8 +268,13 @@ def _over_plane(points: Array) -> Array:
     return np.column_stack([across, across * deep, across**2, smooth(points)])
 
 
+def _means(values: Array, pose: Ints, n: int) -> Array:
+    """Mean of the rows' values in each pose, (n,); 0 in a pose without rows."""
+    return np.asarray(np.bincount(pose, values, minlength=n) / np.maximum(np.bincount(pose, minlength=n), 1))
+
+
 def _centred(values: Array, pose: Ints, n: int) -> Array:
     """Mean of the rows' values in each pose, scaled to ±1, (n, 1)."""
-    mean = np.bincount(pose, values, minlength=n) / np.maximum(np.bincount(pose, minlength=n), 1)
+    mean = _means(values, pose, n)
     scaled: Array = (2.0 * (mean - mean.min()) / max(float(np.ptp(mean)), 1e-12) - 1.0)[:, None]
     return scaled

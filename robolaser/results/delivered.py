@@ -27,7 +27,6 @@ from robolaser.export.ur_calibration import flange_by_ur_calibration
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.mechanism import Play
 from robolaser.model.effects.run import Course, Run
-from robolaser.model.effects.tracker_scale import TrackerScale
 from robolaser.model.forward_model import Model
 from robolaser.robot.kinematics import Robot
 
@@ -77,7 +76,7 @@ def delivered(calibration: Calibration) -> list[Delivered]:
     own = tuple(one for one in calibration.model.effects if one.effect.stage in OF_THE_ARM)
     if arm is None or not own or is_withheld(calibration):
         return []
-    scale = [one for one in calibration.model.effects if one.effect is TrackerScale]  # it may be the arm's
+    alike = [one for one in calibration.model.effects if one.effect.looks_like_arm]
     run = calibration.model.run
     in_urdf = tuple(one for one in own if one.effect.in_urdf)
     in_mjcf = tuple(one for one in own if one.effect.in_urdf or one.at(calibration.values).parts(run))
@@ -102,7 +101,7 @@ def delivered(calibration: Calibration) -> list[Delivered]:
         known = [error for error in errors if error is not None]
         best = tried[errors.index(min(known))] if known else best_with.get(inside, whole)
         best_with[inside] = best
-        lacks = tuple(one for one in (*own, *scale) if one not in inside)
+        lacks = tuple(one for one in (*own, *alike) if one not in inside)
         text = write(best.calibration) or ""
         found.append(Delivered(name, text, min(known, default=None), inside, lacks))
     return found

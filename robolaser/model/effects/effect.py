@@ -85,6 +85,7 @@ class Effect(ABC):
             are the sines and cosines of these waves.
         begins: Whether its one nonlinear parameter is the share of the run at which it begins, constant from then on.
         in_urdf: Whether a URDF can represent it: then the exported robot does.
+        looks_like_arm: Whether it is not of the arm, but an error of the arm looks the same: files of the arm lack it.
         where: Its location: a joint's name, or its site; a sensor's own as `left.laser`.
     """
 
@@ -102,6 +103,7 @@ class Effect(ABC):
     harmonics: ClassVar[tuple[int, ...]] = ()
     begins: ClassVar[bool] = False
     in_urdf: ClassVar[bool] = False
+    looks_like_arm: ClassVar[bool] = False
 
     where: str
 

@@ -17,6 +17,7 @@ from robolaser.model.blocks.start import parameters_of
 from robolaser.model.effects.gravity_load import Loads
 from robolaser.model.effects.target_plane import TargetPlane, plane_of, surface_tilt
 from robolaser.model.sensors import fitted_lens, parts_with_lens
+from robolaser.model.sensors.tracker_fit import base_and_tools
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 from robolaser.robot.kinematics import DOWN, Robot
@@ -170,6 +171,20 @@ class Run:
     def flange(self) -> Array:
         """T_base_flange by the nominal arm or the measurement, (n, 4, 4)."""
         return self.dataset.flange()
+
+    @cached_property
+    def view_in_flange(self) -> Array:
+        """The direction in which a tracker looks at each row's reflector, in the flange frame, unit vectors (m, 3).
+
+        Where the tracker stands follows from all rows of a session, by the nominal arm.
+        """
+        points, view = self.points, np.empty((len(self.points), 3))
+        T, session = self.flange[points.pose], self.dataset.session_of_pose[points.pose]
+        for rows in (np.flatnonzero(session == number) for number in np.unique(session)):
+            xyz, reflector = points["xyz"][rows], np.unique(points.number[rows], return_inverse=True)[1]
+            R, *_ = base_and_tools(xyz[None], T[None, rows], reflector)
+            view[rows] = np.einsum("mji,mj->mi", R[0] @ T[rows, :3, :3], xyz)
+        return np.asarray(view / np.linalg.norm(view, axis=1, keepdims=True))
 
     @cached_property
     def target(self) -> TargetPlane:

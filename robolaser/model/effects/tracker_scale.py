@@ -29,6 +29,7 @@ class TrackerScale(Effect):
     cause = "measuring_system"
     site = "measuring_system"
     needs = (own_lengths,)
+    looks_like_arm = True
 
     scale: Array = parameter(unit="", bound=0.02, prior_scale=2e-4)
 
