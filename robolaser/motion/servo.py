@@ -10,6 +10,7 @@ control of machines with friction; Nordin, Gutman 2002, Controlling mechanical s
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Self, final
 
 import numpy as np
@@ -91,45 +92,48 @@ class CommandSeries:
             seen -= of["compliance"][m] * self.holding[j] + of["yields"][m] * self.moving[j]
             wanted[:, :, m] = _later(seen, delay, time, (1.0 + of["scale"][m]) * self.rate[j])
         np.clip(wanted, of["lower"], of["upper"], out=wanted)
-        of_case = [np.tile(of[name], runs) for name in ("dead", "lost", "speed")]
+        dead, lost, fastest = (np.tile(of[name], runs) for name in ("dead", "lost", "speed"))
+        within = -dead
         answer = _Answer.of(passed, of["time"], of["second"])
-        limited, plays = bool(np.isfinite(of["speed"]).any()), bool(of["lost"].any())
+        rests, plays, limited = bool(dead.any()), bool(lost.any()), bool(np.isfinite(fastest).any())
         flat = wanted.reshape(rows, -1)
         begun = np.clip(self.start[joint], of["lower"][:, None], of["upper"][:, None])  # within limits
         followed = begun.T.ravel().copy()
         shown, speed = followed.copy(), self.rate[joint].T.ravel()
         off, part = np.empty_like(followed), np.empty_like(followed)
         going = np.searchsorted(-self.length, -np.arange(rows), side="left") * len(joint)
-        for i, n in enumerate(going.tolist()):  # ufuncs write into allocated memory: this loop is most of a diagnosis
-            dead, lost, fastest = (values[:n] for values in of_case)
-            z, v, e, p = followed[:n], speed[:n], off[:n], part[:n]
-            np.subtract(flat[i, :n], z, out=e)
-            np.maximum(e, -dead, out=p)
-            np.minimum(p, dead, out=p)
-            e -= p
-            approach, *of_speed = answer.at(i, n)
-            if of_speed:
-                coasting, pulled, kept = of_speed
-                np.multiply(coasting, v, out=p)
-                v *= kept
-                v += pulled * e
-                e *= approach
-                e += p
-            else:
-                e *= approach
-            if limited:
-                np.multiply(np.repeat(passed[i], len(joint))[:n], fastest, out=p)
-                np.minimum(e, p, out=e)
-                np.maximum(e, np.negative(p, out=p), out=e)
-                np.minimum(v, fastest, out=v)
-                np.maximum(v, -fastest, out=v)
-            z += e
-            if plays:
-                y = shown[:n]
-                np.maximum(y, z - lost, out=y)
-                np.minimum(y, z + lost, out=y)
-                z = y
-            flat[i, :n] = z
+        for first, last in answer.alike(going):
+            n = int(going[first])
+            z, v, e, p, y = followed[:n], speed[:n], off[:n], part[:n], shown[:n]
+            approach, *of_speed = answer.at(first, n)
+            for i in range(first, last):  # ufuncs write into allocated memory: this loop is most of a diagnosis
+                u = flat[i, :n]
+                np.subtract(u, z, out=e)
+                if rests:
+                    np.maximum(e, within[:n], out=p)
+                    np.minimum(p, dead[:n], out=p)
+                    e -= p
+                if of_speed:
+                    coasting, pulled, kept = of_speed
+                    np.multiply(coasting, v, out=p)
+                    v *= kept
+                    np.multiply(pulled, e, out=u)
+                    v += u
+                    e *= approach
+                    e += p
+                else:
+                    e *= approach
+                if limited:
+                    np.multiply(np.repeat(passed[i], len(joint))[:n], fastest[:n], out=p)
+                    np.minimum(e, p, out=e)
+                    np.maximum(e, np.negative(p, out=p), out=e)
+                    np.minimum(v, fastest[:n], out=v)
+                    np.maximum(v, -fastest[:n], out=v)
+                z += e
+                if plays:
+                    np.maximum(y, z - lost[:n], out=y)
+                    np.minimum(y, z + lost[:n], out=y)
+                u[:] = y if plays else z
         return wanted
 
 
@@ -152,6 +156,16 @@ class _Answer:
         coasting = ((a - b) / gap).real
         parts = (1.0 - ((slow * b - fast * a) / gap).real, coasting, coasting / S, ((slow * a - fast * b) / gap).real)
         return cls(which.reshape(step.shape), parts if second.any() else parts[:1])
+
+    def alike(self, going: Ints) -> list[tuple[int, int]]:
+        """The first row, and the one after the last, of each series of rows whose steps and running cases are equal.
+
+        Args:
+            going: Number of cases that run at each row, (t,).
+        """
+        changes = (np.diff(self.which, axis=0) != 0).any(axis=1) | (np.diff(going) != 0)
+        bounds = [0, *(np.flatnonzero(changes) + 1).tolist(), len(going)]
+        return list(pairwise(bounds))
 
     def at(self, row: int, count: int) -> list[Array]:
         """The parts at a row, for the first cases of all runs."""
