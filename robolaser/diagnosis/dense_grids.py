@@ -3,6 +3,8 @@
 For frequencies these are Fourier sums over a joint's angles, for moments running sums over time.
 """
 
+from functools import cache
+
 import numpy as np
 from scipy.sparse import csr_array
 
@@ -30,11 +32,15 @@ def gains_of_waves(
     by_columns = [fourier_sums(h * angle, np.column_stack([gradient, shared]), frequencies) for h in harmonics]
     waves = np.stack([part for sums in by_columns for part in (sums.imag, sums.real)], axis=1) * scales[:, None]
     squares = np.empty((len(frequencies), len(harmonics), 2, len(harmonics), 2))
+
+    @cache
+    def own_sums(multiple: int) -> Array:
+        if multiple < 0:
+            return np.conj(own_sums(-multiple))
+        return fourier_sums(multiple * angle, own[:, None], frequencies)[:, 0]
+
     for i, j in np.ndindex(len(harmonics), len(harmonics)):
-        plus, minus = (
-            fourier_sums((harmonics[i] + sign * harmonics[j]) * angle, own[:, None], frequencies)[:, 0] / 2.0
-            for sign in (1, -1)
-        )
+        plus, minus = (own_sums(harmonics[i] + sign * harmonics[j]) / 2.0 for sign in (1, -1))
         squares[:, i, :, j, :] = np.stack(
             [(minus - plus).real, (plus + minus).imag, (plus - minus).imag, (minus + plus).real], axis=-1
         ).reshape(-1, 2, 2)

@@ -1,5 +1,6 @@
 """Derivatives of the residuals by effects, by the chain rule through the value at their stage."""
 
+from functools import lru_cache
 from typing import Any, cast, final
 
 import numpy as np
@@ -10,6 +11,7 @@ from robolaser.diagnosis.stage_derivatives import StageDerivatives, stage_deriva
 from robolaser.duals import Dual
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.effects.effect import CandidateEffect, perturb_with
+from robolaser.model.effects.run import Run
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import OF_ROWS, Stage
 from robolaser.parameters import Values
@@ -101,15 +103,27 @@ class Columns:
 def stage_moves(model: Model, candidate_effect: CandidateEffect, grid: Array, value: Array) -> Array:
     """Derivatives of a stage's output by an effect's amplitudes in units of prior scales, (g a, ...).
 
+    They are cached: another noise, or effects at other stages, leave a stage's input unchanged.
+
     Args:
         model: The model whose run the effect depends on.
         candidate_effect: An effect at the stage.
         grid: Values of its nonlinear parameters, (g, s).
         value: The stage's input.
     """
-    scales = prior_scales(candidate_effect)
-    x = np.hstack([np.zeros((len(grid), len(scales))), grid])
-    return _slopes(model, candidate_effect, x, np.eye(x.shape[1])[: len(scales)] * scales[:, None], value)
+    known, key = _moves_in(model.run), (candidate_effect, grid.tobytes())
+    if key not in known or not np.array_equal(known[key][0], value):
+        scales = prior_scales(candidate_effect)
+        x = np.hstack([np.zeros((len(grid), len(scales))), grid])
+        directions = np.eye(x.shape[1])[: len(scales)] * scales[:, None]
+        known[key] = value, _slopes(model, candidate_effect, x, directions, value)
+    return known[key][1]
+
+
+@lru_cache(maxsize=1)
+def _moves_in(run: Run) -> dict[tuple[CandidateEffect, bytes], tuple[Array, Array]]:
+    """The stages' inputs and derivatives that are known in a run; only those of the last run are cached."""
+    return {}
 
 
 def _slopes(model: Model, candidate_effect: CandidateEffect, x: Array, directions: Array, value: Array) -> Array:
