@@ -88,9 +88,11 @@ def fourier_sums(angle: Array, columns: Array, frequencies: Array) -> Array:
     """Σ columns exp(i f angle) over angles (n,) and columns (n, v), for evenly spaced frequencies f (g,), (g, v).
 
     Each term is spread over a grid by a Gaussian, and the grid transformed (Greengard, Lee 2004, Accelerating the
-    nonuniform fast Fourier transform).
+    nonuniform fast Fourier transform). Fewer frequencies than cells of the spread are summed directly.
     """
     g = len(frequencies)
+    if g <= 2 * SPREAD:
+        return np.asarray(np.exp(1j * np.outer(frequencies, angle)) @ columns)
     size = 1 << int(2 * g - 1).bit_length()
     cell, position = 2.0 * np.pi / size, (frequencies[1] - frequencies[0]) * angle[:, None]
     near = np.round(position / cell).astype(np.int64) + np.arange(-SPREAD, SPREAD + 1)

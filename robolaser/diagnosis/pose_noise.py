@@ -33,17 +33,16 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: 
         effects: All candidate effects, nonlinear parameters at their first values.
         poses_scatter: Whether the scatter of whole poses is estimated, not only that of rows.
     """
-    columns, parts = Columns(), [fit.at.slopes * UNIFORM]
-    for one in effects:
-        bounds = np.array([amplitude.bound for amplitude in one.effect.amplitudes()])
-        grid = one.effect.grid(fit.model.dataset, one.where)[:1]
-        parts.append(columns.by_effect(fit, one, grid) * (2.0 * UNIFORM * bounds / prior_scales(one)))
-    white = np.hstack(parts)
-    independent = min(len(white), MOTIONS * len(fit.poses)) if poses_scatter else len(white)
-    if independent < MOTIONS_PER_PARAMETER * white.shape[1]:
+    e, amplitudes = fit.at.white, [one.effect.amplitudes() for one in effects]
+    independent = min(len(e), MOTIONS * len(fit.poses)) if poses_scatter else len(e)
+    if independent < MOTIONS_PER_PARAMETER * (fit.at.slopes.shape[1] + sum(map(len, amplitudes))):
         return fit.noise.correlate(_beside_cause(fit, effects).at.slopes.T).T
-    U, s, _ = np.linalg.svd(white, full_matrices=False)
-    e = fit.at.white
+    columns, parts = Columns(), [fit.at.slopes * UNIFORM]
+    for one, own in zip(effects, amplitudes, strict=True):
+        widths = 2.0 * UNIFORM * np.array([amplitude.bound for amplitude in own])
+        grid = one.effect.grid(fit.model.dataset, one.where)[:1]
+        parts.append(columns.by_effect(fit, one, grid) * (widths / prior_scales(one)))
+    U, s, _ = np.linalg.svd(np.hstack(parts), full_matrices=False)
     along = U.T @ e
     plausible = np.abs(along) <= NOISE_CONTRADICTED_SIGMA * s
     rest, variance = float(e @ e - along @ along), float(e @ e) / len(e)
