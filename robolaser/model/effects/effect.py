@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from itertools import product
 from typing import Any, ClassVar, NamedTuple, cast, final
 
@@ -185,6 +185,7 @@ class Effect(ABC):
         return ()
 
     @classmethod
+    @cache
     def amplitudes(cls) -> tuple[Amplitude, ...]:
         """Its parameters that are zero when nominal, the principal one first."""
         return tuple(Amplitude(f.name, *f.metadata["amplitude"]) for f in fields(cls) if "amplitude" in f.metadata)
