@@ -102,7 +102,7 @@ def mjcf(world: World) -> str:
     motors = "".join(f'<motor joint="{name}" name="{name}"/>' for name in JOINTS)
     down = " ".join(map(str, world.gravity))
     return (
-        f'<mujoco><option timestep="{1 / PHYSICS_HZ}" integrator="Euler" gravity="{down}"/><compiler'
+        f'<mujoco><option timestep="{1 / PHYSICS_HZ}" integrator="implicitfast" gravity="{down}"/><compiler'
         f' autolimits="true"/><worldbody>{inner}{ends}</worldbody><actuator>{motors}</actuator></mujoco>'
     )
 
@@ -162,6 +162,7 @@ def _recorded(world: World, series: int, seconds: float, seed: int, rate_hz: int
     real = mujoco.MjModel.from_xml_string(mjcf(world))
     ideal = mujoco.MjModel.from_xml_string(mjcf(World()))
     kp, kd = _gains(ideal, world)
+    real.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER  # takes the controller's torques as they are
     real.actuator_biastype[:] = mujoco.mjtBias.mjBIAS_AFFINE
     real.actuator_biasprm[:, 1:3] = np.column_stack([-kp, -kd])
     steps, every = round(seconds * PHYSICS_HZ), PHYSICS_HZ // rate_hz

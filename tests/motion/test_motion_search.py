@@ -58,7 +58,7 @@ def test_a_mass_on_a_joint_s_axis_is_certain_as_a_kind_and_may_be_either_link_s(
 
 
 def test_a_dead_time_of_less_than_half_a_row_is_no_longer_lag() -> None:
-    log = simulated(seconds=2.5, robot=find_robot("ur5e"), effects={"dead_time:elbow_joint": 0.003}, seed=4)
+    log = simulated(seconds=2.5, series=12, robot=find_robot("ur5e"), effects={"dead_time:elbow_joint": 0.003}, seed=4)
     log = replace(log, tau=np.full_like(log.q, np.nan), load=np.full_like(log.q, np.nan))
     (one,) = robolaser.diagnose(log, seed=0).to_dict()["effects"]
     assert (one["effect"], one["where"]) == ("dead_time", "elbow_joint")
