@@ -50,7 +50,7 @@ class World:
     wave: dict[str, float] = field(default_factory=dict)  # a fault outside the library: cubes of the angle
 
 
-def urdf(payload: float = 0.0) -> str:
+def urdf() -> str:
     """The nominal arm."""
     links, joints, parent, at = [], [], "base", 0.0
     for name, axis, length, mass, own in zip(JOINTS, AXES, LENGTHS, MASSES, ROUND, strict=True):
