@@ -16,6 +16,7 @@ from terminal import Rig, emulated
 import robolaser
 from robolaser.cell.serial_line import SerialLine
 from robolaser.cli import main
+from robolaser.estimation import optimal_poses
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "cell"
 HURRY = 40.0
@@ -259,7 +260,10 @@ def test_a_long_way_without_a_computer_is_warned_of(acl: Rig, capsys: pytest.Cap
     assert "if this computer dies, the arm moves on for up to 5 s" in capsys.readouterr().err
 
 
-def test_a_plan_that_is_to_tell_an_effect_apart_is_another_one(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_plan_that_is_to_tell_an_effect_apart_is_another_one(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(optimal_poses, "LEAST_CANDIDATES", 12)
     asked = ["record", str(EXAMPLE), "--output", "nowhere", "--plan", "2", "--dry-run"]
     plans = []
     for more in ([], ["--separate", "joint_compliance:joint_2"]):

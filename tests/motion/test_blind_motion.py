@@ -22,7 +22,6 @@ YY = 6  # of a link's ten numbers
 SOUND, ODD = "nothing", "a reading bent by the cube of the angle"
 CLOCKS = (0.0, 0.012, 0.004, 0.018)
 WORLDS = {
-    "late commands": (World(delay_s=0.02), "timing", {"dead_time", "clock_shift"}),
     "readings stamped too early": (World(clock_s=(0.01,)), "timing", {"clock_shift"}),
     "clocks that begin anew, beside friction": (
         World(clock_s=CLOCKS, dry={"elbow": 4.0}),
@@ -184,7 +183,7 @@ def test_readings_that_lead_are_held_against_commands_that_the_log_has(clocks: t
 
 
 def test_a_log_that_begins_amid_a_motion_shows_a_dead_time_and_no_lag() -> None:
-    log = recorded("late commands")
+    log = record(World(delay_s=0.02), series=8, seconds=2.5, seed=3, rate_hz=50)
     late = log.of_rows(log.time_s >= 1.0)
     found = diagnose_motion(replace(late, time_s=late.time_s - 1.0), seed=0)
     classes = {one["class"]: one["probability"] for one in motion_json(found)["classes"]}
