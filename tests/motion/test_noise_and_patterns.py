@@ -27,7 +27,7 @@ def slow_noise(shape: tuple[int, int], seed: int) -> np.ndarray:
 
 @cache
 def log_of(lag_s: float = 0.0) -> MotionLog:
-    log = simulated(seconds=5.0, rate_hz=50.0, series=30, effects={"lag:lift": lag_s}, seed=2)
+    log = simulated(seconds=2.5, rate_hz=50.0, series=50, effects={"lag:lift": lag_s}, seed=2)
     none = np.full_like(log.q, np.nan)
     return replace(log, q=log.q + slow_noise(log.q.shape, 7), tau=none, load=none)
 
@@ -69,7 +69,7 @@ def test_what_follows_the_motion_is_unexplained_beside_slow_noise(patterns: Call
     assert {place.site for place in found.places} == {*JOINTS}  # none of them is noise
 
 
-@pytest.mark.parametrize(("rows", "known"), [(7_500, True), (400, False)])
+@pytest.mark.parametrize(("rows", "known"), [(6_250, True), (400, False)])
 def test_few_rows_do_not_say_that_what_is_left_is_noise(rows: int, known: bool) -> None:
     log = log_of()
     some = log.of_rows(np.arange(len(log)) < rows)
@@ -79,7 +79,7 @@ def test_few_rows_do_not_say_that_what_is_left_is_noise(rows: int, known: bool) 
 
 def test_noise_that_grows_with_speed_is_no_lag() -> None:
     """Nor anything else that lowers no error on motions that were not seen."""
-    log = simulated(seconds=5.0, rate_hz=50.0, series=24, seed=2)
+    log = simulated(seconds=2.5, rate_hz=50.0, series=36, seed=2)
     none = np.full_like(log.q, np.nan)
     speed = np.abs(np.gradient(log.command, log.step_s, axis=0))  # runs begin and end with a jump
     shaken = log.q + 1e-3 * speed * np.random.default_rng(7).normal(size=log.q.shape)
