@@ -22,54 +22,53 @@ SPEED_RAD_S = 0.3
 WAY_RAD = 1.6  # takes ten seconds
 MOVES = """
 import sys
-import numpy as np
 from dataclasses import replace
+from threading import Event, Thread
+
+import numpy as np
+
 from robolaser.cell.arm import arm_class
 from robolaser.cell.clock import Clock
 from robolaser.cell.motion import Mover
 from robolaser.data.cell_config import load_cell
 
-cell, clock = load_cell(sys.argv[1]), Clock()
-cell = replace(cell, arm=replace(cell.arm, port=sys.argv[2]))
-arm = arm_class(cell).open(cell, clock)
-mover = Mover(arm, cell.robot, float(sys.argv[3]), clock, cell.arm.unattended_s)
-at = mover.resting("before")
-read = arm.read
+def opened(folder, port):
+    cell, clock = load_cell(folder), Clock()
+    cell = replace(cell, arm=replace(cell.arm, port=port))
+    arm = arm_class(cell).open(cell, clock)
+    mover = Mover(arm, cell.robot, float(sys.argv[1]), clock, cell.arm.unattended_s)
+    at, read, moves = mover.resting("before"), arm.read, Event()
 
-def reports():
-    q = read()
-    if abs(q - at).max() > 0.02:
-        print("under way", flush=True)
-    return q
+    def reports():
+        q = read()
+        if abs(q - at).max() > 0.02:
+            moves.set()
+        return q
 
-arm.read = reports
-print("ready", flush=True)
-sys.stdin.readline()
-mover.move_and_wait(at + np.array([float(sys.argv[4]), 0, 0, 0, 0]), "p", at)
+    arm.read = reports
+    goes = lambda: mover.move_and_wait(at + np.array([float(sys.argv[2]), 0, 0, 0, 0]), "p", at)
+    return Thread(target=goes), moves
+
+arms = [opened(*words) for words in zip(sys.argv[3::2], sys.argv[4::2])]
+for arm, _ in arms:
+    arm.start()
+for _, moves in arms:
+    moves.wait()
+print("under way", flush=True)
 """
 
 
 def test_after_kill_9_every_arm_stands_within_a_second(tmp_path: Path) -> None:
-    """All at once, each on a pseudo terminal of its own; Universal Robots' arms have none (test_every_arm.py)."""
+    """All by one program, each on a pseudo terminal of its own; Universal Robots' have none (test_every_arm.py)."""
     kinds = sorted(set(ARMS) - {"ur", "er5plus"})
     cells = {kind: load_cell(cell_folder(tmp_path, kind)) for kind in kinds}
     with ExitStack() as stack:
         ports = {kind: stack.enter_context(EmulatorProcess(cells[kind].folder)).arm for kind in kinds}
-        children = []
-        for kind in kinds:
-            asked = [sys.executable, "-c", MOVES, cells[kind].folder, ports[kind], SPEED_RAD_S, WAY_RAD]
-            children.append(stack.enter_context(Popen([str(word) for word in asked], stdin=PIPE, stdout=PIPE)))
-        for child in children:
-            assert child.stdout is not None
-            assert child.stdout.readline() == b"ready\n"
-        for child in children:
-            assert child.stdin is not None
-            child.stdin.write(b"\n")
-            child.stdin.flush()
-        for child in children:
-            assert child.stdout is not None
-            assert child.stdout.readline() == b"under way\n"
-            child.kill()
+        asked = [SPEED_RAD_S, WAY_RAD, *(word for kind in kinds for word in (cells[kind].folder, ports[kind]))]
+        child = stack.enter_context(Popen([sys.executable, "-c", MOVES, *map(str, asked)], stdout=PIPE))
+        assert child.stdout is not None
+        assert child.stdout.readline() == b"under way\n"
+        child.kill()
         time.sleep(1.0)
         for kind in kinds:
             cell = replace(cells[kind], arm=replace(cells[kind].arm, port=ports[kind]))

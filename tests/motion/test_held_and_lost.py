@@ -19,7 +19,7 @@ cached_arm = cache(late_arm)
 def holes(log: MotionLog) -> np.ndarray:
     """A quarter of the rows, 0.4 s each time."""
     gone = np.zeros(len(log), dtype=bool)
-    for start in np.random.default_rng(0).integers(0, len(log) - 40, 20):
+    for start in np.random.default_rng(0).integers(0, len(log) - 40, 10):
         gone[start : start + 40] = True
     return gone
 
@@ -30,7 +30,6 @@ def without_commands(log: MotionLog) -> MotionLog:
 
 
 LOSSES: dict[str, Callable[[MotionLog], MotionLog]] = {
-    "every third row": lambda log: log.of_rows(np.random.default_rng(0).random(len(log)) > 0.3),
     "every second row": lambda log: log.of_rows(np.random.default_rng(0).random(len(log)) > 0.5),
     "holes of 0.4 s": lambda log: log.of_rows(~holes(log)),
     "a third of the commands": without_commands,
@@ -50,28 +49,25 @@ def test_a_lag_is_as_long_where_rows_are_lost(loss: str) -> None:
     assert gap.after[JOINTS.index("lift")] < 0.01 * gap.calibrated[JOINTS.index("lift")]
 
 
-@pytest.mark.parametrize("runs", [4, 8])
-def test_holes_hide_no_lag_behind_a_dead_time(runs: int) -> None:
+def test_holes_hide_no_lag_behind_a_dead_time() -> None:
     """0.4 s in which nobody knows the commands are no part of a motion."""
-    log = late_arm(lag_s=0.03, delay_s=0.03, runs=runs)
+    log = late_arm(lag_s=0.03, delay_s=0.03)
     found = diagnose_motion(log.of_rows(~holes(log)), seed=0).fit.findings
     numbers = {one.at.effect.name: next(iter(one.numbers.values()))[0] for one in found}
     assert numbers == {"lag": pytest.approx(0.03, rel=0.02), "dead_time": pytest.approx(0.03, rel=0.02)}
 
 
 def held(values: np.ndarray, rows: int = 2) -> np.ndarray:
-    """As one has them who reads them anew in every so many rows of each run of 400."""
+    """As one has them who reads them anew in every so many rows of each run of 200."""
     row = np.arange(len(values))
-    return values[row - row % 400 % rows]
+    return values[row - row % 200 % rows]
 
 
 @pytest.mark.parametrize(
     ("quantity", "rows", "said"),
     [
-        ("q", 2, "only repeat"),
         ("q", 3, "only repeat"),
-        ("command", 2, "between them they are interpolated"),
-        ("command", 4, "between them they are interpolated"),
+        ("command", 3, "between them they are interpolated"),
     ],
 )
 def test_readings_that_repeat_add_no_delay_and_commands_that_repeat_shorten_no_lag(

@@ -41,14 +41,14 @@ def test_one_missing_reading_changes_no_friction(log: MotionLog) -> None:
 def test_a_joint_that_was_never_read_is_said_to_be_why_torques_say_nothing(log: MotionLog) -> None:
     q = log.q.copy()
     q[:, ELBOW] = np.nan
-    (remark,) = diagnose_motion(replace(log, q=q).of_rows(log.time_s < 6.0), seed=0).remarks
+    (remark,) = diagnose_motion(replace(log, q=q).of_rows(log.time_s < 2.0), ["offset"], seed=0).remarks
     assert remark.startswith("Torque rows are set aside: there are no readings of elbow")
 
 
 def test_the_torque_error_does_not_depend_on_which_effects_are_asked_for(log: MotionLog) -> None:
-    heavy = replace(log, tau=log.tau + 4.0).of_rows(log.time_s < 6.0)
+    heavy = replace(log, tau=log.tau + 4.0).of_rows(log.time_s < 3.0)
     asked = calibrate_motion(heavy, ["lag"], seed=0).gaps[1]
-    whole = diagnose_motion(heavy, seed=0).fit.gaps[1]
+    (whole,) = diagnose_motion(replace(heavy, command=np.full_like(heavy.q, np.nan)), seed=0).fit.gaps
     assert asked.calibrated == pytest.approx(whole.calibrated, rel=1e-3)
     assert asked.whole("calibrated") > 3.9
 
@@ -61,7 +61,7 @@ def test_delays_of_a_servo_and_of_clocks_add_up(names: tuple[str, str]) -> None:
 
 
 def test_a_dead_time_stays_one_where_rows_are_dropped() -> None:
-    late = record(World(delay_s=0.035), series=8, seconds=2.5, seed=3)
+    late = record(World(delay_s=0.035), series=8, seconds=2.5, seed=3, rate_hz=50)
     late = replace(late, tau=np.full_like(late.q, np.nan))
     some = late.of_rows(np.random.default_rng(0).random(len(late)) > 0.07)
     fit = diagnose_motion(some, seed=0).fit
@@ -71,7 +71,7 @@ def test_a_dead_time_stays_one_where_rows_are_dropped() -> None:
 
 
 def test_zeros_that_differ_from_run_to_run_change_no_lag(log: MotionLog) -> None:
-    alone = replace(log, tau=np.full_like(log.q, np.nan), offset_per_series=True).of_rows(log.time_s < 6.0)
+    alone = replace(log, tau=np.full_like(log.q, np.nan), offset_per_series=True).of_rows(log.time_s < 3.0)
     zeros = np.array([[0.3], [-0.2], [0.1], [0.4]])[alone.run]
     fits = [calibrate_motion(one, ["lag:pan"], seed=0) for one in (alone, replace(alone, q=alone.q + zeros))]
     lags, errors = zip(*((fit.findings[0].numbers["time"][0], fit.gaps[0].calibrated) for fit in fits), strict=True)

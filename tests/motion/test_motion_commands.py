@@ -22,10 +22,10 @@ from robolaser.motion import simulation
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("motion")
     (made / "arm.urdf").write_text(urdf(), encoding="utf-8")
-    asked = ["--sensor", "motion", "--robot", str(made / "arm.urdf"), "--flange", "tool", "--sessions", "4"]
+    asked = ["--sensor", "motion", "--robot", str(made / "arm.urdf"), "--flange", "tool", "--sessions", "8"]
     effects = ["--effect", "lag:lift=0.06", "--effect", "viscous_friction:pan=2"]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(simulation, "DURATION_S", 8.0)
+        patch.setattr(simulation, "DURATION_S", 2.5)
         assert main(["simulate", *asked, *effects, "--output", str(made / "log"), "--seed", "2"]) == 0
     return made
 

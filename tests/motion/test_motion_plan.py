@@ -14,7 +14,7 @@ from robolaser.motion.diagnosis import diagnose_motion
 from robolaser.motion.log import MotionLog
 from robolaser.motion.plan import MotionPlan, plan_motion
 
-MOTIONS = simulated(seconds=5.0, rate_hz=50.0, series=9, seed=4)
+MOTIONS = simulated(seconds=2.5, rate_hz=50.0, series=6, seed=4)
 
 
 def commands_only(log: MotionLog) -> MotionLog:
@@ -47,7 +47,7 @@ def test_twice_the_planned_size_is_found_or_taken_for_what_the_plan_names(
     plan = plan_of_motions()
     size = size_of(plan, effect, where)
     assert size is not None
-    log = simulated(seconds=5.0, rate_hz=50.0, series=9, seed=4, effects={f"{effect}:{where}": 2.0 * size})
+    log = simulated(seconds=2.5, rate_hz=50.0, series=6, seed=4, effects={f"{effect}:{where}": 2.0 * size})
     log = replace(log, **{name: np.full_like(log.q, np.nan) for name in others})
     found = diagnose_motion(log, seed=0).fit.findings
     told = {str(at) for one in found for at in (one.at, *one.rivals)}

@@ -34,7 +34,7 @@ def certain(found: MotionDiagnosis) -> set[tuple[str, str]]:
     return {(one["effect"], one["where"]) for one in motion_json(found)["effects"] if one["probability"] >= CERTAIN}
 
 
-@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+@pytest.mark.parametrize("share", [0.3, 0.9])
 def test_torques_that_stay_at_a_limit_are_named_and_no_scale_of_theirs(share: float) -> None:
     read = dry().tau[:, LIFT]
     most = share * read.min()
@@ -63,8 +63,7 @@ def number(found: MotionDiagnosis, effect: str, where: str, name: str) -> float:
     return one.numbers[name][0]
 
 
-@pytest.mark.parametrize("factor", [-1.0, -0.8])
-@pytest.mark.parametrize("joint", [LIFT, ELBOW])
+@pytest.mark.parametrize(("joint", "factor"), [(LIFT, -1.0), (ELBOW, -0.8)])
 def test_torques_of_one_joint_that_have_the_wrong_sign_are_read_as_their_opposites(joint: int, factor: float) -> None:
     tau = dry().tau.copy()
     tau[:, joint] *= factor
@@ -89,7 +88,7 @@ def test_torques_that_all_have_the_wrong_sign_are_of_one_cause() -> None:
     assert number(found, "torque_constant", "joints", "factor") == pytest.approx(-2.0, abs=0.03)
 
 
-@pytest.mark.parametrize("gravity", [(9.81, 0.0, 0.0), (0.0, 5.0, -8.44), (0.0, 0.0, 9.81)])
+@pytest.mark.parametrize("gravity", [(0.0, 5.0, -8.44), (0.0, 0.0, 9.81)])
 def test_gravity_that_is_not_as_stated_is_named_and_nothing_else(gravity: tuple[float, float, float]) -> None:
     log = record(World(gravity=gravity, dry={"elbow": 4.0}), series=4, seconds=5.0, seed=5)
     found = diagnose_motion(replace(log, command=np.full_like(log.q, np.nan)), seed=0)
@@ -104,7 +103,7 @@ def loaded(kg: float = 1.5) -> MotionLog:
     return replace(log, command=np.full_like(log.q, np.nan))
 
 
-@pytest.mark.parametrize(("joint", "kg"), [*((joint, 1.5) for joint in range(len(JOINTS))), (LIFT, 5.0)])
+@pytest.mark.parametrize(("joint", "kg"), [(0, 1.5), (ELBOW, 1.5), (LIFT, 5.0)])
 def test_a_wrong_sign_is_found_beside_a_payload(joint: int, kg: float) -> None:
     found = diagnose_motion(
         replace(loaded(kg), tau=loaded(kg).tau * np.where(np.arange(4) == joint, -1.0, 1.0)), seed=0
@@ -114,9 +113,9 @@ def test_a_wrong_sign_is_found_beside_a_payload(joint: int, kg: float) -> None:
     assert number(found, "payload", "tool", "mass") == pytest.approx(kg, rel=0.01)
 
 
-@pytest.mark.parametrize("gravity", [(9.81, 0.0, 0.0), (0.0, 5.0, -8.44)])
 @pytest.mark.parametrize("wrong", [["lift"], [*JOINTS]])
-def test_a_wrong_sign_is_found_beside_another_gravity(wrong: list[str], gravity: tuple[float, float, float]) -> None:
+def test_a_wrong_sign_is_found_beside_another_gravity(wrong: list[str]) -> None:
+    gravity = (0.0, 5.0, -8.44)
     log = record(World(gravity=gravity, dry={"elbow": 4.0}), series=4, seconds=5.0, seed=5)
     tau = log.tau * [-1.0 if name in wrong else 1.0 for name in JOINTS]
     found = diagnose_motion(replace(log, command=np.full_like(log.q, np.nan), tau=tau), seed=0)
@@ -126,7 +125,7 @@ def test_a_wrong_sign_is_found_beside_another_gravity(wrong: list[str], gravity:
     assert [number(found, "gravity_direction", "base", axis) for axis in "xyz"] == pytest.approx(gravity, abs=0.1)
 
 
-@pytest.mark.parametrize("joint", ["pan", "lift", "elbow"])
+@pytest.mark.parametrize("joint", ["pan", "elbow"])
 def test_a_wrong_sign_is_found_on_an_arm_that_hangs_too(joint: str) -> None:
     log = record(World(gravity=(0.0, 0.0, 9.81), dry={"elbow": 4.0}), series=4, seconds=5.0, seed=5)
     tau = log.tau * [-1.0 if name == joint else 1.0 for name in JOINTS]
@@ -135,8 +134,8 @@ def test_a_wrong_sign_is_found_on_an_arm_that_hangs_too(joint: str) -> None:
     assert certain(found) == {("torque_constant", joint), ("gravity_direction", "base"), FRICTION}
 
 
-@pytest.mark.parametrize("rated_nm", [[87.0] * 4, [150.0, 150.0, 100.0, 30.0]])
-def test_a_payload_is_as_heavy_where_torques_are_per_cent_of_rated_ones(rated_nm: list[float]) -> None:
+def test_a_payload_is_as_heavy_where_torques_are_per_cent_of_rated_ones() -> None:
+    rated_nm = np.array([150.0, 150.0, 100.0, 30.0])
     found = diagnose_motion(replace(loaded(), tau=loaded().tau / rated_nm * 100.0), seed=0)
     assert found.verdict == "explained"
     assert number(found, "payload", "tool", "mass") == pytest.approx(1.5, rel=0.03)
@@ -144,7 +143,7 @@ def test_a_payload_is_as_heavy_where_torques_are_per_cent_of_rated_ones(rated_nm
     for one in found.fit.findings:
         if one.at.effect.name == "torque_constant":
             factors[slice(None) if one.at.where == "joints" else one.at.joint] += one.numbers["factor"][0]
-    assert 1.0 + factors == pytest.approx(100.0 / np.array(rated_nm), rel=0.03)
+    assert 1.0 + factors == pytest.approx(100.0 / rated_nm, rel=0.03)
 
 
 @pytest.mark.parametrize(("unit", "per_nm"), [("mNm", 1000.0), ("Ncm", 100.0)])
@@ -163,9 +162,10 @@ def test_currents_torques_before_the_gear_and_those_in_rare_units_say_nothing_of
         diagnose_motion(replace(loaded(), tau=loaded().tau / factor), seed=0)
 
 
-@pytest.mark.parametrize("joint", ["lift", "elbow"])
-@pytest.mark.parametrize("torques_too", [True, False])
-@pytest.mark.parametrize("kg", [0.0, 1.5])
+@pytest.mark.parametrize(
+    ("joint", "torques_too", "kg"),
+    [("lift", True, 0.0), ("elbow", False, 0.0), ("lift", False, 1.5), ("elbow", True, 1.5)],
+)
 def test_a_joint_that_turns_against_its_axis_is_named_and_no_link(joint: str, torques_too: bool, kg: float) -> None:
     log, side = loaded(kg), np.array([-1.0 if name == joint else 1.0 for name in JOINTS])
     found = diagnose_motion(replace(log, q=side * log.q, tau=side * log.tau if torques_too else log.tau), seed=0)

@@ -19,14 +19,15 @@ def test_the_copy_follows_the_real_arm_and_the_original_does_not(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     world = World(feeds_forward=False, bandwidth=25.0, delay_s=0.03)
-    seen = written(record(world, series=4, seconds=8.0, seed=3), tmp_path / "seen")
+    seen = written(record(world, series=8, seconds=2.5, seed=3, rate_hz=50), tmp_path / "seen")
     unseen = written(record(world, series=2, seconds=8.0, seed=9), tmp_path / "unseen")
     stiff = "".join(f'<position joint="{name}" kp="4000" kv="40"/>' for name in JOINTS)
     mine = mjcf(World()).replace("<actuator>", f"<actuator>{stiff}").split("<motor")[0] + "</actuator></mujoco>"
     (tmp_path / "mine.xml").write_text(mine, encoding="utf-8")
-    assert main(["diagnose", str(seen), "--output", str(tmp_path / "why"), "--quiet"]) == 0
+    effects = ["--with", "lag", "--with", "dead_time", "--with", "droop"]
+    assert main(["calibrate", str(seen), *effects, "--output", str(tmp_path / "numbers"), "--quiet"]) == 0
     asked = ["--into", str(tmp_path / "mine.xml"), "--output", str(tmp_path / "real.xml"), "--replay", str(unseen)]
-    assert main(["export", str(tmp_path / "why"), *asked, "--json"]) == 0
+    assert main(["export", str(tmp_path / "numbers"), *asked, "--json"]) == 0
     errors = json.loads(capsys.readouterr().out)["replay"]
     assert set(errors) == set(JOINTS)
     assert all(0.0 < one["promised_rad"] < one["before_rad"] for one in errors.values())
@@ -42,7 +43,7 @@ def test_a_copy_that_holds_commands_is_no_later_than_the_arm_that_held_them(
         for kv in (4000, 1000)
     )
     (tmp_path / "mine.xml").write_text(mine, encoding="utf-8")
-    log = written(held(real, record(World(), series=4, seconds=6.0, seed=3)), tmp_path / "log")
+    log = written(held(real, record(World(), series=6, seconds=3.0, seed=3)), tmp_path / "log")
     assert main(["diagnose", str(log), "--output", str(tmp_path / "why"), "--quiet"]) == 0
     asked = ["--into", str(tmp_path / "mine.xml"), "--output", str(tmp_path / "real.xml"), "--replay", str(log)]
     assert main(["export", str(tmp_path / "why"), *asked, "--json"]) == 0

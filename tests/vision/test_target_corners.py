@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -59,6 +60,11 @@ def drawn(name: str) -> tuple[np.ndarray, float]:
     return np.pad(flat, edge, constant_values=255), 1.0 + MARGIN
 
 
+@cache
+def images(name: str) -> tuple[np.ndarray, ...]:
+    return tuple(looked_at(name, T) for T in poses())
+
+
 def looked_at(name: str, T_camera_board: np.ndarray) -> np.ndarray:
     """The board before a pinhole camera, on grey ground."""
     flat, first = drawn(name)
@@ -86,8 +92,8 @@ def recording(folder: Path, name: str, write: Callable[[Path, np.ndarray], None]
     T = poses()
     (folder / "images").mkdir(parents=True)
     files = tuple(f"images/{i}.png" for i in range(len(T)))
-    for file, one in zip(files, T, strict=True):
-        (write or (lambda path, image: cv2.imwrite(str(path), image)))(folder / file, looked_at(name, one))
+    for file, image in zip(files, images(name), strict=True):
+        (write or (lambda path, image: cv2.imwrite(str(path), image)))(folder / file, image)
     described = Dataset(
         name="recording",
         kind="camera",
@@ -100,6 +106,12 @@ def recording(folder: Path, name: str, write: Callable[[Path, np.ndarray], None]
     )
     save(described, folder)
     return robolaser.load(folder)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Points:
+    """Points of a board in grey, all of it in sight."""
+    return points_of_target(recording(tmp_path_factory.mktemp("whole"), "charuco"))[1].points
 
 
 @pytest.mark.parametrize("name", BOARDS)
@@ -135,13 +147,12 @@ def test_a_command_reads_images_and_the_next_one_calibrates(tmp_path: Path, caps
     np.testing.assert_allclose([result.value(f"hand_eye.{part}") for part in "xyz"], 0.0, atol=3e-3)
 
 
-def test_a_board_seen_in_part_still_gives_its_corners_by_name(tmp_path: Path) -> None:
+def test_a_board_seen_in_part_still_gives_its_corners_by_name(whole: Points, tmp_path: Path) -> None:
     def covered(path: Path, image: np.ndarray) -> None:
         image = image.copy()
         image[:, : SIZE[0] // 3] = 120
         cv2.imwrite(str(path), image)
 
-    whole = points_of_target(recording(tmp_path / "whole", "charuco"))[1].points
     part = points_of_target(recording(tmp_path / "part", "charuco", covered))[1].points
     assert 0 < len(part) < len(whole)
     pixel = {(pose, name): at for pose, name, at in zip(whole.pose, whole.names, whole.pixel, strict=True)}
@@ -150,14 +161,13 @@ def test_a_board_seen_in_part_still_gives_its_corners_by_name(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("depth", ["colour", "twelve bits"])
-def test_colour_and_deeper_grey_show_the_same(tmp_path: Path, depth: str) -> None:
+def test_colour_and_deeper_grey_show_the_same(whole: Points, tmp_path: Path, depth: str) -> None:
     def deeper(path: Path, image: np.ndarray) -> None:
         other = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if depth == "colour" else image.astype(np.uint16) * 16
         cv2.imwrite(str(path), other)
 
-    grey = points_of_target(recording(tmp_path / "grey", "charuco"))[1].points
     other = points_of_target(recording(tmp_path / "other", "charuco", deeper))[1].points
-    np.testing.assert_allclose(other.pixel, grey.pixel, atol=0.05)
+    np.testing.assert_allclose(other.pixel, whole.pixel, atol=0.05)
 
 
 def test_columns_and_rows_that_are_exchanged_are_told(tmp_path: Path) -> None:
