@@ -56,10 +56,9 @@ def test_who_is_always_right_scores_everything(trial, capsys):
     assert len(capsys.readouterr().out.splitlines()) <= 25
 
 
-def test_data_sets_that_nobody_diagnosed_are_diagnosed(trial):
-    for path in sorted(trial.rglob(Path(DIAGNOSIS).name))[:2]:
-        path.unlink()
-    assert main(["challenge", "score", str(trial), "--jobs", "2"]) == 0
+def test_a_data_set_that_nobody_diagnosed_is_diagnosed(trial):
+    min(trial.rglob(Path(DIAGNOSIS).name)).unlink()
+    assert main(["challenge", "score", str(trial), "--jobs", "1"]) == 0
     assert len(list(trial.rglob(Path(DIAGNOSIS).name))) == 4
 
 
