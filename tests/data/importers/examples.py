@@ -67,14 +67,14 @@ def csv(folder: Path) -> tuple[list[Path], list[str]]:
 
 def pairs(write: Callable[[Path, HandEyeCell], list[Path]], *words: str) -> Example:
     def example(folder: Path) -> tuple[list[Path], list[str]]:
-        return write(folder, cell("base")), list(words)
+        return write(folder, cell("base", poses=8)), list(words)
 
     return example
 
 
 def rosbag(folder: Path) -> tuple[list[Path], list[str]]:
     bags = pytest.importorskip("bags")
-    made = cell("base")
+    made = cell("base", poses=8)
     with bags.recorder(folder, "mcap") as (path, record):
         for i, (flange, seen) in enumerate(zip(made.T_base_flange, made.T_camera_target, strict=True)):
             record.frame(bags.START_S + i, "base", "tool0", flange)
