@@ -19,7 +19,6 @@ from robolaser.cli import app, main
 from robolaser.data.result_folder import MANIFEST
 
 GROUPS = ("challenge", "new")
-CELL = Path(__file__).parents[2] / "examples/cell"
 SIMULATED = ["simulate", "--robot", "scorbot_er7", "--poses", "5", "--points", "5", "--seed", "3"]
 
 
@@ -198,7 +197,6 @@ def test_a_file_where_the_output_folder_should_be_is_said(
         (["diagnose", "DATASET", "--without", "laser_rol"], "Did you mean 'laser_roll'"),
         (["diagnose", "DATASET", "--without", "joint_offset:nowhere"], "Did you mean 'joint_offset'"),
         (["simulate", "--robot", "scorbot_er7", "--effect", "joint_offset:nowhere=0.01"], "There are: joint_1"),
-        (["record", str(CELL), "--plan", "2", "--separate", "backlash:nowhere"], "There are: joint_1"),
     ],
 )
 def test_an_unknown_effect_location_or_algorithm_is_wrong_usage_and_gets_the_near_ones(
