@@ -1,11 +1,8 @@
 """Whatever the files of others hold, an importer reads them or names them."""
 
-from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import pytest
-from cyclopts import App
 from damage import damaged_bytes
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -24,21 +21,6 @@ def typed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     sources, options = EXAMPLES[request.param](folder)
     words = ["import", *map(str, sources), "--kind", request.param, *options, "--output", f"{folder}-out", "--dry-run"]
     return words, [file for file in sorted(folder.rglob("*")) if file.is_file()]
-
-
-@pytest.fixture(autouse=True, scope="module")
-def words_are_parsed_once() -> Iterator[None]:
-    """All that is typed for an example is the same, and takes longer to parse than a small file to read."""
-    parse, known = App.parse_args, dict[tuple[str, ...], Any]()
-
-    def parsed(app: App, tokens: Sequence[str], **options: Any) -> Any:
-        if tuple(tokens) not in known:
-            known[tuple(tokens)] = parse(app, tokens, **options)
-        return known[tuple(tokens)]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(App, "parse_args", parsed)
-        yield
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
