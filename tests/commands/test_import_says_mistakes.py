@@ -12,7 +12,7 @@ from robolaser.simulation import simulate
 
 
 def log(path: Path, unit_m: float, exchanged: tuple[int, int] | None = None) -> Path:
-    made = simulate(find_robot("ur5"), kind="point", poses=40, points=1, noise=Noise(point_m=3e-5), seed=1).dataset
+    made = simulate(find_robot("ur5"), kind="point", poses=20, points=1, noise=Noise(point_m=3e-5), seed=1).dataset
     robot, q = made.arm
     xyz = np.array(made.points.xyz) / unit_m
     if exchanged:
@@ -34,7 +34,7 @@ def test_points_in_inches_are_noticed(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 def test_points_of_two_poses_that_are_exchanged_are_noticed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "are exchanged. Correct the data set." in imported(log(tmp_path / "log.csv", 1.0, (7, 21)), capsys)
+    assert "are exchanged. Correct the data set." in imported(log(tmp_path / "log.csv", 1.0, (7, 16)), capsys)
 
 
 def test_sound_files_are_imported_without_a_word(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

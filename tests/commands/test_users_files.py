@@ -2,12 +2,11 @@
 
 import hashlib
 import shutil
-import subprocess
-import sys
-import time
 
 import pytest
+from few_files import only
 
+from robolaser import compare
 from robolaser.cli import main
 
 
@@ -53,7 +52,9 @@ def test_the_users_own_files_in_the_folder_of_the_result_stay(dataset, tmp_path,
 
 def test_a_copy_of_a_users_robot_replaces_neither_it_nor_the_result_nor_any_other_file(dataset, tmp_path, capsys):
     result = tmp_path / "result"
-    assert main(["calibrate", str(dataset), "--with", "joint_offset:joint_3", "--output", str(result), "--quiet"]) == 0
+    with only("robot_corrected.urdf"):
+        typed = ["calibrate", str(dataset), "--with", "joint_offset:joint_3", "--output", str(result), "--quiet"]
+        assert main(typed) == 0
     mine = tmp_path / "mine.urdf"
     shutil.copy(dataset / "robot.urdf", mine)
     before = [digests(folder) for folder in (tmp_path, dataset, result)]
@@ -95,15 +96,18 @@ def test_its_own_earlier_result_is_replaced_and_the_rest_of_the_folder_stays(dat
 
 
 def test_the_second_of_two_comparisons_on_one_folder_is_refused_and_the_first_loses_nothing(tmp_path, capsys):
-    typed = ["compare", "pymoo:sphere-3", "--output", str(tmp_path / "cmp"), "--algorithms", "ga", "--jobs", "1"]
-    start = [sys.executable, "-m", "robolaser", *typed, "--seeds", "2", "--budget", "200000", "--quiet"]
-    with subprocess.Popen(start) as first:
-        record = tmp_path / "cmp" / "runs.jsonl"
-        while not record.exists() and first.poll() is None:
-            time.sleep(0.05)
-        assert first.poll() is None, "the first comparison ended before the second began"
-        there = record.read_bytes()
-        assert main([*typed, "--seeds", "2", "--seed", "100", "--budget", "100", "--force"]) == 1
-        assert "Another robolaser command" in capsys.readouterr().err
-        assert record.read_bytes().startswith(there)
-        first.terminate()
+    folder = tmp_path / "cmp"
+    again = ["compare", "pymoo:sphere-3", "--output", str(folder), "--algorithms", "ga", "--jobs", "1", "--force"]
+    refused = []
+
+    def meanwhile(*_):
+        there = (folder / "runs.jsonl").read_bytes()
+        assert main([*again, "--seeds", "2", "--seed", "100", "--budget", "100"]) == 1
+        refused.append("Another robolaser command" in capsys.readouterr().err)
+        assert (folder / "runs.jsonl").read_bytes() == there
+
+    first = compare(["pymoo:sphere-3"], ["ga"], seeds=2, budget=200, jobs=1, output=folder, progress=meanwhile)
+    assert refused
+    assert all(refused)
+    assert first.to_frame()["state"].tolist() == ["done", "done"]
+    assert {row.split(",")[2] for row in (folder / "runs.csv").read_text().splitlines()[1:]} == {"1", "2"}

@@ -18,7 +18,7 @@ from robolaser.model.sensors.stripe_similarity import SIMILARITY
 from robolaser.parameters import Parameter
 from robolaser.problems import ReducedCalibration, ScannerCalibration
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import Simulated, paper
+from robolaser.simulation import Simulated
 
 CELLS: dict[str, dict[str, Any]] = {
     "stripe": {},
@@ -197,14 +197,14 @@ def test_poles_cost_infinitely_and_are_completed_within_the_bounds(placed: bool)
 
 
 def test_a_data_set_asks_the_same_in_memory_and_in_its_folder(tmp_path):
-    dataset = paper(find_robot("scorbot_er7"), seed=2).dataset
+    dataset, other = (replace(made_in(cell).dataset, name="cell") for cell in (CELLS["tracker"], CELLS["bodies"]))
     folder = tmp_path / "cell"
     save(dataset, folder)
     asked = [ScannerCalibration(given) for given in (dataset, folder, str(folder))]
     costs = [problem.evaluate(problem.xl[None]).item() for problem in asked]
     assert costs == [costs[0]] * 3
     given = {"data": dataset, "folder": folder, "text": str(folder)}
-    runs = compare(given, ["de"], seeds=1, budget=60).to_frame()
+    runs = compare(given, ["de"], seeds=1, budget=60, jobs=1).to_frame()
     assert runs["best"].nunique() == 1
-    with pytest.raises(UsageError, match=r"are called 'paper'"):
-        compare([dataset, paper(find_robot("scorbot_er7"), seed=3).dataset], ["de"], seeds=1, budget=60)
+    with pytest.raises(UsageError, match=r"are called 'cell'"):
+        compare([dataset, other], ["de"], seeds=1, budget=60)

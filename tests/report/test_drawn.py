@@ -67,24 +67,35 @@ def browser():
         opened.close()
 
 
-@pytest.fixture
-def shown(browser, pages, tmp_path):
+@pytest.fixture(scope="module")
+def shown(browser, pages, tmp_path_factory):
     """Opens a page; gives it and what the browser complained of."""
 
     def opened(name, **look):
-        (tmp_path / "page.html").write_text(pages[name], encoding="utf-8")
+        file = tmp_path_factory.mktemp(name) / "page.html"
+        file.write_text(pages[name], encoding="utf-8")
         tab = browser.new_page(**look)
         complaints = []
         tab.on("console", lambda message: complaints.append(message.text))
         tab.on("pageerror", lambda error: complaints.append(str(error)))
         tab.on("request", lambda one: one.url.startswith("http") and complaints.append(one.url))
-        tab.goto((tmp_path / "page.html").as_uri())
+        tab.goto(file.as_uri())
         tab.wait_for_function(
             "document.querySelectorAll('.plot svg').length == document.querySelectorAll('.plot').length"
         )
         return tab, complaints
 
     return opened
+
+
+@pytest.fixture(scope="module")
+def calibration(shown):
+    return shown("calibration")[0]
+
+
+@pytest.fixture(scope="module")
+def diagnosis(shown):
+    return shown("diagnosis")
 
 
 pytestmark = [
@@ -115,8 +126,8 @@ def drawing(tab):
     return tab.locator("canvas").first.evaluate("c => c.toDataURL()")
 
 
-def test_a_scene_turns_when_dragged_and_says_what_is_under_the_pointer(shown):
-    tab, complaints = shown("diagnosis")
+def test_a_scene_turns_when_dragged_and_says_what_is_under_the_pointer(diagnosis):
+    tab, complaints = diagnosis
     canvas = tab.locator("canvas").first
     canvas.scroll_into_view_if_needed()
     before, box = drawing(tab), canvas.bounding_box()
@@ -133,8 +144,8 @@ def test_a_scene_turns_when_dragged_and_says_what_is_under_the_pointer(shown):
     assert not complaints
 
 
-def test_errors_grow_with_the_slider_and_each_series_can_be_switched_off(shown):
-    tab, _ = shown("diagnosis")
+def test_errors_grow_with_the_slider_and_each_series_can_be_switched_off(diagnosis):
+    tab, _ = diagnosis
     seen = [drawing(tab)]
     tab.locator(".controls input[type=range]").fill("1")
     seen.append(drawing(tab))
@@ -172,9 +183,8 @@ def test_a_click_on_a_mark_shows_its_pose_and_its_image_in_the_scene(browser, sh
     assert not complaints
 
 
-def test_a_click_on_a_columns_head_sorts_by_it_and_another_turns_the_order_round(shown):
-    tab, _ = shown("calibration")
-    section = tab.locator("section", has=tab.locator("h2", has_text="Which errors stand out"))
+def test_a_click_on_a_columns_head_sorts_by_it_and_another_turns_the_order_round(calibration):
+    section = calibration.locator("section", has=calibration.locator("h2", has_text="Which errors stand out"))
     column = section.locator("tbody td:nth-child(4)")
     head = section.locator("thead button", has_text="fitted")
     for sign in (1, -1):
@@ -183,20 +193,19 @@ def test_a_click_on_a_columns_head_sorts_by_it_and_another_turns_the_order_round
         assert errors == sorted(errors)
 
 
-def test_a_mark_says_its_pose_under_the_pointer(shown):
-    tab, _ = shown("calibration")
-    figure = tab.locator("figure.chart", has_text="Errors of each pose")
+def test_a_mark_says_its_pose_under_the_pointer(calibration):
+    figure = calibration.locator("figure.chart", has_text="Errors of each pose")
     figure.locator(".mark-symbol path").first.hover()
-    tab.wait_for_selector("#under-pointer:not([hidden])")
-    assert "pose: p" in tab.inner_text("#under-pointer")
+    calibration.wait_for_selector("#under-pointer:not([hidden])")
+    assert "pose: p" in calibration.inner_text("#under-pointer")
 
 
-def test_a_click_on_the_legend_fades_the_other_series(shown):
-    tab, _ = shown("calibration")
-    figure = tab.locator("figure.chart", has_text="Errors of each pose")
+def test_a_click_on_the_legend_fades_the_other_series(calibration):
+    figure = calibration.locator("figure.chart", has_text="Errors of each pose")
     before = figure.inner_html()
     figure.locator(".role-legend-label text", has_text="held out").click()
-    tab.wait_for_function("([figure, before]) => figure.innerHTML != before", arg=[figure.element_handle(), before])
+    handle = figure.element_handle()
+    calibration.wait_for_function("([figure, before]) => figure.innerHTML != before", arg=[handle, before])
     assert 'opacity="0.06"' in figure.inner_html()
 
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from few_files import only
 
 import robolaser
 from robolaser.data.stated_noise import Noise
@@ -11,14 +12,15 @@ from robolaser.simulation import simulate
 
 def measured(offset: float, seed: int) -> robolaser.Dataset:
     noise, effects = Noise(point_m=3e-5), {"joint_offset:elbow_joint": offset}
-    return simulate("ur5", kind="point", poses=40, noise=noise, effects=effects, seed=seed).dataset
+    return simulate("ur5", kind="point", poses=25, noise=noise, effects=effects, seed=seed).dataset
 
 
 def test_what_moved_is_told_in_standard_errors(tmp_path: Path) -> None:
-    monday, friday = (
-        robolaser.calibrate(measured(offset, seed), effects=["joint_offset:elbow_joint"], weights="noise", seed=0)
-        for offset, seed in ((0.001, 1), (0.003, 2))
-    )
+    with only("robot_corrected.urdf"):
+        monday, friday = (
+            robolaser.calibrate(measured(offset, seed), effects=["joint_offset:elbow_joint"], weights="noise", seed=0)
+            for offset, seed in ((0.001, 1), (0.003, 2))
+        )
     found = monday.compare(friday)
     rows = {row["name"]: row for row in found["rows"]}
     offset = rows["joint_offset.elbow_joint.offset"]

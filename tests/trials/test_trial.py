@@ -16,7 +16,7 @@ from robolaser.errors import TrialError
 from robolaser.trials.trial import DIAGNOSIS, truth_beside, unseal
 
 KINDS = "none,outliers"
-NEW = ("--kinds", KINDS, "--count", "4", "--poses", "8-9", "--points", "4", "--seed", "5")
+NEW = ("--kinds", KINDS, "--count", "2", "--poses", "8-9", "--points", "4", "--seed", "5")
 
 
 @pytest.fixture(scope="module")
@@ -56,11 +56,10 @@ def test_who_is_always_right_scores_everything(trial, capsys):
     assert len(capsys.readouterr().out.splitlines()) <= 25
 
 
-def test_data_sets_that_nobody_diagnosed_are_diagnosed(trial):
-    for path in sorted(trial.rglob(Path(DIAGNOSIS).name))[:2]:
-        path.unlink()
-    assert main(["challenge", "score", str(trial), "--jobs", "2"]) == 0
-    assert len(list(trial.rglob(Path(DIAGNOSIS).name))) == 4
+def test_a_data_set_that_nobody_diagnosed_is_diagnosed(trial):
+    min(trial.rglob(Path(DIAGNOSIS).name)).unlink()
+    assert main(["challenge", "score", str(trial), "--jobs", "1"]) == 0
+    assert len(list(trial.rglob(Path(DIAGNOSIS).name))) == 2
 
 
 def test_a_score_that_is_there_stays_unless_forced(trial):
@@ -105,10 +104,10 @@ def test_a_folder_may_hold_the_truths_of_several_trials(made, tmp_path, capsys):
 
 @pytest.mark.parametrize("file", ["points.csv", "poses.csv", "dataset.toml"])
 def test_other_data_than_were_made_are_not_scored(trial, file, capsys):
-    path = trial / "world-002" / file
+    path = trial / "world-001" / file
     path.write_text(path.read_text() + "\n")
     assert main(["challenge", "score", str(trial)]) == 1
-    assert "world-002 holds other data" in capsys.readouterr().err
+    assert "world-001 holds other data" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

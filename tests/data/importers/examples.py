@@ -65,16 +65,16 @@ def csv(folder: Path) -> tuple[list[Path], list[str]]:
     return [file], [*words, *options(MAPPED)]
 
 
-def pairs(write: Callable[[Path, HandEyeCell], list[Path]], *words: str) -> Example:
+def pairs(write: Callable[[Path, HandEyeCell], list[Path]], *words: str, poses: int = 8) -> Example:
     def example(folder: Path) -> tuple[list[Path], list[str]]:
-        return write(folder, cell("base")), list(words)
+        return write(folder, cell("base", poses=poses)), list(words)
 
     return example
 
 
 def rosbag(folder: Path) -> tuple[list[Path], list[str]]:
     bags = pytest.importorskip("bags")
-    made = cell("base")
+    made = cell("base", poses=8)
     with bags.recorder(folder, "mcap") as (path, record):
         for i, (flange, seen) in enumerate(zip(made.T_base_flange, made.T_camera_target, strict=True)):
             record.frame(bags.START_S + i, "base", "tool0", flange)
@@ -129,7 +129,7 @@ EXAMPLES: Mapping[str, Example] = {
     "csv": csv,
     "easy_handeye": pairs(hand_eye.easy_handeye2),
     "moveit": pairs(hand_eye.moveit, "--set", "mount=base"),
-    "opencv": pairs(hand_eye.opencv, "--set", "mount=base", "--units", "mm"),
+    "opencv": pairs(hand_eye.opencv, "--set", "mount=base", "--units", "mm", poses=20),
     "tum": pairs(hand_eye.tum, "--set", "tolerance_s=0.02"),
     "rosbag": rosbag,
     "images": images,

@@ -10,7 +10,9 @@ import pytest
 from examples import EXAMPLES
 from robolaser import load
 from robolaser.cli import main
+from robolaser.data.dataset import Dataset
 from robolaser.data.importers import importer_for, importers
+from robolaser.diagnosis import gross_mistakes
 
 
 @dataclass
@@ -41,6 +43,22 @@ def case(request: pytest.FixtureRequest, tmp_path: Path) -> Case:
     folder = tmp_path / "raw"
     folder.mkdir()
     return Case(request.param, *EXAMPLES[request.param](folder), tmp_path / "cell")
+
+
+SOUGHT: dict[str, tuple[str, ...]] = {}
+
+
+@pytest.fixture(autouse=True)
+def mistakes_are_sought_once(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the data of an example they are the same each time, and take longer than all else."""
+    seek = gross_mistakes.gross_mistakes
+
+    def remembered(dataset: Dataset) -> tuple[str, ...]:
+        if case.kind not in SOUGHT:
+            SOUGHT[case.kind] = seek(dataset)
+        return SOUGHT[case.kind]
+
+    monkeypatch.setattr(gross_mistakes, "gross_mistakes", remembered)
 
 
 def test_it_recognises_its_files_and_nothing_that_is_not_there(case: Case, tmp_path: Path) -> None:

@@ -38,8 +38,7 @@ def frames(record: Recorder, made: HandEyeCell) -> None:
         record.frame(START_S + i + 0.004, "camera", "tag", seen)
 
 
-@pytest.mark.parametrize("kind", FORMATS)
-@pytest.mark.parametrize("mount", ["flange", "base"])
+@pytest.mark.parametrize(("kind", "mount"), [("bag", "flange"), ("db3", "flange"), ("mcap", "base")])
 def test_a_tag_and_a_flange_in_tf_are_calibrated(kind: str, mount: str, tmp_path: Path) -> None:
     made = cell(mount)
     with recorder(tmp_path, kind) as (path, record):
@@ -62,14 +61,14 @@ def moving(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def motion_capture(record: Recorder, *, velocities: bool = True, late_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Joint states at 100 Hz, a gripper's too, and a body seen at 7 Hz; gives its times and T_flange_body."""
     robot = robolaser.find_robot(ARM)
-    at = np.arange(0, 12, 0.01)
+    at = np.arange(0, 7, 0.01)
     q, qd = moving(at)
     for time, angles, rates in zip(at, q, qd, strict=True):
         names, order = [*robot.joints[::-1], "finger"], [4, 3, 2, 1, 0]
         values = [np.append(one[order], 0.0) for one in (angles, rates)]
         record.joints(START_S + time, names, values[0], values[1] if velocities else np.empty(0))
     record.joints(START_S + 5.555, ["finger"], np.zeros(1), np.zeros(1))
-    seen = np.arange(0.5, 11.5, 1 / 7)
+    seen = np.arange(0.5, 6.5, 1 / 7)
     T_flange_body = pose(exp_so3(np.array([0.3, -0.2, 0.9])), np.array([0.02, 0.01, 0.08]))
     T_world_base = pose(exp_so3(np.array([0.1, 0.2, 2.0])), np.array([1.0, -0.5, 0.3]))
     for time, T in zip(seen, robot.forward(moving(seen)[0][None])[0], strict=True):
@@ -100,7 +99,7 @@ def test_what_was_dropped_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[
     stated = [word for key, value in BODY.items() for word in ("--set", f"{key}={value}")]
     assert main(["import", str(path), "--robot", ARM, *stated, "--output", str(tmp_path / "set")]) == 0
     shown = capsys.readouterr().out
-    assert "1 of 78 poses, without readings of the arm within 0.02 s before and after" in shown
+    assert "1 of 43 poses, without readings of the arm within 0.02 s before and after" in shown
     assert "1 messages of /joint_states that lack a joint of the robot" in shown
     assert "velocities of /joint_states (not all messages have them)" in shown
     assert "qd_" not in (tmp_path / "set" / "poses.csv").read_text("utf-8").splitlines()[0]
@@ -111,7 +110,7 @@ def test_fewer_measurements_may_be_taken(tmp_path: Path) -> None:
         motion_capture(record)
     dataset = read([path], ImportOptions(robot=robolaser.find_robot(ARM), further={**BODY, "every_s": "1"}))
     assert np.diff(dataset.poses.time_s).min() >= 1
-    assert len(dataset.poses) == 11
+    assert len(dataset.poses) == 6
 
 
 @pytest.mark.parametrize(
