@@ -115,7 +115,7 @@ def test_the_gauge_is_named(calibrated: Calibration) -> None:
 
 @pytest.mark.parametrize("known", [("s_u",), ("s_u", "s_v"), ("k",)])
 def test_the_focal_length_is_found_where_the_pitch_of_pixels_is_known(known: tuple[str, ...]) -> None:
-    made = simulate("ur5", poses=30, noise=NOISE, seed=3)
+    made = simulate("ur5", poses=20, noise=NOISE, seed=3)
     assert made.truth["k"] > 100.0
     c = {"f": 0.92, "s_u": 0.92, "s_v": 0.92, "k": 0.92**-2}  # the same camera
     stated = {name: made.truth[name] * c[name] for name in known}
