@@ -27,6 +27,6 @@ class BlendCrossover(Crossover):
 
 problem = ScannerCalibration(paper(find_robot("scorbot_er7"), seed=1).dataset)
 for crossover in (ArithmeticCrossover(prob=0.85), BlendCrossover()):
-    algorithm = GA(pop_size=100, crossover=crossover, mutation=NonUniformMutation(prob_var=0.1, b=5))
+    algorithm = GA(pop_size=50, crossover=crossover, mutation=NonUniformMutation(prob_var=0.1, b=5))
     costs = [minimize(problem, algorithm, ("n_gen", 100), seed=seed).F[0] for seed in (1, 2, 3)]
     print(f"{type(crossover).__name__:<20} median J = {np.median(costs):.2e} m² of 3 runs")

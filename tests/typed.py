@@ -1,5 +1,6 @@
 """Commands as the docs show them, run in the tests' process, which has its imports already."""
 
+import runpy
 import shlex
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from io import StringIO
@@ -12,11 +13,15 @@ from robolaser.cli import main
 
 
 def run_typed(command: str, folder: Path, *, expected: int) -> str:
-    """The output of a command in a folder; other programs' commands are run by a shell."""
+    """The output of a command in a folder, also of a Python script; other programs' commands are run by a shell."""
     program, *words = shlex.split(command.replace("\\\n", ""))
+    output = StringIO()
+    if program == "python":
+        with chdir(folder), redirect_stdout(output):
+            runpy.run_path(*words, run_name="__main__")
+        return output.getvalue()
     if program != "robolaser":
         return run_shell(command, folder, expected=expected)
-    output = StringIO()
     with pytest.MonkeyPatch.context() as patch, chdir(folder), redirect_stdout(output), redirect_stderr(output):
         patch.setenv("COLUMNS", HELP_WIDTH if "--help" in words else WIDTH)
         assert main(words) == expected, output.getvalue()

@@ -19,7 +19,7 @@ from robolaser.errors import BenchmarkError, OutputError
 
 HERE = Path(__file__).parent
 ALGORITHMS = "rcga,random,mine:halving,mine:raising,mine:not_a_number,least-squares"
-ASKED = ["compare", "paper", "pymoo:sphere-3", "--algorithms", ALGORITHMS, "--seeds", "2", "--budget", "1000"]
+ASKED = ["compare", "paper", "pymoo:sphere-3", "--algorithms", ALGORITHMS, "--seeds", "2", "--budget", "500"]
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +134,7 @@ def test_a_comparison_that_is_ended_leaves_a_report_and_says_how_to_go_on(tmp_pa
 
 def test_a_finished_comparison_is_only_shown_again(result, at_home):
     before = outcomes(result)
-    good = ["compare", "paper", "--algorithms", "rcga,random", "--seeds", "2", "--budget", "1000"]
+    good = ["compare", "paper", "--algorithms", "rcga,random", "--seeds", "2", "--budget", "500"]
     assert main([*good, "--output", str(result), "--resume"]) == 0
     assert outcomes(result) == before
     assert len(load_comparison(result).runs) == 22

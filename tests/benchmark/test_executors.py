@@ -15,6 +15,7 @@ import robolaser
 from robolaser import load_comparison
 from robolaser.benchmark import executors
 from robolaser.benchmark.executors import Processes, WorkerLost
+from robolaser.cli import main
 from robolaser.errors import BenchmarkError
 
 HERE = Path(__file__).parent
@@ -71,7 +72,7 @@ def test_a_killed_comparison_leaves_no_process_and_is_resumed(tmp_path):
     process.wait()
     before = outcomes(load_comparison(tmp_path))
     assert 0 < len(before) < 6
-    subprocess.run([*command, "--resume"], cwd=HERE, stdout=subprocess.DEVNULL, check=True)
+    assert main([*typed, "--output", str(tmp_path), "--jobs", "1", "--resume"]) == 0
     after = outcomes(load_comparison(tmp_path))
     assert len(after) == 6
     assert before.items() <= after.items()

@@ -165,9 +165,9 @@ def test_superiority_is_mann_and_whitneys_u_per_pair_of_runs():
 @pytest.mark.parametrize("shift", [0.0, 1.5])
 def test_superiority_is_inside_its_interval_nineteen_times_in_twenty(shift):
     rng = np.random.default_rng(12)
-    x = rng.normal(size=(1200, 2, 8)) + np.array([0, shift])[:, None]
+    x = rng.normal(size=(500, 2, 8)) + np.array([0, shift])[:, None]
     truth = stats.norm.cdf(shift / np.sqrt(2))
-    for problems, trials in ((1, 1200), (3, 400)):
+    for problems, trials in ((1, 500), (3, 150)):  # more than 51 and 21 outside would be rare
         found = [difference.superiority(one) for one in np.split(x[: problems * trials], trials)]
         outside = sum(not of.lower[0, 1] <= truth <= of.upper[0, 1] for of in found)
         assert not _rare(outside, trials, 0.06)
@@ -213,18 +213,18 @@ def test_without_runs_there_is_no_test():
 
 @pytest.mark.parametrize(("problems", "runs"), [(1, 4), (1, 9), (2, 3), (5, 1), (5, 2), (5, 6)])
 def test_where_there_is_no_difference_the_stratified_test_finds_one_in_twenty_at_most(problems, runs):
-    x = np.random.default_rng(16).random((400, problems, 2, runs))
+    x = np.random.default_rng(16).random((250, problems, 2, runs))
     found = sum(difference.stratified(one)[0, 1] < 0.05 for one in x)
     tied = sum(difference.stratified(np.round(3 * one))[0, 1] < 0.05 for one in x)
-    assert not _rare(found, 400, 0.05)
-    assert not _rare(tied, 400, 0.05)
+    assert not _rare(found, 250, 0.05)
+    assert not _rare(tied, 250, 0.05)
 
 
 def test_where_nobody_differs_one_comparison_in_twenty_at_most_says_that_anybody_does():
-    p = difference.rank_sum(np.random.default_rng(17).random((400, 4, 6))).reshape(200, 2, 4, 4)
+    p = difference.rank_sum(np.random.default_rng(17).random((200, 4, 6))).reshape(100, 2, 4, 4)
     chosen = p[np.nanmin(p, axis=(1, 2, 3)) < 0.01]  # no others can be below 0.05 after correction for 12
     found = sum((difference.holm_pairs(one) < 0.05).any() for one in chosen)
-    assert not _rare(int(found), 200, 0.05)
+    assert not _rare(int(found), 100, 0.05)
 
 
 def test_holms_correction_never_lowers_p_and_keeps_their_order():

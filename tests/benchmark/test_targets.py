@@ -5,7 +5,7 @@ import pytest
 import robolaser
 from robolaser.benchmark.standings.ranking import standings
 
-ASKED = {"seeds": 2, "budget": 600}
+ASKED = {"seeds": 2, "budget": 400}
 
 
 def ranking(result):
@@ -26,7 +26,7 @@ def test_a_constant_added_to_the_cost_changes_nothing():
 
 def test_the_text_states_the_target_that_was_used():
     result = robolaser.compare(
-        {"p": "mine:Sphere:offset=-1000:lowest=-1000"}, ["cmaes"], seeds=2, budget=500, target=0.5
+        {"p": "mine:Sphere:offset=-1000:lowest=-1000"}, ["random"], seeds=2, budget=50, target=0.5
     )
     said = " ".join(str(result).split())
     assert "a cost of at most -999.5, 0.5 above the lowest known, -1000 by theory" in said

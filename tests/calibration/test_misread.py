@@ -47,16 +47,20 @@ SLIPS: dict[str, tuple[Callable[[Array], Array], str]] = {
 }
 
 
+def on_flange_poses(dataset: Dataset) -> Dataset:
+    """The same without joints: half as many other readings are tried."""
+    return replace(dataset, robot=None, poses=Poses(dataset.poses.names, T_base_flange=dataset.flange()))
+
+
 def slipped(dataset: Dataset, slip: str) -> tuple[Dataset, str]:
     robot, q = dataset.arm
     change, said = SLIPS[slip]
     return replace(dataset, poses=replace(dataset.poses, q=change(q))), said.format(*robot.joints)
 
 
-@pytest.mark.parametrize("slip", SLIPS)
-@pytest.mark.parametrize(("arm", "kind"), [("scorbot_er7", "stripe"), ("ur5e", "socket")])
-def test_the_slip_is_found_by_what_it_does_to_the_fit(arm: str, kind: str, slip: str) -> None:
-    sound = simulate(find_robot(arm), kind=kind, poses=18, effects={"joint_offset:" + find_robot(arm).joints[1]: 0.002})
+@pytest.mark.parametrize(("slip", "kind"), [*((slip, "socket") for slip in SLIPS), ("exchanged", "stripe")])
+def test_the_slip_is_found_by_what_it_does_to_the_fit(slip: str, kind: str) -> None:
+    sound = simulate("scorbot_er7", kind=kind, poses=12, effects={"joint_offset:joint_2": 0.002})
     wrong, said = slipped(sound.dataset, slip)
     found = misread(Model(wrong), rms_m=0.1)
     assert found is not None
@@ -64,17 +68,16 @@ def test_the_slip_is_found_by_what_it_does_to_the_fit(arm: str, kind: str, slip:
     assert found.shift == 0
 
 
-@pytest.mark.parametrize(("shift", "which"), [(1, "before"), (-1, "after")])
-def test_rows_of_one_sensor_that_are_one_pose_off_are_told_by_its_file(shift: int, which: str) -> None:
-    both = two_trackers(14)
-    found = misread(Model(with_rows_moved(both, shift, of=both.sensors[1].rows)), rms_m=0.1)
+def test_rows_of_one_sensor_that_are_one_pose_off_are_told_by_its_file() -> None:
+    both = on_flange_poses(two_trackers(8))
+    found = misread(Model(with_rows_moved(both, -1, of=both.sensors[1].rows)), rms_m=0.1)
     assert found is not None
-    assert f"All rows of right.csv seem to belong to the pose {which} theirs" in found.sentence
-    assert found.shift == -shift
+    assert "All rows of right.csv seem to belong to the pose after theirs" in found.sentence
+    assert found.shift == 1
 
 
 def test_a_wrong_cell_with_joints_read_rightly_is_not_blamed_on_them() -> None:
-    sound = simulate(find_robot("scorbot_er7"), kind="stripe", poses=25, seed=1).dataset
+    sound = simulate(find_robot("scorbot_er7"), kind="stripe", poses=12, seed=1).dataset
     points = sound.points
     assert points.xyz is not None
     wrong = replace(sound, points=replace(points, xyz=points.xyz[:, [1, 0, 2]]))
@@ -87,15 +90,13 @@ def test_millimetres_are_no_sign_of_it_and_nothing_is_tried() -> None:
 
 
 def test_a_calibration_warns_of_it_first() -> None:
-    wrong, said = slipped(simulate(find_robot("ur5e"), kind="socket", poses=20).dataset, "exchanged")
+    wrong, said = slipped(simulate("scorbot_er7", kind="socket", poses=15).dataset, "exchanged")
     assert said in calibrate(wrong, Plan()).warnings[0]
 
 
 def test_it_is_said_where_no_fit_is_found_at_all() -> None:
     noise = Noise(pixel_px=0.1, joint_rad=1e-5)
-    wrong, said = slipped(
-        simulate(find_robot("ur5e"), kind="camera", poses=25, noise=noise, seed=2).dataset, "exchanged"
-    )
+    wrong, said = slipped(simulate("ur5e", kind="camera", poses=14, noise=noise, seed=2).dataset, "exchanged")
     with pytest.raises(EstimationError) as refusal:
         calibrate(wrong, Plan())
     assert str(refusal.value).startswith(said)
@@ -103,10 +104,8 @@ def test_it_is_said_where_no_fit_is_found_at_all() -> None:
 
 
 def test_a_diagnosis_says_it_first_and_what_is_left_is_neither_noise_nor_the_work_of_an_effect() -> None:
-    noise = Noise(pixel_px=0.2)
-    wrong, said = slipped(
-        simulate(find_robot("scorbot_er7"), kind="camera", poses=20, noise=noise, seed=2).dataset, "exchanged"
-    )
+    noise = Noise(point_m=3e-5)
+    wrong, said = slipped(simulate("scorbot_er7", kind="socket", poses=12, noise=noise, seed=2).dataset, "exchanged")
     found = examine(wrong, SUSPECTS)
     assert found.sentence.startswith(said)
     assert found.verdict == "unexplained"
@@ -129,38 +128,35 @@ def test_where_no_reading_fits_none_is_accused(monkeypatch: pytest.MonkeyPatch) 
     assert misread(Model(dataset), np.inf) is None
 
 
-@pytest.mark.parametrize(("kind", "shift"), [("point", 1), ("camera", -1)])
-def test_rows_that_are_one_pose_off_are_named(kind: str, shift: int) -> None:
-    data = simulate(find_robot("ur5"), kind=kind, poses=25, noise=Noise(point_m=3e-5, pixel_px=0.1), seed=1).dataset
-    pose = data.points.pose - shift
-    kept = np.flatnonzero((pose >= 0) & (pose < len(data.poses)))
-    wrong = replace(data, points=replace(data.points.take(kept), pose=pose[kept]))
-    found = diagnosis_json(examine(wrong, SUSPECTS, seed=0))
+def test_rows_that_are_one_pose_off_are_named() -> None:
+    data = simulate("scorbot_er7", kind="point", poses=15, noise=Noise(point_m=3e-5), seed=1).dataset
+    found = diagnosis_json(examine(with_rows_moved(data, -1), SUSPECTS, seed=0))
     assert "seem to belong to the pose" in found["sentence"]
     assert (found["effects"][0]["effect"], found["effects"][0]["where"]) == ("mispaired", "image")
     assert [one["site"] for one in found["where"]] == ["image"]
     assert found["where"][0]["share"] > 0.96
-    assert found["effects"][0]["parameters"]["poses"]["value"] == shift
+    assert found["effects"][0]["parameters"]["poses"]["value"] == 1
     assert found["verdict"] == "unexplained"
     assert found["classes"][0]["class"] == "measuring_system"
 
 
-@pytest.mark.parametrize(("kind", "shift", "lost"), [("point", -1, 18), ("camera", 1, 18), ("pose", -1, 7)])
+@pytest.mark.parametrize(("kind", "shift", "lost"), [("point", -1, 13), ("camera", 1, 13), ("pose", -1, 7)])
 def test_where_a_pose_or_an_image_was_lost_is_named(kind: str, shift: int, lost: int) -> None:
     noise = Noise(point_m=3e-5, pixel_px=0.1, angle_rad=1e-4)
-    data = simulate(find_robot("ur5"), kind=kind, poses=26, noise=noise, seed=1).dataset
+    data = simulate(find_robot("ur5"), kind=kind, poses=20, noise=noise, seed=1).dataset
     kept = np.flatnonzero((data.points.pose != lost) | (shift < 0))
-    wrong = with_rows_moved(replace(data, parameters={}, points=data.points.take(kept)), -shift, lost)
-    found = misread(Model(wrong), rms_m=0.5)
+    moved = with_rows_moved(replace(data, parameters={}, points=data.points.take(kept)), -shift, lost)
+    found = misread(Model(on_flange_poses(moved)), rms_m=0.5)
     assert found is not None
     assert found.shift == shift
     first = found.sentence.partition("From pose ")[2].partition(" on, ")[0]
     assert abs(data.poses.names.index(first) - lost) <= 1
-    assert not Preparation.of(wrong, 0).belongs
+    if kind == "point":
+        assert not Preparation.of(moved, 0).belongs
 
 
 def test_inverse_flange_poses_are_named() -> None:
-    data = simulate(find_robot("ur5"), kind="camera", poses=20, noise=Noise(pixel_px=0.1), seed=1).dataset
+    data = simulate("scorbot_er7", kind="camera", poses=12, noise=Noise(pixel_px=0.1), seed=1).dataset
     T = np.linalg.inv(data.flange())
     wrong = replace(data, robot=None, poses=Poses(data.poses.names, T_base_flange=T))
     found = misread(Model(wrong), rms_m=0.5)
@@ -169,7 +165,7 @@ def test_inverse_flange_poses_are_named() -> None:
 
 
 def test_a_camera_at_the_other_end_is_named() -> None:
-    data = simulate(find_robot("ur5"), kind="camera", poses=20, noise=Noise(pixel_px=0.1), seed=1).dataset
+    data = simulate("scorbot_er7", kind="camera", poses=12, noise=Noise(pixel_px=0.1), seed=1).dataset
     wrong = replace(data, options=Mounting("base"), parameters={}, placed=False)
     found = misread(Model(wrong), rms_m=0.5)
     assert found is not None
@@ -188,11 +184,13 @@ TRACKED = {
     "in millimetres, read as inches": (lambda xyz: xyz * 25.4, "in millimetres, read as inches"),
     "left-handed": (mirrored, "in a left-handed frame"),
 }
+ALIKE = ["in inches, read as millimetres", "in millimetres, read as inches", "in millimetres", "left-handed"]
+"""What flange poses read otherwise explain as well."""
 
 
-@pytest.mark.parametrize("slip", TRACKED)
+@pytest.mark.parametrize("slip", ["in inches", "in feet", "left-handed"])
 def test_points_in_another_unit_or_frame_are_named(slip: str) -> None:
-    sound = simulate(find_robot("ur5"), kind="point", poses=14, noise=Noise(point_m=3e-5), seed=1).dataset
+    sound = simulate("scorbot_er7", kind="point", poses=10, noise=Noise(point_m=3e-5), seed=1).dataset
     change, said = TRACKED[slip]
     assert sound.points.xyz is not None
     found = misread(Model(replace(sound, points=replace(sound.points, xyz=change(sound.points.xyz)))), rms_m=0.5)
@@ -200,14 +198,13 @@ def test_points_in_another_unit_or_frame_are_named(slip: str) -> None:
     assert f"The points seem to be {said}" in found.sentence
 
 
-@pytest.mark.parametrize("slip", ["in inches, read as millimetres", "in millimetres", "left-handed"])
+@pytest.mark.parametrize("slip", ALIKE)
 def test_where_flange_poses_explain_it_as_well_as_points_both_are_named(slip: str) -> None:
-    sound = simulate(find_robot("ur5"), kind="point", poses=14, noise=Noise(point_m=3e-5), seed=1).dataset
+    sound = simulate("scorbot_er7", kind="point", poses=10, noise=Noise(point_m=3e-5), seed=1).dataset
     change, said = TRACKED[slip]
     assert sound.points.xyz is not None
-    poses = Poses(sound.poses.names, T_base_flange=sound.flange())
-    wrong = replace(sound, robot=None, poses=poses, points=replace(sound.points, xyz=change(sound.points.xyz)))
-    found = misread(Model(wrong), rms_m=0.5)
+    wrong = replace(sound, points=replace(sound.points, xyz=change(sound.points.xyz)))
+    found = misread(Model(on_flange_poses(wrong)), rms_m=0.5)
     assert found is not None
     assert f"The points seem to be {said}" in found.sentence
     assert "flange" in found.sentence
@@ -250,7 +247,7 @@ def inches() -> Array:
 
 @pytest.mark.parametrize("slip", FLANGE)
 def test_flange_poses_in_another_form_are_named(slip: str) -> None:
-    sound = simulate(find_robot("ur5"), kind="camera", poses=25, seed=2).dataset
+    sound = simulate("ur5", kind="camera", poses=14, seed=2).dataset
     T = FLANGE[slip](np.asarray(sound.flange()))
     wrong = replace(sound, robot=None, poses=Poses(sound.poses.names, T_base_flange=T))
     found = misread(Model(wrong), rms_m=0.5)
@@ -258,17 +255,18 @@ def test_flange_poses_in_another_form_are_named(slip: str) -> None:
     assert slip in found.sentence
 
 
-@pytest.mark.parametrize(("first", "named"), [(24, "session-2/0"), (34, "session-2/10")])
-def test_rows_that_slipped_in_one_of_two_sessions_are_told_by_its_pose(first: int, named: str) -> None:
-    both = simulate("ur5", kind="camera", poses=24, options=CellOptions(sessions=2), noise=Noise(pixel_px=0.1)).dataset
+def test_rows_that_slipped_in_one_of_two_sessions_are_told_by_its_pose() -> None:
+    options, noise = CellOptions(sessions=2), Noise(point_m=3e-5)
+    both = simulate("scorbot_er7", kind="point", poses=20, options=options, noise=noise).dataset
     second = np.flatnonzero(both.session_of_pose[both.points.pose] == 1)
-    found = misread(Model(with_rows_moved(both, 1, first, second)), rms_m=0.1)
+    found = misread(Model(with_rows_moved(both, 1, 20, second)), rms_m=0.1)
     assert found is not None
-    assert f"From pose {named} on, the points, or images, seem to belong to the pose before theirs" in found.sentence
+    expected = "From pose session-2/0 on, the points, or images, seem to belong to the pose before theirs"
+    assert expected in found.sentence
 
 
 def test_rows_that_lie_at_other_poses_without_order_end_a_diagnosis_soon() -> None:
-    made = simulate("ur5", kind="stripe", poses=18, noise=Noise(pixel_px=0.2), seed=3).dataset
+    made = simulate("scorbot_er7", kind="stripe", poses=14, noise=Noise(pixel_px=0.2), seed=3).dataset
     shuffled = np.random.default_rng(1).permutation(len(made.poses))
     found = examine(replace(made, points=replace(made.points, pose=shuffled[made.points.pose])))
     assert (found.verdict, found.findings) == ("unexplained", ())

@@ -11,7 +11,7 @@ from robolaser.simulation import simulate
 
 
 def measured(off_m: float) -> Dataset:
-    made = simulate("ur5", kind="camera", poses=20, points=15, seed=2, noise=Noise(pixel_px=0.3)).dataset
+    made = simulate("ur5", kind="camera", poses=12, points=12, seed=2, noise=Noise(pixel_px=0.3)).dataset
     T = np.array(made.flange())
     T[:, :3, 3] += off_m * np.random.default_rng(0).normal(size=(len(T), 3))
     poses = Poses(made.poses.names, T_base_flange=T)

@@ -17,7 +17,7 @@ from robolaser.model.noise.sources import error_sources
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
-JOINT_RAD, DISTANCE_M, TRIALS = 2e-4, 2e-5, 40
+JOINT_RAD, DISTANCE_M, TRIALS = 2e-4, 2e-5, 24
 ROBOT = find_robot("ur5")
 
 

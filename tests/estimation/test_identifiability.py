@@ -19,7 +19,7 @@ from robolaser.model.noise.likelihood import NoiseLikelihood
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.sensors.stripe import SCANNER
 
-TRIALS = 100
+TRIALS = 50
 
 
 def likeliest(dataset, sources, residuals, J):

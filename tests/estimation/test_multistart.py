@@ -82,6 +82,7 @@ def test_an_optimum_that_nothing_confirms_is_told(monkeypatch: pytest.MonkeyPatc
     assert found.agreeing < AGREEING
 
 
+@pytest.mark.parametrize("made", ["the paper's", "no noise"], indirect=True)
 def test_whoever_watches_sees_the_best_fall_round_by_round(made: Simulated, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robolaser.estimation.multistart.AGREEING", 16)  # more than the first round has descents
     model, seen = Model(made.dataset), list[tuple[float, int, Array]]()

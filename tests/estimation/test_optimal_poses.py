@@ -81,11 +81,22 @@ def test_planned_postures_lie_within_the_joint_limits(description: Dataset, q: A
     assert ((q > description.robot.lower) & (q < description.robot.upper)).all()
 
 
-def test_the_same_seed_plans_the_same(description: Dataset, q: Array) -> None:
-    assert (planned(description, count=20, seed=1) == q).all()
-    assert not (planned(description, count=20, seed=2) == q).all()
+@pytest.fixture
+def tries_fewer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Choose among a third of the usual candidates."""
+    monkeypatch.setattr(optimal_poses, "MOST_TRIED", 600)
 
 
+@pytest.mark.usefixtures("tries_fewer")
+def test_the_same_seed_plans_the_same_and_others_or_effects_to_be_told_apart_another(description: Dataset) -> None:
+    first, same, of_other_seed = (planned(description, count=10, seed=seed) for seed in (1, 1, 2))
+    assert (same == first).all()
+    assert not (of_other_seed == first).all()
+    other = planned(description, count=10, effects=["joint_compliance:joint_2"], seed=1)
+    assert {tuple(row) for row in other} != {tuple(row) for row in first}
+
+
+@pytest.mark.usefixtures("tries_fewer")
 def test_where_the_arm_may_not_stand_nothing_is_planned(description: Dataset) -> None:
     q = planned(description, count=10, allowed=lambda q: q[:, 0] > 0.02, seed=1)
     assert (q[:, 0] > 0.02).all()
@@ -103,13 +114,9 @@ def test_where_limits_keep_the_arm_from_looking_they_are_named(description: Data
         planned(description, count=5, allowed=lambda q: q[:, 0] > 9.0, seed=1)
 
 
+@pytest.mark.usefixtures("tries_fewer")
 def test_as_many_postures_are_planned_as_are_asked_for(description: Dataset) -> None:
     assert len(planned(description, count=420, seed=1)) == 420
-
-
-def test_effects_to_be_told_apart_change_the_plan(description: Dataset, q: Array) -> None:
-    other = planned(description, count=20, effects=["joint_compliance:joint_2"], seed=1)
-    assert {tuple(row) for row in other} != {tuple(row) for row in q}
 
 
 def test_few_blocks_chosen_by_exchange_are_nearly_the_best_of_all() -> None:
@@ -148,6 +155,7 @@ def test_a_board_whose_place_is_not_said_cannot_be_planned_for(description: Data
         planned(replace(description, board=None), count=5, seed=1)
 
 
+@pytest.mark.usefixtures("tries_fewer")
 @pytest.mark.parametrize("mount", ["flange", "base"])
 def test_a_camera_sees_its_whole_board_from_every_planned_posture(mount: str) -> None:
     made = simulate(

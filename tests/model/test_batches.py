@@ -25,12 +25,12 @@ NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=2e-5, angle_r
 SMALL = 50
 
 CELLS = {
-    "stripe": {"poses": 20, "points": 12},
+    "stripe": {"poses": 15, "points": 10},
     "stripe, unplaced, repeated": {"poses": 16, "points": 6, "placed": False, "repeats": 2},
     "tracker": {"kind": "point", "poses": 40},
     "bodies": {"kind": "pose", "poses": 60},
     "profiles": {"kind": "profile", "poses": 12},
-    "camera": {"kind": "camera", "poses": 20, "points": 12},
+    "camera": {"kind": "camera", "poses": 15, "points": 10},
     "sockets": {"kind": "socket", "poses": 90},
 }
 
@@ -102,7 +102,7 @@ def test_held_out_poses_are_predicted_by_fits_of_all_others(dataset, small_batch
     x = solve(problem, model.parameters.nominal[None]).x[0]
     folds = assign_folds(model, seed=1)
     errors = held_out(problem, x, folds).errors
-    for fold in range(folds.count):
+    for fold in range(min(4, folds.count)):
         out = folds.of_row == fold
         end = solve(problem, x[None], tol=TOLERANCE / 10, kept=~out[None])
         whole = model.residuals(end.x)[0]

@@ -40,7 +40,11 @@ def operator(request):
 
 @pytest.fixture(scope="module")
 def compatibility():
-    return [check_operator(kind()) for kind in FAMILY]
+    """With code that Numba does not optimize: that takes longer than all runs."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE"):
+            patch.setenv(f"NUMBA_{name}", "0")
+        return [check_operator(kind()) for kind in FAMILY]
 
 
 def test_all_keep_to_the_contract_and_no_algorithm_fails_with_any(compatibility):

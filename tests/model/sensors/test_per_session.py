@@ -166,16 +166,15 @@ def test_a_diagnosis_of_two_sessions_finds_the_effect_that_they_share():
     assert diagnosis_json(found)["gap_mm"]["after"] < 0.05
 
 
-@pytest.mark.parametrize("moved", [0, 1])
-def test_a_base_that_moved_in_one_of_two_sessions_is_found_there_and_at_its_size(moved):
+def test_a_base_that_moved_in_one_of_two_sessions_is_found_there_and_at_its_size():
     dataset = cell("point", poses=20, seed=2).dataset
-    late = (dataset.session_of_pose == moved) & (np.arange(40) % 20 >= 10)
+    late = (dataset.session_of_pose == 1) & (np.arange(40) % 20 >= 10)
     xyz = dataset.points.xyz + late[dataset.points.pose, None] * np.array([1e-3, 0.0, 5e-4])
     found = examine(replace(dataset, points=replace(dataset.points, xyz=xyz)), seed=0)
     (shift,) = found.findings
     assert (str(shift.candidate_effect), found.verdict) == ("base_shift at base", "explained")
     assert np.hypot(*(shift.parameters[axis].value for axis in "xy")) == pytest.approx(1e-3, rel=0.1)
-    assert shift.parameters["moment"].value == pytest.approx(0.25 + 0.5 * moved, abs=0.02)
+    assert shift.parameters["moment"].value == pytest.approx(0.75, abs=0.02)
 
 
 def test_a_base_that_moves_once_is_not_simulated_in_every_session():

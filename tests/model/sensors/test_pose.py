@@ -12,7 +12,7 @@ from robolaser.arrays import Array
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
-from robolaser.data.dataset import Dataset
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
@@ -37,13 +37,14 @@ def cell(noise: Noise | None = CAPTURED, **more: object) -> Simulated:
 
 
 def turned_by(made: Simulated, degrees: float, width: float) -> Dataset:
-    """The data set with a body whose nominal place is turned about its own z."""
+    """The data set on flange poses with a body whose nominal place is turned about its own z."""
     given = {}
     for part in SIX:
         name, unit = f"tool.0.{part}", "rad" if part in SIX[3:] else "m"
         at = made.truth[name] + (np.radians(degrees) if part == "psi" else 0.0)
         given[name] = Parameter(name, unit, at, at - width, at + width)
-    return replace(made.dataset, parameters=given)
+    poses = Poses(made.dataset.poses.names, T_base_flange=made.dataset.flange())
+    return replace(made.dataset, robot=None, poses=poses, parameters=given)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -76,7 +77,7 @@ def test_a_camera_on_the_flange_is_the_same_case_with_its_poses_inverted() -> No
 
 
 def test_a_bracket_that_is_171_degrees_off_is_found_not_fitted_around() -> None:
-    made = cell()
+    made = cell(poses=15)
     wide = calibrate(turned_by(made, 171.0, 4.0))
     assert wide.rms_m == pytest.approx(calibrate(made.dataset).rms_m, rel=1e-6)
     narrow = calibrate(turned_by(made, 171.0, 0.2))

@@ -170,6 +170,6 @@ def test_a_standing_sensor_has_no_bracket() -> None:
 
 
 def test_what_is_wrong_with_the_cell_is_named() -> None:
-    found = examine(cell(poses=50, effects={"joint_offset:elbow_joint": 2e-3}).dataset, seed=0)
+    found = examine(cell(poses=25, effects={"joint_offset:elbow_joint": 2e-3}).dataset, seed=0)
     assert found.verdict == "explained"
     assert str(found.findings[0].candidate_effect) == "joint_offset at elbow_joint"

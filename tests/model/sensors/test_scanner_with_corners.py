@@ -159,11 +159,11 @@ FEW = [one for one in EFFECTS if one.name in ("joint_offset", "link_geometry", "
 
 
 @pytest.mark.parametrize(
-    ("effects", "cause"), [({"joint_offset:elbow_joint": 0.003}, "arm_geometry"), ({"laser_roll": 0.03}, "laser")]
+    ("effects", "cause"), [({"joint_offset:joint_3": 0.003}, "arm_geometry"), ({"laser_roll": 0.03}, "laser")]
 )
 def test_an_arm_that_is_off_is_told_from_a_laser_that_is_off(effects: dict[str, float], cause: str) -> None:
     made = simulate(
-        find_robot("ur10"),
+        find_robot("scorbot_er7"),
         kind="stripe+camera",
         poses=16,
         options=CellOptions(placed=False),

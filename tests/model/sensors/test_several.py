@@ -239,19 +239,20 @@ def test_errors_are_of_the_sensor_of_that_name_although_another_is_of_that_kind(
 
 
 def test_a_distance_between_points_that_one_of_two_sensors_sees_is_known(tmp_path: Path) -> None:
-    made = two_trackers()
+    made = two_trackers(8)
     one, other = "0", "2"  # which `right` does not see
-    known = {"distances_m": ((one, other, 0.3),)}
-    members = tuple(replace(member, data=replace(member.data, **known)) for member in made.members)
-    save(replace(made, members=members, **known), tmp_path / "two")
-    dataset = load(tmp_path / "two")
-    free, held = calibrate(made), calibrate(replace(dataset, noise=replace(dataset.noise, distance_m=1e-6)))
 
     def apart(found: Calibration) -> float:
         ends = (np.array([found.value(f"tool.{name}.{axis}") for axis in "xyz"]) for name in (one, other))
         return float(np.linalg.norm(np.subtract(*ends)))
 
-    assert abs(apart(held) - 0.3) < 0.5 * abs(apart(free) - 0.3)
+    stated = apart(calibrate(made)) + 4e-3
+    known = {"distances_m": ((one, other, stated),)}
+    members = tuple(replace(member, data=replace(member.data, **known)) for member in made.members)
+    save(replace(made, members=members, **known), tmp_path / "two")
+    dataset = load(tmp_path / "two")
+    held = calibrate(replace(dataset, noise=replace(dataset.noise, distance_m=1e-6)))
+    assert abs(apart(held) - stated) < 2e-3
 
 
 def test_a_tracker_that_turns_during_the_run_is_where_the_gap_lies(trackers: Dataset) -> None:
@@ -262,4 +263,5 @@ def test_a_tracker_that_turns_during_the_run_is_where_the_gap_lies(trackers: Dat
     found = examine(replace(trackers, points=replace(trackers.points, xyz=turned)), seed=0)
     assert found.verdict == "unexplained"
     assert found.where[0].site == "right.measuring_system"
-    assert examine(trackers, seed=0).verdict == "no_gap"
+    few = [kind for kind in EFFECTS if kind.name in ("joint_offset", "tracker_scale")]
+    assert examine(trackers, few, seed=0).verdict == "no_gap"
