@@ -4,10 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from several import two_trackers
 
 from robolaser.calibration.calibrate import calibrate
-from robolaser.calibration.other_readings import with_rows_moved
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
@@ -84,15 +82,6 @@ def test_a_reflector_that_slipped_on_the_flange_is_named_though_noise_of_rows_co
     found = examine(replace(made, points=replace(made.points, xyz=xyz)), seed=0)
     assert (found.verdict, len(found.outliers)) == ("unexplained", 0)
     assert "Nearly all of the error is in the rows of point 1: has it moved?" in found.sentence
-
-
-def test_a_tracker_whose_rows_are_one_pose_off_is_told_beside_a_sound_one() -> None:
-    both = two_trackers(30)
-    found = examine(with_rows_moved(both, 1, of=both.sensors[1].rows), seed=0)
-    assert found.wrong_input is not None
-    assert found.wrong_input.name == "mispaired"
-    assert "All rows of right.csv seem to belong to the pose before theirs" in found.sentence
-    assert not len(found.outliers)
 
 
 def test_nothing_is_said_without_gross_errors(sound: Dataset) -> None:
