@@ -47,11 +47,11 @@ def test_errors_are_lower_where_they_fall_at_most_poses_and_not_where_chance_wou
     assert not is_lower(before[:5], 0.5 * before[:5], pose[:5])
 
 
-@pytest.mark.parametrize(("arm", "seed"), [("ur5e", 1), ("ur5e", 4), ("panda", 3)])
-def test_a_joint_that_scatters_at_ten_poses_is_no_gear(arm: str, seed: int) -> None:
-    made = simulate(find_robot(arm), kind="point", poses=10, noise=Noise(point_m=3e-5, joint_rad=1e-5), seed=seed)
+def test_a_joint_that_scatters_at_ten_poses_is_no_gear() -> None:
+    noise = Noise(point_m=3e-5, joint_rad=1e-5)
+    made = simulate(find_robot("panda"), kind="point", poses=10, noise=noise, seed=3)
     q = made.dataset.arm[1].copy()
-    q[:, 1] += 7e-4 * np.random.default_rng(seed).standard_normal(len(q))
+    q[:, 1] += 7e-4 * np.random.default_rng(3).standard_normal(len(q))
     found = examine(replace(made.dataset, poses=replace(made.dataset.poses, q=q)), seed=0)
     assert not [one for one in found.findings if one.probability >= 0.5]
 
