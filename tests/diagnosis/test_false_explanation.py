@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
@@ -14,7 +13,7 @@ from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
-FEW = [kind for kind in EFFECTS if kind.name in ("hand_eye_sag", "link_geometry", "joint_compliance")]
+FEW = [kind for kind in EFFECTS if kind.name in ("hand_eye_sag", "link_geometry")]
 
 
 def breathing(size: float) -> Dataset:
@@ -29,9 +28,8 @@ def breathing(size: float) -> Dataset:
     return replace(dataset, points=replace(dataset.points, pixel=pixel))
 
 
-@pytest.mark.parametrize("size", [0.1])
-def test_a_focus_that_breathes_is_explained_by_nothing_that_does_not_help_new_poses(size: float) -> None:
-    found = examine(breathing(size), effects=FEW, seed=0)
+def test_a_focus_that_breathes_is_explained_by_nothing_that_does_not_help_new_poses() -> None:
+    found = examine(breathing(0.1), effects=FEW, seed=0)
     for one in found.findings:
         assert one.gap_after_m < one.gap_before_m
     assert found.verdict == "unexplained"
