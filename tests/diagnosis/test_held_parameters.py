@@ -9,6 +9,7 @@ import pytest
 import robolaser
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
+from robolaser.diagnosis import examine
 from robolaser.diagnosis.held_parameters import _held
 from robolaser.parameters import Parameter
 from robolaser.results.calibration import CalibrationResult
@@ -156,6 +157,9 @@ def test_what_is_saved_has_the_freed_values() -> None:
 
 
 def test_no_file_holds_what_a_closed_form_found() -> None:
-    """A camera without a first guess: bounds around its start are nobody's."""
-    free = with_a_wrong_focal_length(0.0).diagnosis
-    assert _held(replace(free, calibrated_x=free.model.parameters.upper)) == {}
+    """A scanner without a first guess: bounds around its start are nobody's."""
+    noise = Noise(pixel_px=0.15)
+    made = simulate(find_robot("ur5e"), kind="stripe+camera", poses=10, noise=noise, seed=3).dataset
+    found = examine(replace(made, parameters={}), effects=[], seed=0)
+    assert found.model.blocks.given
+    assert _held(replace(found, calibrated_x=found.model.parameters.upper)) == {}

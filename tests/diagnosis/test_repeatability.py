@@ -118,7 +118,7 @@ def test_a_joint_that_skips_neither_scatters_nor_has_a_wrong_zero() -> None:
     def skipping(q: Array) -> Array:
         return 1e-3 * (q > np.median(q, axis=0)) * (np.arange(q.shape[1]) == 1)
 
-    found = tracked("ur5", 25, skipping, OF_JOINTS, **REPEATS)
+    found = tracked("ur5", 25, skipping, OF_JOINTS + GEARS, **REPEATS)
     assert found.pose_scatter is None
     assert not found.findings
     assert [(one.name, one.site) for one in found.classes] == [("unknown", "shoulder_lift_joint")]
