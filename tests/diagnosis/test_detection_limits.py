@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from board_cell import begun, cell
+from worlds import kinds
 
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
@@ -28,8 +29,7 @@ def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[AveragedData
     assert limit.size is not None
     found = {
         factor: [
-            bool(_search(cell({"joint_offset:joint_3": factor * limit.size}, seed=seed)).effects)
-            for seed in (2, 11, 12)
+            bool(_search(cell({"joint_offset:joint_3": factor * limit.size}, seed=seed)).effects) for seed in (2, 11)
         ]
         for factor in (1.8, 0.3)
     }
@@ -129,7 +129,7 @@ def test_a_shape_that_moves_nothing_is_not_what_an_effect_found_does() -> None:
     """On an arm without masses some links bend under nothing: what rounding leaves of them fits noise as well."""
     noise = Noise(pixel_px=0.1, target_m=3e-5)
     made = simulate(find_robot("scorbot_er7"), poses=60, noise=noise, effects={"backlash:joint_2": 2e-3}, seed=1)
-    found = examine(made.dataset, seed=1)
+    found = examine(made.dataset, kinds("backlash", "link_compliance", "joint_offset", "settling"), seed=1)
     assert found.verdict == "explained"
     assert not [one for one in found.limits if one.is_imitated]
     assert "cannot distinguish" not in found.sentence

@@ -19,7 +19,8 @@ from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, simulate
 
 NOISE = {"camera": Noise(pixel_px=0.15), "point": Noise(point_m=5e-5), "stripe": Noise(pixel_px=0.2)}
-FEW = ["joint_offset", "link_geometry", "backlash", "radial_distortion", "hand_eye_drift"]
+FEW = ["joint_offset", "backlash", "hand_eye_drift"]
+ARM = find_robot("scorbot_er7")  # of few joints: each is a reading that may be wrong instead
 SCHEMA = json.loads(files("robolaser.schemas").joinpath("diagnosis.schema.json").read_text())
 POINTS = {"camera": 12, "point": 3, "stripe": 6}
 
@@ -27,9 +28,7 @@ POINTS = {"camera": 12, "point": 3, "stripe": 6}
 @cache
 def measured(kind: str, **offset: float) -> Dataset:
     effects = {f"joint_offset:{joint}": size for joint, size in offset.items()}
-    return simulate(
-        find_robot("ur5"), kind=kind, poses=20, points=POINTS[kind], noise=NOISE[kind], effects=effects, seed=3
-    ).dataset
+    return simulate(ARM, kind=kind, poses=20, points=POINTS[kind], noise=NOISE[kind], effects=effects, seed=3).dataset
 
 
 def moved(dataset: Dataset, to: dict[int, int]) -> Dataset:
@@ -58,31 +57,28 @@ def test_exchanged_poses_are_named_and_no_row_is_lost(kind: str, to: dict[int, i
     jsonschema.validate(why.to_dict(), SCHEMA)
 
 
-@pytest.mark.parametrize("kind", ["camera", "point"])
-def test_exchanged_poses_are_named_across_sessions_too(kind: str) -> None:
-    made = simulate(
-        find_robot("ur5"), kind=kind, poses=14, points=POINTS[kind], noise=NOISE[kind],
-        options=CellOptions(sessions=2), seed=3,
-    ).dataset  # fmt: skip
-    why = robolaser.diagnose(moved(made, {5: 21, 21: 5}), effects=FEW, seed=0)
+def test_exchanged_poses_are_named_across_sessions_too() -> None:
+    options = CellOptions(sessions=2)
+    made = simulate(ARM, kind="point", poses=12, points=3, noise=NOISE["point"], options=options, seed=3).dataset
+    why = robolaser.diagnose(moved(made, {5: 19, 19: 5}), effects=FEW, seed=0)
     assert [one.effect for one in why.effects] == ["mispaired"]
     assert why.verdict == "no_gap"
 
 
 def test_exchanged_poses_are_named_though_each_has_a_copy_that_is_right() -> None:
-    once = simulate(find_robot("ur5"), kind="camera", poses=24, points=12, noise=NOISE["camera"], seed=2).dataset
+    once = simulate(ARM, kind="camera", poses=18, points=12, noise=NOISE["camera"], seed=2).dataset
     twice = join_sessions({"one": once, "two": once}, name="twice")
-    why = robolaser.diagnose(moved(twice, {5: 32, 32: 5}), effects=FEW, seed=0)
+    why = robolaser.diagnose(moved(twice, {5: 26, 26: 5}), effects=FEW, seed=0)
     assert [one.effect for one in why.effects] == ["mispaired"]
     assert (why.verdict, why.gross_errors) == ("no_gap", [])
 
 
 def test_a_cause_beside_exchanged_images_is_still_named() -> None:
-    made = measured("camera", elbow_joint=3e-3)
-    why = robolaser.diagnose(moved(made, {7: 12, 12: 7}), effects=FEW, seed=0)
+    made = measured("stripe", joint_3=3e-3)
+    why = robolaser.diagnose(moved(made, EXCHANGED["stripe"]), effects=FEW, seed=0)
     assert {(one.effect, one.where) for one in why.effects} == {
         ("mispaired", "image"),
-        ("joint_offset", "elbow_joint"),
+        ("joint_offset", "joint_3"),
     }
 
 

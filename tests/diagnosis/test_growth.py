@@ -134,8 +134,11 @@ def test_after_a_twentieth_more_poses_all_are_examined_anew(arm, found):
     assert not found.with_poses(first(arm, FIRST + int(SHARE * FIRST) + 1)).diagnosis.weighed.followed
 
 
-def test_a_grown_diagnosis_has_files_of_its_own(arm, found, tmp_path):
-    grown = found.with_poses(first(arm, FIRST + 2))
+def test_a_grown_diagnosis_has_files_of_its_own(tmp_path):
+    offset, noise = {"joint_offset:joint_3": 0.003}, Noise(point_m=1e-4)
+    arm = simulate("scorbot_er7", kind="point", poses=21, noise=noise, effects=offset, seed=4).dataset
+    grown = robolaser.diagnose(first(arm, 20), effects=["joint_offset"], seed=1).with_poses(arm)
+    assert grown.diagnosis.weighed.followed
     grown.save(tmp_path / "why")
     assert (tmp_path / "why" / "corrected.py").is_file()
     back = robolaser.load_diagnosis(tmp_path / "why")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from worlds import kinds
 
 from robolaser import find_robot
 from robolaser.data.dataset import Dataset
@@ -100,18 +101,32 @@ def test_a_form_beside_which_a_little_is_left_is_only_a_little_different() -> No
 
 
 @pytest.mark.parametrize(
-    ("kind", "seed", "site"), [("dead_zone", 92002, "wrist_2_joint"), ("dented_target", 92036, "target")]
+    ("kind", "seed", "site", "suspects"),
+    [
+        (
+            *("dead_zone", 92002, "wrist_2_joint"),
+            ("backlash", "settling", "joint_offset", "joint_compliance", "encoder_scale", "encoder_eccentricity"),
+        ),
+        (
+            *("dented_target", 92036, "target"),
+            ("target_warp", "target_scale", "target_stretch", "radial_distortion", "joint_offset"),
+        ),
+    ],
+    ids=["dead zone", "dented target"],
 )
-def test_a_sparse_shape_that_explains_more_than_a_form_is_the_unknown(kind: str, seed: int, site: str) -> None:
+def test_a_sparse_shape_that_explains_more_than_a_form_is_the_unknown(
+    kind: str, seed: int, site: str, suspects: tuple[str, ...]
+) -> None:
     world = make(find_robot("ur5"), kind, seed=seed, ranges=Ranges(poses=(30, 45), points=(5, 7)))
-    found = examine(world.dataset, seed=1)
+    found = examine(world.dataset, kinds(*suspects), seed=1)
     assert all(one.probability < 0.9 for one in found.findings)
     assert ([one.name for one in found.classes], found.where[0].site) == (["unknown"], site)
 
 
 def test_a_joint_that_slipped_is_no_bumped_base() -> None:
     world = make(find_robot("scorbot_er7"), "slipping", seed=43072, ranges=Ranges(poses=(30, 45), points=(5, 7)))
-    found = examine(world.dataset, seed=1)
+    suspects = kinds("base_shift", "hand_eye_drift", "thermal_drift", "joint_offset", "backlash")
+    found = examine(world.dataset, suspects, seed=1)
     assert [one.name for one in found.classes] == ["unknown"]
     assert found.where[0].site == "joint_2"
 
@@ -165,18 +180,20 @@ def test_an_effect_is_doubted_by_the_weight_of_models_that_do_without_it() -> No
 
 def test_a_cable_is_a_force_at_the_flange_and_not_several_effects_with_certainty() -> None:
     cable = make(find_robot("scorbot_er7"), "hose", seed=9018, ranges=Ranges(poses=(30, 48), points=(6, 8)))
-    diagnosis = examine(cable.dataset, seed=1)
+    suspects = kinds("joint_compliance", "link_compliance", "base_compliance", "hand_eye_sag", "joint_offset")
+    diagnosis = examine(cable.dataset, suspects, seed=1)
     assert all(found.probability < 0.9 for found in diagnosis.findings)
     assert (diagnosis.where[0].site, diagnosis.where[0].coordinate) == ("joint_4", FORCE)
 
 
 def test_a_joint_that_another_one_pulls_along_depends_on_it_and_does_not_scatter() -> None:
-    """A form that no effect has, for which exchanges of effects once had no end."""
+    """A form that no effect has."""
     cell = simulate("scorbot_er7", kind="point", poses=30, noise=Noise(point_m=2e-5), seed=3).dataset
     assert cell.poses.q is not None
     read = cell.poses.q.copy()
     read[:, 2] -= 0.002 * read[:, 1] ** 2
-    found = examine(replace(cell, poses=replace(cell.poses, q=read)), seed=1)
+    followed = kinds("joint_coupling", "joint_offset", "joint_compliance", "encoder_scale", "backlash", "settling")
+    found = examine(replace(cell, poses=replace(cell.poses, q=read)), followed, seed=1)
     assert found.verdict == "unexplained"
     assert found.pose_scatter is None
     assert (found.where[0].site, found.where[0].coordinate) == ("joint_3", "angle of joint_2")
@@ -187,7 +204,8 @@ def test_a_base_that_creeps_is_found_at_the_base() -> None:
     cell = simulate("ur5", kind="point", poses=30, noise=Noise(point_m=2e-5), seed=4).dataset
     assert cell.points.xyz is not None
     creep = np.linspace(0.0, 1.0, 30)[cell.points.pose, None] * [3e-4, 0.0, 2e-4]
-    found = examine(replace(cell, points=replace(cell.points, xyz=cell.points.xyz + creep)), seed=1)
+    crept = replace(cell, points=replace(cell.points, xyz=cell.points.xyz + creep))
+    found = examine(crept, kinds("base_shift", "thermal_drift", "joint_offset"), seed=1)
     assert found.verdict == "unexplained"
     assert (found.where[0].site, found.where[0].coordinate) == ("base", "time")
 
@@ -196,7 +214,8 @@ def test_a_place_is_listed_once() -> None:
     noise = Noise(pixel_px=0.1, target_m=2e-5)
     effects = {"radial_distortion": 2e8}
     made = simulate(find_robot("ur5e"), poses=36, noise=noise, effects=effects, seed=5)
-    found = examine(made.dataset, without=["radial_distortion"], seed=1)
+    suspects = kinds("tangential_distortion", "stripe_bias", "laser_roll", "laser_curvature", "joint_offset")
+    found = examine(made.dataset, suspects, seed=1)
     places = [(one.site, one.coordinate) for one in found.where]
     assert places[0] == ("camera", "image position")
     assert len(set(places)) == len(places)

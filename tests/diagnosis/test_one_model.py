@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from board_cell import begun
 from board_cell import cell as scanned
+from worlds import kinds
 
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
@@ -20,7 +21,6 @@ from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.thresholds import LEAST_PROBABILITY
-from robolaser.model.effects import EFFECTS
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 from robolaser.trials.building import Ranges, build
@@ -28,7 +28,7 @@ from robolaser.trials.synthetic.fault_models import FAULT_MODELS
 
 SMALL, LARGE = ("hand_eye_sag", "hand_eye"), ("joint_coupling", "panda_joint4")
 SIZES_M = {SMALL: 1e-3, LARGE: 2e-3}
-FEW = [kind for kind in EFFECTS if kind.name in {name for name, _ in SIZES_M}]
+FEW = kinds("hand_eye_sag", "joint_coupling")
 
 
 def faulty() -> Dataset:
@@ -94,7 +94,7 @@ def test_effects_that_each_lower_the_error_on_new_poses_stay(cell):
 def test_an_effect_that_the_data_push_beyond_its_bound_is_in_no_model():
     made = simulate(find_robot("ur5"), kind="point", poses=20, noise=Noise(point_m=2e-5), seed=3).dataset
     scaled = replace(made, points=replace(made.points, xyz=1.03 * made.points["xyz"]))
-    scales = [kind for kind in EFFECTS if kind.name == "tracker_scale"]
+    scales = kinds("tracker_scale")
     assert {item.upper for item in library(scales, scaled)[0].parameters.items} == {0.02}
     found = examine(scaled, effects=scales, seed=0)
     assert found.verdict == "unexplained"
@@ -103,7 +103,8 @@ def test_an_effect_that_the_data_push_beyond_its_bound_is_in_no_model():
 
 
 def test_what_is_listed_is_what_is_exported_and_what_the_gap_is_of():
-    found = examine(faulty(), seed=0)
+    others = kinds("joint_offset", "joint_compliance", "base_compliance", "encoder_eccentricity")
+    found = examine(faulty(), FEW + others, seed=0)
     effects = set(found.model.effects)
     assert {one.candidate_effect for one in found.findings} <= effects
     assert all(one.probability >= LEAST_PROBABILITY and one.gap_after_m < one.gap_before_m for one in found.findings)
@@ -114,7 +115,8 @@ def test_what_is_listed_is_what_is_exported_and_what_the_gap_is_of():
 
 def test_an_effect_that_was_taken_out_comes_back_where_another_one_stays_at_its_site() -> None:
     _, start = begun(scanned({"joint_offset:joint_2": 0.01, "backlash:joint_2": 0.004, "laser_roll": 0.02}))
-    refits = Refits(start, library(EFFECTS, start.model.dataset))
+    suspects = kinds("joint_offset", "backlash", "laser_roll", "settling")
+    refits = Refits(start, library(suspects, start.model.dataset))
     selected = select(refits)
     assert sorted(one.where for one in selected.effects) == ["joint_2", "joint_2", "laser"]
     held_out = HeldOut(start, 1)
