@@ -26,6 +26,7 @@ class Fitted:
     shapes: tuple[int, ...]  # index of each effect's shape
     score: float  # twice the negative logarithm of the evidence, up to a constant; less is better
     squares: Array  # sum of squared residuals of each joint, (j,)
+    exact: float = np.inf  # the score if the models' form were exact, where known
 
     @property
     def names(self) -> frozenset[str]:

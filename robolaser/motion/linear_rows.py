@@ -131,11 +131,14 @@ class LinearRows:
             worth = float(np.sum(inverse * (G * scale[:, None] * scale)))
             squares = self._squares(chosen, x)
         tried = sum(2.0 * np.log(self._tried[str(one)]) + one.effect.rarity for one in effects)
-        score = score_of(squares, self.rows, self.independent, self._form, worth) + float(x @ P @ x) + tried
+        score, exact = (
+            score_of(squares, self.rows, self.independent, form, worth) + float(x @ P @ x) + tried
+            for form in (self._form, np.zeros_like(self._form))
+        )
         numbers, most = (of_each(effects, values) for values in (x, x + SIGMAS * std))
         if not all(map(self._is_possible, effects, numbers, most)):
-            score = float("inf")
-        return Fitted(effects, numbers, shapes, score, squares)
+            score = exact = float("inf")
+        return Fitted(effects, numbers, shapes, score, squares, exact)
 
     def _chosen(self, effects: Sequence[At], shapes: Sequence[int]) -> Ints:
         """Columns of effects in given shapes."""

@@ -160,11 +160,16 @@ def _with(effects: tuple[At, ...], one: At) -> tuple[At, ...]:
 
 
 def _finding(one: At, model: Fitted, without: Fitted, instead: Sequence[tuple[At, Fitted]]) -> SelectedEffect:
+    """Compare an effect with its rivals.
+
+    Within the error of the models' form the one of fewest numbers is selected; a rival is then as likely if it would be
+    better without that error: it may leave less because it is true.
+    """
     instead = [(rival, fit) for rival, fit in instead if rival.pair != one.pair]
 
     def score(rival: At, fit: Fitted) -> float:
         alike = rival.effect.name == one.effect.name and bool((fit.squares <= (1.0 + ALIKE) * model.squares).all())
-        return min(fit.score, model.score) if alike else fit.score
+        return min(fit.score, model.score) if alike or fit.exact < model.exact else fit.score
 
     instead = [(rival, replace(fit, score=score(rival, fit))) for rival, fit in instead]
     scores = np.array([model.score, without.score, *(fit.score for _, fit in instead)])

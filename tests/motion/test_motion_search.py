@@ -57,6 +57,18 @@ def test_a_mass_on_a_joint_s_axis_is_certain_as_a_kind_and_may_be_either_link_s(
     assert " or elbow_joint)" in found["sentence"] or "(elbow_joint or " in found["sentence"]
 
 
+@pytest.mark.parametrize(("seconds", "rate_hz"), [(5.0, 100.0), (10.0, 50.0)])
+def test_a_model_of_fewer_numbers_that_leaves_more_is_not_certain_where_both_are_within_the_error_of_models(
+    seconds: float, rate_hz: float
+) -> None:
+    effects = {"link_inertia:elbow_joint.mass": 0.8}
+    log = simulated(seconds=seconds, rate_hz=rate_hz, robot=find_robot("ur5"), effects=effects, seed=1)
+    none = np.full_like(log.q, np.nan)
+    (one,) = robolaser.diagnose(replace(log, command=none, load=none), seed=0).to_dict()["effects"]
+    assert one["probability"] <= 0.5
+    assert "link_inertia" in {one["effect"], *(name for name, _ in one["indistinguishable_from"])}
+
+
 def test_a_dead_time_of_less_than_half_a_row_is_no_longer_lag() -> None:
     log = simulated(seconds=2.5, series=12, robot=find_robot("ur5e"), effects={"dead_time:elbow_joint": 0.003}, seed=4)
     log = replace(log, tau=np.full_like(log.q, np.nan), load=np.full_like(log.q, np.nan))
