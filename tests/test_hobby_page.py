@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from emulator_process import EmulatorProcess
-from untried_files import untried_files
+from few_files import untried
 from virtual_cell import in_virtual_time
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
@@ -45,7 +45,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
                 with in_virtual_time(folder / command.split()[2]):
                     compare(shown, run_typed(command, folder, expected=0))
             else:
-                with untried_files():
+                with untried():
                     compare(shown, run_typed(command, folder, expected=0))
     return folder
 

@@ -9,7 +9,7 @@ from typing import final
 
 import numpy as np
 import pytest
-from untried_files import untried_files
+from few_files import untried
 from virtual_cell import in_virtual_time
 
 from robolaser.cli import main
@@ -107,7 +107,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     _record(folder / "cell", folder / "recording", "--plan", str(PLANNED), "--both-ways", seed=1)
     assert main(["extract", recording, "--output", points]) == 0
     assert main(["calibrate", points, "--output", str(folder / "calibration")]) == 0
-    with untried_files():
+    with untried():
         assert main(["diagnose", points, "--output", str(folder / "why")]) == 0
     _record(folder / "scan-cell", folder / "things", "--poses", str(_some_poses(folder / "scan-cell")), seed=2)
     return Run(folder)
