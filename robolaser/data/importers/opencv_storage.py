@@ -64,7 +64,7 @@ def read_storage(path: Path) -> dict[str, list[Array]]:
     """The matrices of each key, in order; `NAME_0`, `NAME_1` and so on are the list NAME.
 
     Raises:
-        DataError: The file is missing, or OpenCV cannot read it.
+        DataError: The file is missing, OpenCV cannot read it, or a matrix has too few or too many numbers.
     """
     import cv2  # noqa: PLC0415 - slow to import
 
@@ -72,7 +72,7 @@ def read_storage(path: Path) -> dict[str, list[Array]]:
     try:
         storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
         root = storage.root()
-        found = {key: _arrays(root.getNode(key)) for key in root.keys()}  # noqa: SIM118 - no mapping
+        found = {key: _arrays(root.getNode(key), path) for key in root.keys()}  # noqa: SIM118 - no mapping
     except (cv2.error, SystemError) as error:
         reason = " ".join(str(error).split())[:200]
         raise DataError(f"{path.name}: OpenCV does not read it: {reason}", file=path) from None
@@ -85,20 +85,35 @@ def read_storage(path: Path) -> dict[str, list[Array]]:
     return {name: [array for _, array in entries] for name, entries in in_order.items()} | found
 
 
-def _arrays(node: Any) -> list[Array]:
+def _arrays(node: Any, path: Path) -> list[Array]:
     if node.isSeq():
         parts = [node.at(i) for i in range(node.size())]
-        if parts and all(part.isReal() or part.isInt() for part in parts):
+        if parts and all(map(_is_number, parts)):
             return [np.array([part.real() for part in parts])]
-        return [array for part in parts for array in _arrays(part)]
+        return [array for part in parts for array in _arrays(part, path)]
     if node.isMap():
-        matrix = node.mat()
-        if matrix is not None and matrix.ndim == 2:
-            return [np.asarray(matrix, dtype=np.float64)]
-        if matrix is not None:  # a vector of vectors has channels
-            return [np.asarray(matrix, dtype=np.float64).reshape(len(matrix), -1)]
+        return _matrix(node, path)
+    return [np.array([node.real()])] if _is_number(node) else []
+
+
+def _matrix(node: Any, path: Path) -> list[Array]:
+    """The numbers of a matrix, row by row, channels side by side; none where a map is no matrix.
+
+    OpenCV's own reader overwrites memory where a field such as `cols` is missing, which ends the process.
+    """
+    data, rows = node.getNode("data"), node.getNode("rows")
+    rows = rows if rows.isInt() else node.getNode("sizes").at(0) if node.getNode("sizes").isSeq() else rows
+    if not (data.isSeq() and rows.isInt()):
         return []
-    return [np.array([node.real()])] if node.isReal() or node.isInt() else []
+    parts = [data.at(i) for i in range(data.size())]
+    count = int(rows.real())
+    if not all(map(_is_number, parts)) or count < 1 or len(parts) % count:
+        raise DataError(f"{path.name}: the {len(parts)} numbers of a matrix do not fill {count} rows.", file=path)
+    return [np.array([part.real() for part in parts]).reshape(count, -1)]
+
+
+def _is_number(node: Any) -> bool:
+    return bool(node.isReal() or node.isInt())
 
 
 def _motions(

@@ -165,6 +165,7 @@ def test_a_wrong_line_of_a_trajectory_is_named(text: str, expected: str, tmp_pat
         read([tmp_path / "flange.tum"] * 2, ImportOptions(further={"tolerance_s": "1"}), "tum")
 
 
+NO_COLS = "%YAML:1.0\n---\nR_gripper2base: !!opencv-matrix\n   rows: 2\n   dt: d\n   data: [ 1., 2., 3. ]\n"
 SAMPLE = "samples:\n- robot: {translation: {x: 0, y: 0, z: 0}, rotation: {x: 0, y: 0, z: 0, w: 1}}\n"
 
 
@@ -183,6 +184,7 @@ SAMPLE = "samples:\n- robot: {translation: {x: 0, y: 0, z: 0}, rotation: {x: 0, 
         ("moveit", f"- effector_wrt_world: [{', '.join('1' * 16)}]\n", "not a rigid motion"),
         ("opencv", "<opencv_storage><a>", "OpenCV does not read it"),
         ("opencv", "%YAML:1.0\n---\nR_gripper2base: 3\nt_gripper2base: 3\n", "expected a list of entries"),
+        ("opencv", NO_COLS, "the 3 numbers of a matrix do not fill 2 rows"),
     ],
 )
 def test_a_wrong_entry_is_named_and_nothing_is_written(
