@@ -36,10 +36,6 @@ class StageDerivatives:
 
     def passing(self, stage: Stage) -> Array | None:
         """The value at a stage; None if the sensor lacks the stage, or a value of all rows differs between sessions."""
-        if stage is Stage.LINKS:  # a model without effects of the arm does not compute it: its flange poses are cached
-            placements: Array = self._arm[0][0]
-            return placements
-
         seen: list[Array] = []
 
         def note(value: Array) -> Array:

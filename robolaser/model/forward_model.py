@@ -114,10 +114,6 @@ class Model:
         return self.dataset.flange()[None]
 
     @cached_property
-    def _robot_bends(self) -> bool:
-        return any(candidate_effect.effect.stage in (Stage.JOINTS, Stage.LINKS) for candidate_effect in self.effects)
-
-    @cached_property
     def _seen(self) -> Ints | None:
         """Poses with points; None where all have some."""
         seen = np.unique(self.dataset.points.pose)
@@ -136,7 +132,7 @@ class Model:
         """
         perturb = perturb or self.perturb(values)
         poses, robot, seen = self.dataset.poses, self.dataset.robot, self._seen if only_seen else None
-        if robot is None or poses.q is None or (q is None and not self._robot_bends):
+        if robot is None or poses.q is None or (q is None and not perturb.touches(Stage.JOINTS, Stage.LINKS)):
             return perturb(Stage.FLANGE, self._nominal_flange)
         q, placements = perturb(Stage.JOINTS, poses.q[None] if q is None else q), robot.placements[None, None]
         placements = perturb(Stage.LINKS, placements)
