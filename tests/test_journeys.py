@@ -6,10 +6,8 @@ images and flange poses become a hand-eye calibration and files for ROS.
 
 import csv
 import faulthandler
-import hashlib
 import json
 import re
-import shlex
 import shutil
 import subprocess
 import sys
@@ -44,47 +42,10 @@ def defines_a_class(page: Path) -> bool:
     return any(re.search("^class ", block.body, re.MULTILINE) for block in blocks(page.read_text(encoding="utf-8")))
 
 
-class Once:
-    """Runs a command that several pages show with the same files once, and copies what it wrote."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder, self.printed = folder, dict[str, str]()
-
-    def __call__(self, command: str, folder: Path, *, expected: int) -> str:
-        words = shlex.split(command.replace("\\\n", ""))
-        output = folder / words[words.index("--output") + 1] if "--output" in words else folder
-        if expected or output.exists():
-            return run_typed(command, folder, expected=expected)
-        read = hashlib.sha256(" ".join(words).encode())
-        for word in words:
-            for file in (folder / word, *sorted((folder / word).rglob("*"))):
-                if file.is_file():
-                    read.update(file.name.encode() + file.read_bytes())
-        kept = self.folder / read.hexdigest()
-        if kept.name in self.printed:
-            copy(kept, output)
-        else:
-            self.printed[kept.name] = run_typed(command, folder, expected=expected)
-            copy(output, kept)
-        return self.printed[kept.name]
-
-
-def copy(written: Path, to: Path) -> None:
-    if written.is_dir():
-        shutil.copytree(written, to)
-    elif written.exists():
-        shutil.copy(written, to)
-
-
-@pytest.fixture(scope="module")
-def once(tmp_path_factory: pytest.TempPathFactory) -> Once:
-    return Once(tmp_path_factory.mktemp("once"))
-
-
 @pytest.fixture
-def typed(monkeypatch: pytest.MonkeyPatch, once: Once) -> Iterator[None]:
+def typed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Commands of a page run in this process, and end."""
-    monkeypatch.setattr(run_code_blocks, "run_shell", once)
+    monkeypatch.setattr(run_code_blocks, "run_shell", run_typed)
     faulthandler.dump_traceback_later(LONGEST_S, exit=True)
     yield
     faulthandler.cancel_dump_traceback_later()
@@ -105,12 +66,13 @@ def test_every_command_of_the_page_prints_what_the_page_shows(page: Path) -> Non
     assert ran.returncode == 0, ran.stdout + ran.stderr
 
 
-@pytest.fixture
-def result(once, tmp_path):
-    (tmp_path / "examples").symlink_to(ROOT / "examples")
-    for command in ("import examples/hand-eye --extract --output cell", "calibrate cell --output hand-eye"):
-        once(f"robolaser {command}", tmp_path, expected=0)
-    return json.loads((tmp_path / "hand-eye" / "calibration.json").read_text())
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("hand-eye")
+    source = ROOT / "examples" / "hand-eye"
+    assert main(["import", str(source), "--extract", "--output", str(folder / "cell"), "--quiet"]) == 0
+    assert main(["calibrate", str(folder / "cell"), "--output", str(folder / "result"), "--quiet"]) == 0
+    return json.loads((folder / "result" / "calibration.json").read_text())
 
 
 def test_corners_are_met_more_closely_than_was_published(result):

@@ -97,19 +97,18 @@ def _arrays(node: Any, path: Path) -> list[Array]:
 
 
 def _matrix(node: Any, path: Path) -> list[Array]:
-    """The numbers of a matrix, row by row, channels side by side; none where a map is no matrix.
+    """The numbers of a matrix, row by row, channels side by side; none where a map is no matrix, or an empty one.
 
     OpenCV's own reader overwrites memory where a field such as `cols` is missing, which ends the process.
     """
-    data, rows = node.getNode("data"), node.getNode("rows")
-    rows = rows if rows.isInt() else node.getNode("sizes").at(0) if node.getNode("sizes").isSeq() else rows
-    if not (data.isSeq() and rows.isInt()):
+    data = node.getNode("data")
+    numbers, sizes = _arrays(data, path), _arrays(node.getNode("rows"), path) or _arrays(node.getNode("sizes"), path)
+    if not (data.isSeq() and data.size() and sizes):
         return []
-    parts = [data.at(i) for i in range(data.size())]
-    count = int(rows.real())
-    if not all(map(_is_number, parts)) or count < 1 or len(parts) % count:
-        raise DataError(f"{path.name}: the {len(parts)} numbers of a matrix do not fill {count} rows.", file=path)
-    return [np.array([part.real() for part in parts]).reshape(count, -1)]
+    rows = int(sizes[0][0])
+    if len(numbers) != 1 or rows < 1 or numbers[0].size % rows:
+        raise DataError(f"{path.name}: the {data.size()} numbers of a matrix do not fill {rows} rows.", file=path)
+    return [numbers[0].reshape(rows, -1)]
 
 
 def _is_number(node: Any) -> bool:

@@ -101,6 +101,14 @@ def test_opencv_storage_reads_the_same_in_every_format(name: str, vectors: bool,
     np.testing.assert_allclose(dataset.points.xyz, inverse(made.T_camera_target)[:, :3, 3], atol=1e-9)
 
 
+def test_an_empty_matrix_of_opencv_beside_the_lists_is_left_out(tmp_path: Path) -> None:
+    (file,) = hand_eye.opencv(tmp_path, cell("flange"))
+    empty = "distortion: !!opencv-matrix\n   rows: 0\n   cols: 0\n   dt: d\n   data: []\n"
+    file.write_text(file.read_text("utf-8") + empty, "utf-8")
+    dataset = read([file], said("flange", {"mount": "?"}, ("mm",)))
+    assert len(dataset.poses) == len(cell("flange").T_base_flange)
+
+
 def test_opencv_lists_go_the_way_that_their_names_say(tmp_path: Path) -> None:
     made = cell("base")
     storage = cv2.FileStorage(str(tmp_path / "pairs.yml"), cv2.FILE_STORAGE_WRITE)
