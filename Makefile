@@ -1,19 +1,24 @@
 # To start: `make demo` and `make test`. All files are written to .venv, build/ and demo-result/.
 PYTHON ?= python3
 SHELL = /bin/bash
-PIP = .venv/bin/python -m pip --disable-pip-version-check
+UV = .venv/bin/uv --quiet
+INSTALL = $(UV) pip install --python .venv/bin/python
 
 .PHONY: demo test lint matrix fuzz site docs bench clean
 
-# Installed once, and again after a change of the dependencies.
-.venv/installed: pyproject.toml
+# uv installs in a sixth of pip's time.
+.venv/bin/uv:
 	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'robolaser needs Python 3.11 or newer: make PYTHON=python3.12 demo')"
 	$(PYTHON) -m venv .venv
-	$(PIP) install --quiet --editable .
+	.venv/bin/python -m pip --disable-pip-version-check install --quiet 'uv>=0.5'
+
+# Installed once, and again after a change of the dependencies.
+.venv/installed: pyproject.toml | .venv/bin/uv
+	$(INSTALL) --editable .
 	touch $@
 
 .venv/developing: .venv/installed requirements-dev.txt requirements-test.txt
-	$(PIP) install --quiet --editable '.[robots]' --requirement requirements-dev.txt
+	$(INSTALL) --editable '.[robots]' --requirement requirements-dev.txt
 	touch $@
 
 # From images of a real laser stripe and the robot's poses to a calibrated scanner.
@@ -23,9 +28,9 @@ demo: .venv/installed
 	.venv/bin/robolaser calibrate demo-result/points --with laser_roll --output demo-result/calibration
 
 # Exact versions in a separate environment, so that no new release can break it.
-build/lint/installed: requirements-lint.txt
-	$(PYTHON) -m venv --clear build/lint
-	build/lint/bin/python -m pip --disable-pip-version-check install --quiet --requirement requirements-lint.txt
+build/lint/installed: requirements-lint.txt | .venv/bin/uv
+	$(UV) venv --clear --python .venv/bin/python build/lint
+	$(UV) pip install --python build/lint/bin/python --requirement requirements-lint.txt
 	touch $@
 
 lint: build/lint/installed
@@ -51,7 +56,7 @@ fuzz: .venv/developing
 	GENERATED=long .venv/bin/pytest $$(find tests -name 'test_generated_*.py') tests/cell/test_soak.py
 
 .venv/documenting: .venv/developing
-	$(PIP) install --quiet --editable '.[docs]'
+	$(INSTALL) --editable '.[docs]'
 	touch $@
 
 # The pages, with their links checked, in site/.
