@@ -3,6 +3,8 @@ PYTHON ?= python3
 SHELL = /bin/bash
 UV = .venv/bin/uv --quiet
 INSTALL = $(UV) pip install --python .venv/bin/python
+# Libraries are compiled when they are first imported, and not by each program again.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test lint matrix fuzz site docs bench clean
 
@@ -43,7 +45,6 @@ lint: build/lint/installed
 # build/durations.txt lists the slowest tests.
 test: lint .venv/developing
 	@mkdir -p build
-	.venv/bin/python -m compileall -q robolaser  # else each program that a test starts compiles it again
 	set -o pipefail; .venv/bin/pytest -n 3 --dist loadfile --durations 25 --junitxml build/durations.xml | tee build/durations.txt
 
 # Python 3.11 to 3.13, newest and lowest declared versions, each with a built wheel in a fresh environment. Takes an hour.
