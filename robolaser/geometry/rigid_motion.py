@@ -63,7 +63,7 @@ def log_so3(R: Array) -> Array:
     q = _along_quaternion(R)
     sine, cosine = np.linalg.norm(q[..., :3], axis=-1), q[..., 3]
     angle = 2.0 * np.arctan2(sine, cosine)
-    return q[..., :3] * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 2.0 / cosine)[..., None]
+    return q[..., :3] * (np.where(sine > 0.0, angle, 2.0) / np.where(sine > 0.0, sine, cosine))[..., None]
 
 
 def pose(R: Array, t: Array) -> Array:

@@ -67,6 +67,11 @@ def test_a_rotation_gives_back_its_turn_vector(size: float) -> None:
     np.testing.assert_allclose(either_way * found, turn, atol=1e-13)
 
 
+def test_exact_half_turns_and_no_turn_have_turn_vectors() -> None:
+    half_turns = np.array([np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, -1.0, 1.0]), np.eye(3)])
+    np.testing.assert_array_equal(log_so3(half_turns), np.pi * np.array([[1, 0, 0], [0, 0, 1], [0, 0, 0]]))
+
+
 @pytest.mark.parametrize("size", [1e-12, 1e-5, 2e-4, 1.0, 3.0])
 def test_the_slopes_of_a_turn_vector_are_its_differences(size: float) -> None:
     turn = size * np.array([0.6, -0.48, 0.64])
