@@ -18,8 +18,7 @@ Indices = tuple[int, ...]
 
 FUNCTIONS: dict[Any, Callable[..., Any]] = {}  # functions of arrays with their own rule for duals
 LINEAR = frozenset(
-    {np.cumsum, np.diff, np.expand_dims, np.flip, np.insert, np.moveaxis, np.ravel, np.repeat, np.roll, np.squeeze}
-    | {np.tile, np.transpose}
+    {np.cumsum, np.expand_dims, np.flip, np.moveaxis, np.ravel, np.repeat, np.roll, np.squeeze, np.tile, np.transpose}
 )  # functions that act on each derivative as on the value
 VALUES_ONLY = frozenset(
     {np.equal, np.not_equal, np.less, np.less_equal, np.greater, np.greater_equal, np.isfinite, np.isnan, np.sign}

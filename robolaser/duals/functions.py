@@ -37,7 +37,7 @@ def _side_by_side(value: Array, parts: Sequence[Any], places: Sequence[int | sli
 
 
 def _where(condition: Any, one: Any, other: Any) -> Any:
-    condition = bare(condition)
+    condition = np.asarray(bare(condition), dtype=bool)
     value = np.where(condition, bare(one), bare(other))
     terms = [
         (part.of, np.where(condition == chosen, padded(part.slopes, value.ndim), 0.0))
@@ -48,7 +48,9 @@ def _where(condition: Any, one: Any, other: Any) -> Any:
 
 
 def _einsum(subscripts: str, *operands: Any) -> Dual:
-    inputs, _, output = subscripts.replace(" ", "").partition("->")
+    inputs, arrow, output = subscripts.replace(" ", "").partition("->")
+    if not arrow:
+        raise TypeError(f'np.einsum of arrays with derivatives needs "->" and its output, too, not only "{inputs}".')
     value = np.einsum(subscripts, *(bare(one) for one in operands))
     terms = []
     for i, one in enumerate(operands):
@@ -59,7 +61,7 @@ def _einsum(subscripts: str, *operands: Any) -> Dual:
     return joined(value, terms)
 
 
-def _norm(array: Dual, axis: int = -1, *, keepdims: bool = False) -> Dual:
+def _norm(array: Dual, *, axis: int, keepdims: bool = False) -> Dual:
     length = np.linalg.norm(array.value, axis=axis, keepdims=True)
     unit = array.value / np.where(length > 0.0, length, 1.0)
     slopes = (unit * array.slopes).sum(axis=after(axis), keepdims=keepdims)
@@ -87,6 +89,15 @@ def _take_along_axis(array: Dual, indices: Ints, axis: int = -1) -> Dual:
     return Dual(value, np.take_along_axis(array.slopes, indices[None], axis=after(axis)), array.of)
 
 
+def _diff(array: Dual, n: int = 1, axis: int = -1) -> Dual:
+    return Dual(np.diff(array.value, n, axis), np.diff(array.slopes, n, after(axis)), array.of)
+
+
+def _insert(array: Dual, where: Any, constants: Any, axis: int) -> Dual:
+    value = np.insert(array.value, where, constants, axis)
+    return Dual(value, np.insert(array.slopes, where, 0.0, after(axis)), array.of)
+
+
 def _broadcast_to(array: Dual, shape: tuple[int, ...]) -> Dual:
     value = np.broadcast_to(array.value, shape)
     return joined(value, [(array.of, padded(array.slopes, value.ndim))])
@@ -104,6 +115,8 @@ RULES: dict[Any, Callable[..., Any]] = {
     np.zeros_like: _zeros_like,
     np.empty_like: _zeros_like,
     np.broadcast_to: _broadcast_to,
+    np.diff: _diff,
+    np.insert: _insert,
     np.swapaxes: Dual.swapaxes,
     np.take: Dual.take,
     np.take_along_axis: _take_along_axis,
