@@ -106,8 +106,8 @@ def diagnose(
     effects: Sequence[Named] | str | None = None,
     seed: int | None = None,
     *,
-    without: Sequence[str] = (),
-    validate: Sequence[Data] = (),
+    without: Sequence[str] | str = (),
+    validate: Sequence[Data] | Data = (),
     progress: Progress | None = None,
 ) -> "DiagnosisResult | MotionResult":
     """Determine where the gap is, which effects cause it, and how far it shrinks.
@@ -116,8 +116,8 @@ def diagnose(
         data: A data set, or the log of a moving arm; or its folder.
         effects: The library of effects, classes or names; `[*robolaser.EFFECTS, Mine]` extends the default.
         seed: Seed of folds and resampling; 1 by default. The same seed gives the same answer.
-        without: Names of effects to remove from the library.
-        validate: Other data of the same arm, on which the result is tested.
+        without: Names of effects to remove from the library, or one name.
+        validate: Other data of the same arm, on which the result is tested: several data sets or one.
         progress: Called with the current step and its finished share.
 
     Returns:
@@ -141,10 +141,10 @@ def diagnose(
             raise UsageError("`validate` predicts measured poses: leave it out for the log of a moving arm.")
         log = _motion_log(data)
         names = None if effects is None else _names(_listed(effects))
-        return MotionResult(diagnose_motion(log, names, without, seed, progress))
+        return MotionResult(diagnose_motion(log, names, _listed(without), seed, progress))
     kinds = None if effects is None else _kinds(effects)
-    others = [_data_set(one) for one in validate]
-    again = partial(examine, effects=kinds, seed=seed, without=without, validate=others)
+    others = [_data_set(one) for one in _listed(validate)]
+    again = partial(examine, effects=kinds, seed=seed, without=_listed(without), validate=others)
     return DiagnosisResult.of(again(_data_set(data), progress=progress), seed, again)
 
 
@@ -157,9 +157,9 @@ def compare(
 
     Args:
         problems: Data sets or their folders, other names as in `robolaser compare`, or pymoo problems (class,
-            instance or function); a mapping names them.
-        algorithms: Names, or pymoo algorithms, or functions `search(evaluator, seed)`; a mapping names
-            them. Default: those of `robolaser list algorithms`.
+            instance or function); a mapping names them. One needs no list if it is a data set, a name or a class.
+        algorithms: Names, or pymoo algorithms, or functions `search(evaluator, seed)`, likewise. Default: those of
+            `robolaser list algorithms`.
         options: `seeds`, `first_seed`, `budget`, `target`, `time_limit_s`, `on_error`, `jobs`, `scheduler`, `output`,
             `resume`, `force` and `progress`: see `robolaser.benchmark.compare.compare`.
 
@@ -181,7 +181,8 @@ def compare(
     def write(made: "BenchmarkResult", folder: Path) -> None:
         ComparisonResult(made).save(folder)
 
-    return ComparisonResult(comparing.compare(problems, algorithms or DEFAULT, write=write, **options))
+    solvers = _listed(algorithms or DEFAULT)
+    return ComparisonResult(comparing.compare(_listed(problems), solvers, write=write, **options))
 
 
 def check(data: Data) -> DataCheck:
@@ -283,8 +284,9 @@ def _data_set(data: object) -> Dataset:
     raise UsageError(f"Expected a data set or the path of its folder, not a {type(data).__name__}.{inner}")
 
 
-def _listed(effects: Sequence[Named] | str) -> Sequence[Named]:
-    return [effects] if isinstance(effects, str | type) else effects
+def _listed(given: Any) -> Any:
+    """One name, class or data set as a list of it; several as they are."""
+    return [given] if isinstance(given, str | Path | type | Dataset) else given
 
 
 def _names(effects: Sequence[Named]) -> list[str]:

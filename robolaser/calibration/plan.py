@@ -1,7 +1,7 @@
 """The plan of a calibration: its options with their defaults."""
 
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 from robolaser.errors import UsageError, near
 from robolaser.model.effects.effect import Effect
@@ -23,12 +23,12 @@ class Plan:
             for trackers and sockets, whose parameters start from a closed form.
         polish: Whether local refinement follows the search.
         weights: "plain" minimises J; "noise" weights residuals by the covariance of their noise.
-        effects: Names, as `EFFECT[:WHERE]`, or classes.
+        effects: Names, as `EFFECT[:WHERE]`, or classes; or one of these.
         seed: Seed of the search.
         generations: Number of generations, for searches that have any.
 
     Raises:
-        UsageError: The weights are unknown.
+        UsageError: The weights are unknown or would not be used, or there are no generations.
 
     Examples:
         >>> robolaser.Plan(effects=("laser_roll",)).weights
@@ -43,5 +43,14 @@ class Plan:
     generations: int = GENERATIONS
 
     def __post_init__(self) -> None:
+        given: Any = self.effects
+        if isinstance(given, str | type):
+            object.__setattr__(self, "effects", (given,))
         if self.weights not in WEIGHTS:
             raise UsageError(f"No weights '{self.weights}'.{near(self.weights, WEIGHTS)}")
+        if self.weights != "plain" and not self.polish:
+            raise UsageError(
+                "Weights act in the local refinement, which `polish` omits here: leave out one of the two."
+            )
+        if self.generations < 1:
+            raise UsageError(f"A search has 1 generation or more, not {self.generations}.")

@@ -5,6 +5,7 @@ import re
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import jsonschema
 import numpy as np
@@ -104,9 +105,17 @@ def test_a_mistyped_parameter_is_answered_with_the_one_that_was_meant(calibrated
         calibrated.value("theeta")
 
 
-def test_weights_of_no_name_are_refused() -> None:
-    with pytest.raises(UsageError, match="nosie"):
-        Plan(weights="nosie")
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"weights": "nosie"}, "nosie"),
+        ({"weights": "noise", "polish": False}, "leave out one"),
+        ({"generations": 0}, "1 generation or more, not 0"),
+    ],
+)
+def test_options_that_could_not_act_are_refused(options: dict[str, Any], said: str) -> None:
+    with pytest.raises(UsageError, match=said):
+        Plan(**options)
 
 
 def test_the_gauge_is_named(calibrated: Calibration) -> None:
