@@ -84,6 +84,10 @@ class Information:
         inverse = self.inverse(free)
         return np.asarray(inverse @ self.spread[np.ix_(free, free)] @ inverse)
 
+    def variances(self, free: Ints) -> Array:
+        """Of the same parameters, (f,), where rounding makes none negative."""
+        return np.maximum(np.diag(self.covariance(free)), 0.0)
+
     def inverse(self, free: Ints) -> Array:
         """(JᵀWJ)⁺ of the free parameters, (f, f)."""
         R = self.weighed[:, free]

@@ -54,13 +54,13 @@ def standard_errors(known: Information, *, fixed: Bools, bounded: Array | None =
     spread = bounded * UNIFORM
     if on_bound.any():
         by_data = np.full(len(fixed), np.inf)
-        by_data[indices] = np.sqrt(np.diag(known.covariance(indices)))
+        by_data[indices] = np.sqrt(known.variances(indices))
         by_data[null] = np.inf
         spread = np.minimum(spread, by_data)
     cross = known.weighed[:, free].T @ known.weighed[:, on_bound]
     of_bounded = known.inverse(free) @ cross * spread[on_bound]
     std = np.full(len(fixed), np.nan)
-    std[free] = np.sqrt(np.diag(known.covariance(free)) + (of_bounded**2).sum(axis=1))
+    std[free] = np.sqrt(known.variances(free) + (of_bounded**2).sum(axis=1))
     std[null] = np.nan
     return std
 

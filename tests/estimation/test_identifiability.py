@@ -20,6 +20,8 @@ from robolaser.model.noise.sources import error_sources
 from robolaser.model.sensors.stripe import SCANNER
 
 TRIALS = 50
+ROUNDED = Information(np.eye(2), np.eye(2), np.diag([4.0, -1e-30]), np.ones(2))
+"""Of which one variance is negative by rounding, as where all poses are the same."""
 
 
 def likeliest(dataset, sources, residuals, J):
@@ -35,6 +37,12 @@ def jacobian(model, x):
 def said(J, noise, **more):
     """What rows of three numbers say by their derivatives (3m, d)."""
     return Information.of(J.T.reshape(J.shape[1], -1, 3), noise, **more)
+
+
+@pytest.mark.parametrize("bounded", [[0.0, 0.0], [1.0, 0.0]])
+def test_rounding_makes_no_standard_error_imaginary(bounded):
+    std = standard_errors(ROUNDED, fixed=np.zeros(2, dtype=bool), bounded=np.array(bounded))
+    np.testing.assert_array_equal(std, [np.nan if bounded[0] else 2.0, 0.0])
 
 
 def coverage(cell: Cell, rng: np.random.Generator, *, stated: Noise, **noise: float) -> tuple[float, float]:
