@@ -51,7 +51,9 @@ def planned(dataset: Dataset, *, points: int | None = None, mount: Mount = "flan
     """
     kind = simulated_sensor(dataset.kind)
     mount = getattr(dataset.options, "mount", mount)
-    setup = SensorSetup(points or kind.default_points, CellOptions(placed=False, mount=mount))
+    points = kind.default_points if points is None else points
+    kind.check_counts(poses=len(dataset.poses), points=points, repeats=1)
+    setup = SensorSetup(points, CellOptions(placed=False, mount=mount))
     blank = replace(dataset, points=Points(np.empty(0, dtype=np.int64), ()), placed=False)
     if not dataset.parameters:
         blank = kind.describe(blank, setup)

@@ -13,7 +13,7 @@ from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.pose_plan import examine_plan
-from robolaser.errors import DataError, EstimationError
+from robolaser.errors import DataError, EstimationError, UsageError
 from robolaser.model.effects.backlash import Backlash
 from robolaser.model.effects.encoder_scale import EncoderScale
 from robolaser.model.effects.joint_compliance import JointCompliance
@@ -89,6 +89,13 @@ def test_what_cannot_be_tested_is_said_with_its_reason() -> None:
         bare(simulate(find_robot("scorbot_er7"), kind="point", poses=10).dataset), [JointOffset, Latency]
     )
     assert plan.untestable["latency"] == "no joint velocities in the data"
+
+
+@pytest.mark.parametrize("points", [0, -3])
+def test_a_plan_needs_points_in_each_pose(points: int) -> None:
+    planned = bare(simulate(find_robot("ur5e"), kind="point", poses=6, noise=Noise(point_m=1e-4)).dataset)
+    with pytest.raises(UsageError, match=f"number of points {points}"):
+        examine_plan(planned, FEW, points=points)
 
 
 def test_without_any_noise_or_with_too_few_poses_there_is_no_plan() -> None:
