@@ -14,7 +14,7 @@ def sizes_of(texts: Iterable[str]) -> dict[str, float]:
     """Read `NAME[:WHERE]=SIZE`, the size in SI units.
 
     Raises:
-        UsageError: There is no size, or it is not a finite number.
+        UsageError: There is no size, or two, or it is not a finite number.
 
     Examples:
         >>> from robolaser.simulation import sizes_of
@@ -30,6 +30,8 @@ def sizes_of(texts: Iterable[str]) -> dict[str, float]:
             raise _unclear(text) from None
         if not name or "=" in name or not np.isfinite(value):
             raise _unclear(text)
+        if name in sizes:
+            raise UsageError(f"{name} is stated twice, with {sizes[name]:g} and {value:g}. State one size.")
         sizes[name] = value
     return sizes
 

@@ -26,7 +26,7 @@ class CellOptions:
         <Dataset simulated-ur5: laser stripe scanner, robot ur5, 160 points in 8 poses>
     """
 
-    placed: bool = True  # whether target points are given in the base frame, or in their own (stripe only)
+    placed: bool = True  # whether target points are given in the base frame, or in their own (stripe and camera)
     stripe_axis: str = "u"  # image axis the stripe runs along
     # nominal turn of the camera on the flange; None: view away from the arm
     bracket_quat: Quaternion | None = None

@@ -260,18 +260,16 @@ def _gross_rows(count: int, share: float, rng: np.random.Generator) -> tuple[Int
 
 
 def _add_noise(exact: Dataset, sensor: SimulatedSensor, noise: Noise, repeats: int, random: RandomStreams) -> Dataset:
-    (robot, q), poses, points = exact.arm, exact.poses, exact.points
+    robot, q = exact.arm
     if noise.joint_rad is not None:
-        shaken = noise.joint_rad * random.joint_noise.normal(size=q.shape)
-        poses = replace(poses, q=q + np.where(robot.prismatic, 0.0, shaken))
-    if noise.joint_step_rad is not None and poses.q is not None:
-        steps = noise.joint_step_rad * np.round(poses.q / noise.joint_step_rad)
-        poses = replace(poses, q=np.where(robot.prismatic, poses.q, steps))
-    points = sensor.add_shared_noise(points, noise, random.point_noise)
+        q = q + np.where(robot.prismatic, 0.0, noise.joint_rad * random.joint_noise.normal(size=q.shape))
+    if noise.joint_step_rad is not None:
+        q = np.where(robot.prismatic, q, noise.joint_step_rad * np.round(q / noise.joint_step_rad))
+    points = sensor.add_shared_noise(exact.points, noise, random.point_noise)
     if repeats > 1:
         shots = np.tile(np.arange(repeats), len(points))
         points = replace(points.take(np.repeat(np.arange(len(points)), repeats)), repeat=shots)
     off = (noise.distance_m or 0.0) * random.distance_noise.normal(size=len(exact.distances_m))
     distances = tuple((*pair, d + e) for (*pair, d), e in zip(exact.distances_m, off.tolist(), strict=True))
     points = sensor.add_noise(points, noise, random.point_noise)
-    return replace(exact, poses=poses, points=points, distances_m=distances)
+    return replace(exact, poses=replace(exact.poses, q=q), points=points, distances_m=distances)

@@ -305,6 +305,8 @@ def test_sizes_are_read_as_they_are_typed() -> None:
     for text in ("laser_roll", "laser_roll=", "=1", "laser_roll=nan", "laser_roll=1°"):
         with pytest.raises(UsageError, match="NAME"):
             sizes_of([text])
+    with pytest.raises(UsageError, match=r"laser_roll is stated twice, with 0.1 and 0.2"):
+        sizes_of(["laser_roll=0.1", "laser_roll=0.2"])
 
 
 def test_an_effect_without_a_place_sits_at_every_place(robot: Robot) -> None:
