@@ -1,6 +1,6 @@
 """The cameras and frames of all blocks in the cell and on the flange, for other programs."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -8,10 +8,11 @@ from robolaser.arrays import Array
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.sensors.in_cell import InCell
-from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
 OfSensor = Sequence[tuple[Block, InCell]]  # the blocks of a sensor, one a session
+Frames = dict[str, tuple[bool, Array]]  # by name, whether the flange carries it, and T_flange_frame or T_base_frame
 
 
 def in_cell(blocks: Blocks, values: Values, perturb: Perturbation) -> InCell:
@@ -26,29 +27,32 @@ def in_cell(blocks: Blocks, values: Values, perturb: Perturbation) -> InCell:
         for of_sensor in blocks.by_sensor
     ]
     cameras = (part.camera for of_sensor in each for _, part in of_sensor)
+    frames: Frames = {}
+    published: list[str] = []
+    for of_sensor in each:
+        own: Frames = {}
+        for block, part in of_sensor:
+            placed = {name: (True, T) for name, T in part.flange.items()}
+            _add(own, placed | {name: (False, T) for name, T in part.base.items()}, "{}_" + block.session)
+        called = _add(frames, own, of_sensor[0][0].name + "_{}")
+        published += [called[name] for name in of_sensor[0][1].published]
     return InCell(
-        flange=_frames(each, lambda part: part.flange),
-        base=_frames(each, lambda part: part.base),
-        published=[name for of_sensor in each for name in of_sensor[0][1].published],
-        mount=_mount(blocks, next((one for one in each if Stage.MOUNT in one[0][0].sensor.stages), each[0])),
+        flange={name: T for name, (rides, T) in frames.items() if rides},
+        base={name: T for name, (rides, T) in frames.items() if not rides},
+        published=published,
+        mount=_mount(blocks, next((one for one in each if one[0][1].mount is not None), each[0])),
         camera=next((camera for camera in cameras if camera is not None), None),
     )
 
 
-def _frames(each: Sequence[OfSensor], of: Callable[[InCell], Mapping[str, Array]]) -> dict[str, Array]:
-    frames: dict[str, Array] = {}
-    for of_sensor in each:
-        own: dict[str, Array] = {}
-        for block, part in of_sensor:
-            _add(own, of(part), "{}_" + block.session)
-        _add(frames, own, of_sensor[0][0].name + "_{}")
-    return frames
-
-
-def _add(frames: dict[str, Array], more: Mapping[str, Array], other_name: str) -> None:
-    for name, T in more.items():
-        if not np.array_equal(frames.setdefault(name, T), T):
-            frames[other_name.format(name)] = T
+def _add(frames: Frames, more: Frames, other_name: str) -> dict[str, str]:
+    """Add frames, those whose name is another frame's under their other name; returns the names that they have."""
+    names = {}
+    for name, (rides, T) in more.items():
+        known_rides, known = frames.setdefault(name, (rides, T))
+        names[name] = name if rides == known_rides and np.array_equal(known, T) else other_name.format(name)
+        frames[names[name]] = rides, T
+    return names
 
 
 def _mount(blocks: Blocks, of_sensor: OfSensor) -> Array | None:

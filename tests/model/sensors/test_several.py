@@ -12,6 +12,7 @@ from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.loading import load
+from robolaser.data.sensor_format import Mount
 from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis.pipeline import examine
@@ -19,9 +20,11 @@ from robolaser.errors import DataError
 from robolaser.estimation.folds import assign_folds
 from robolaser.estimation.noise_estimate import noise_of
 from robolaser.geometry.rigid_motion import carry
+from robolaser.model.blocks.cell_frames import in_cell
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.radial_distortion import CORNER_M, RadialDistortion
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors.in_cell import Mounting
 from robolaser.simulation import simulate
 
 
@@ -52,6 +55,29 @@ def test_a_ball_in_a_socket_and_its_reflector_are_one() -> None:
     assert names.count("tool.ball.x") == 1
     assert "base.x" in names
     assert "socket.0.x" in names
+
+
+@pytest.mark.parametrize("mount", ["flange", "base"])
+def test_each_of_two_cameras_has_a_published_frame_of_its_own(mount: Mount) -> None:
+    one = simulate(find_robot("ur10"), kind="camera", poses=6, seed=3).dataset
+    other = replace(one, options=Mounting(mount), placed=mount == "flange")
+    both = together(one, {"left": (one, one.points), "right": (other, one.points)})
+    model = Model(replace(both, members=tuple(replace(member, camera=member.name) for member in both.members)))
+    values = {**model.parameters.values(model.parameters.nominal[None]), "right.hand_eye.x": np.ones(1)}
+    here = in_cell(model.blocks, values, model.perturb(values))
+    assert list(here.published) == ["camera_optical", "right_camera_optical"]
+    carried = here.flange if mount == "flange" else here.base
+    assert carried["right_camera_optical"][0, 3] == 1.0
+    assert here.flange["camera_optical"][0, 3] == values["left.hand_eye.x"][0]
+
+
+def test_the_camera_on_the_flange_is_found_behind_a_tracker() -> None:
+    made = simulate(find_robot("ur10"), kind="camera", poses=6, seed=3).dataset
+    tracked = simulate(find_robot("ur10"), kind="pose", poses=6, seed=3).dataset
+    both = together(made, {"tracker": (tracked, tracked.points), "camera": (made, made.points)})
+    model = Model(both)
+    here = in_cell(model.blocks, *model.at(model.parameters.nominal)[::2])
+    assert here.mount is not None
 
 
 def test_what_is_shared_is_where_one_sensor_alone_puts_it(trackers: Dataset) -> None:
