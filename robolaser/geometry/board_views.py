@@ -89,7 +89,7 @@ def _calibrated(views: Sequence[BoardView], image_px: tuple[int, int], held: Map
     import cv2  # noqa: PLC0415 - takes a moment to import
 
     width, height = image_px
-    flags = cv2.CALIB_FIX_K3 | (0 if {"p1", "p2"} <= held.keys() else cv2.CALIB_ZERO_TANGENT_DIST)
+    flags = cv2.CALIB_FIX_K3 | cv2.CALIB_FIX_TANGENT_DIST
     for name in ("k1", "k2"):
         flags |= getattr(cv2, f"CALIB_FIX_{name.upper()}") if name in held else 0
     if {"cx", "cy"} & held.keys():
@@ -98,9 +98,12 @@ def _calibrated(views: Sequence[BoardView], image_px: tuple[int, int], held: Map
         flags |= cv2.CALIB_FIX_FOCAL_LENGTH
     T_flat_board, flat = _plane_frame(np.concatenate([view.points for view in views]))
     boards = [_in_plane(T_flat_board, view.points, flat=flat).astype(np.float32) for view in views]
-    middle = {"cx": (width - 1) / 2, "cy": (height - 1) / 2}
-    guess = {"fx": 1.2 * width, "fy": 1.2 * width, **middle, **dict.fromkeys(INTRINSICS[4:], 0.0), **held}
-    if held.keys() & set(INTRINSICS[:4]) or not flat:
+    guess = {"fx": 1.2 * width, "fy": 1.2 * width, "cx": (width - 1) / 2, "cy": (height - 1) / 2}
+    is_bent = any(held.get(name) for name in INTRINSICS[4:])
+    if is_bent:  # OpenCV takes a stated lens only with a guess of the pinhole
+        guess = _calibrated(views, image_px, {name: held[name] for name in INTRINSICS[:4] if name in held})
+    guess = {**guess, **dict.fromkeys(INTRINSICS[4:], 0.0), **held}
+    if held.keys() & set(INTRINSICS[:4]) or is_bent or not flat:
         flags |= cv2.CALIB_USE_INTRINSIC_GUESS
     pixels = [view.pixels.reshape(-1, 1, 2).astype(np.float32) for view in views]
     for _ in range(2):
