@@ -15,12 +15,14 @@ def extra(module: str, missing: str) -> Any:
     """A module of an optional package, loaded now.
 
     Raises:
-        DependencyMissing: With that sentence, if it is not installed.
+        DependencyMissing: With that sentence, if it is not installed; or it is, but does not load.
     """
     try:
         return import_module(module)
-    except ImportError:
+    except ModuleNotFoundError:
         raise DependencyMissing(missing) from None
+    except ImportError as error:
+        raise DependencyMissing(f"{module} is installed, but does not load: {error}. Install what it lacks.") from None
 
 
 def announced(

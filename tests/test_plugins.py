@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from robolaser.errors import PluginError
-from robolaser.plugins import announced
+from robolaser.errors import DependencyMissing, PluginError
+from robolaser.plugins import announced, extra
 
 
 class Family:
@@ -53,3 +53,14 @@ def test_a_taken_name_is_refused_and_both_owners_are_named() -> None:
 
 def test_a_group_that_nobody_announces_to_is_empty() -> None:
     assert announced("our.strangers", Family, taken=()) == {}
+
+
+def test_a_package_that_is_there_but_does_not_load_is_not_to_be_installed_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "broken_viewer.py").write_text("raise ImportError('libGL.so.1: no such file')\n", "utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(DependencyMissing, match=r"broken_viewer is installed, but does not load: libGL\.so\.1"):
+        extra("broken_viewer", "pip install broken_viewer")
+    with pytest.raises(DependencyMissing, match="pip install no_viewer"):
+        extra("no_viewer", "pip install no_viewer")
