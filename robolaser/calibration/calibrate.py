@@ -137,4 +137,7 @@ def _setup_warnings(model: Model, x: Array, residuals: Array, on_bound: Bools) -
 def bound_warnings(model: Model, on_bound: Bools) -> list[str]:
     """A sentence on each parameter that ended on a bound (d,)."""
     ended = [name for name, at in zip(model.parameters.names, on_bound, strict=True) if at]
-    return [f"{name} ended on one of its bounds: widen them, or check the model." for name in ended]
+    fixed = dict.fromkeys(model.effect_parameters.names, ", which are the effect's own: it has no standard error")
+    return [
+        f"{name} ended on one of its bounds{fixed.get(name, ': widen them, or check the model')}." for name in ended
+    ]

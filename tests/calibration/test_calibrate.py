@@ -163,6 +163,15 @@ def test_a_parameter_on_its_bound_is_named_in_a_warning(experiment: Simulated) -
     assert any("u_0 ended on one of its bounds" in warning for warning in found.warnings)
 
 
+def test_bounds_that_nobody_can_widen_are_not_to_be_widened() -> None:
+    made = simulate(
+        "ur5", kind="point", poses=20, noise=Noise(point_m=1e-5), effects={"joint_coupling:elbow_joint": 2e-3}
+    )
+    found = calibrate(made.dataset, Plan(effects=("joint_coupling:elbow_joint",)))
+    (warning,) = (warning for warning in found.warnings if "joint_coupling.elbow_joint.other ended" in warning)
+    assert warning.endswith("one of its bounds, which are the effect's own: it has no standard error.")
+
+
 def test_the_same_seed_gives_the_same_result_to_the_last_bit(experiment: Simulated, calibrated: Calibration) -> None:
     again = calibrate(experiment.dataset)
     assert np.array_equal(again.x, calibrated.x)
