@@ -72,11 +72,6 @@ class BenchmarkProblem:
         return int(self.question.n_obj)
 
     @property
-    def constraints(self) -> int:
-        """Number of constraints."""
-        return int(self.question.n_ieq_constr + self.question.n_eq_constr)
-
-    @property
     def mixed(self) -> bool:
         """Whether candidates are dictionaries of variables of several types."""
         return getattr(self.question, "vars", None) is not None
@@ -115,13 +110,13 @@ class BenchmarkProblem:
 
     def values(self, x: Any) -> Mapping[str, Array]:
         """Objectives F (c, m) of candidates, and of the constraints G (c, g), at most 0, and H (c, h), which is 0."""
+        widths = {"F": self.n_obj, "G": self.question.n_ieq_constr, "H": self.question.n_eq_constr}
+        if not len(x):  # a user's problem need not evaluate none
+            return {name: np.empty((0, width)) for name, width in widths.items()}
         x = x.astype(bool) if self.question.vtype is bool else x
-        found = self.question.evaluate(x, return_values_of=["F", "G", "H"], return_as_dictionary=True)
-        shape = len(x), -1
-        F = np.array(found["F"], np.float64).reshape(len(x), self.n_obj)
-        G, H = (np.array(found[name], np.float64).reshape(shape) if self.constraints else np.empty((len(x), 0))
-                for name in "GH")  # fmt: skip
-        return {"F": np.where(np.isnan(F), np.inf, F), "G": G, "H": H}
+        found = self.question.evaluate(x, return_values_of=[*widths], return_as_dictionary=True)
+        values = {name: np.array(found[name], np.float64).reshape(len(x), width) for name, width in widths.items()}
+        return {**values, "F": np.where(np.isnan(values["F"]), np.inf, values["F"])}
 
     def violation(self, values: Mapping[str, Array]) -> Array:
         """Sum of the violations of constraints, (c,)."""

@@ -68,6 +68,11 @@ def test_a_candidate_outside_the_bounds_costs_infinitely_much():
     assert np.isinf(budgeted.best)
 
 
+def test_a_problem_is_never_asked_about_no_candidates():
+    budgeted = evaluator(cost=lambda x: x.sum(axis=1) - x.max())  # NumPy has no largest of nothing
+    assert np.isinf(budgeted.cost(np.array([[2.0, 0, 0]]))).all()
+
+
 def test_a_pole_costs_infinitely_much_whatever_the_problem_returns():
     budgeted = evaluator(cost=lambda x: np.where(x[:, 0] > 0, np.nan, 1.0))
     assert budgeted.cost(np.array([[0.5, 0, 0], [-0.5, 0, 0]])).tolist() == [np.inf, 1.0]

@@ -89,6 +89,22 @@ def test_feasible_candidates_rank_before_infeasible_ones():
     assert np.isinf(result.to_frame()["best"]).all()
 
 
+class Crashing(Constrained):
+    """Raises an error in one half."""
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if (x[:, 0] > 0.0).any():
+            raise RuntimeError("diverged")
+        super()._evaluate(x, out, *args, **kwargs)
+
+
+def test_a_crash_under_constraints_may_cost_infinity():
+    task = Task("p", "random", 1, RunLimits(100, 60.0, crash_costs_inf=True), b"", b"", "")
+    one = run(BenchmarkProblem(ProblemSummary("p", "", "own problem", 2, 1), Crashing()), find("random"), task)
+    assert (one.state, one.reason, one.evaluations) == ("done", "", 100)
+    assert len(one.trace.costs)
+
+
 def test_whole_numbers_stay_whole_or_the_algorithm_is_refused():
     mine = GA(pop_size=20, sampling=IntegerRandomSampling(), crossover=SBX(vtype=float, repair=RoundingRepair()),
               mutation=PM(vtype=float, repair=RoundingRepair()))  # fmt: skip
