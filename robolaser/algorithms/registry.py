@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, final
 
 from robolaser.algorithms.spec import AlgorithmSpec, Value
-from robolaser.algorithms.user_code import imported, keywords, made, named, title_of
+from robolaser.algorithms.user_code import check_instance, imported, keywords, made, named, title_of
 from robolaser.errors import AlgorithmError, UsageError, near
 from robolaser.plugins import announced
 
@@ -115,8 +115,7 @@ def maker_of(spec: AlgorithmSpec, found: Any = None, expected: str = EXPECTED) -
     if found is None:
         raise unknown_algorithm(spec.name, [SCREENING, *algorithms(), POLISH_ONLY])
     if not callable(found):
-        if spec.settings or spec.operators:
-            raise UsageError(f"{spec.text}: an instance has its settings already. Name its class instead.")
+        check_instance(spec)
         found = partial(copy.deepcopy, found)
     parts = {slot: _operator_maker(slot, one) for slot, one in spec.operators.items()}
     given = {**usual, **spec.settings}

@@ -36,6 +36,11 @@ class AlgorithmSpec:
         """The text without exchanged operators."""
         return ":".join([self.path, *(f"{key}={value}" for key, value in self.settings.items())])
 
+    @property
+    def values(self) -> Mapping[str, Value]:
+        """All settings as typed values, of what has no operators to exchange."""
+        return {**self.settings, **{slot: read(one.text) for slot, one in self.operators.items()}}
+
     @classmethod
     def of(cls, text: str) -> Self:
         """Parse a text.

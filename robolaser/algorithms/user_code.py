@@ -64,6 +64,16 @@ def check_settings(spec: AlgorithmSpec, settings: Mapping[str, Any], make: Calla
             raise UsageError(f"{spec.path} has no setting '{name}'.{near(name, known[first:])}")
 
 
+def check_instance(spec: AlgorithmSpec) -> None:
+    """Check that no settings are typed for an instance, which has its own.
+
+    Raises:
+        UsageError: There are some.
+    """
+    if spec.values:
+        raise UsageError(f"{spec.text}: an instance has its settings already. Name its class instead.")
+
+
 def by_name(
     given: Sequence[object] | Mapping[str, object], find: Callable[[Any, str], Any], hint: str
 ) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from pymoo.problems.functional import FunctionalProblem
 
 from robolaser.algorithms.registry import reference_directions
 from robolaser.algorithms.spec import AlgorithmSpec
-from robolaser.algorithms.user_code import by_name, imported, made, named, title_of
+from robolaser.algorithms.user_code import by_name, check_instance, imported, made, named, title_of
 from robolaser.arrays import Array
 from robolaser.benchmark.problem import BenchmarkProblem, Family, ProblemSpec, ProblemSummary
 from robolaser.data.dataset import Dataset
@@ -150,7 +150,7 @@ def _function(text: str, name: str) -> ProblemSpec:
         function, typed = str(spec.attribute), ""
     elif not (typed.isdecimal() and int(typed) > 1):
         raise UsageError(f"{text}: '{typed}' variables, expected a whole number of at least 2: {suite}{function}-14.")
-    settings: dict[str, Any] = dict(spec.settings)
+    settings: dict[str, Any] = dict(spec.values)
     if typed:
         settings["n_var"] = int(typed)
     if suite == BBOB or function in TEST_FUNCTIONS:
@@ -169,8 +169,10 @@ def _own(given: object, name: str) -> ProblemSpec:
     else:
         name = name or getattr(given, "__name__", type(given).__name__)
         spec, found = AlgorithmSpec(name, name), given
-    if callable(found) and not isinstance(found, Problem):
-        found = made(spec, found, spec.settings)
+    if isinstance(found, Problem):
+        check_instance(spec)
+    elif callable(found):
+        found = made(spec, found, spec.values)
     return _checked(name, partial(_built, name, partial(copy.deepcopy, found), "own problem"))
 
 
@@ -194,8 +196,9 @@ def _built(name: str, make: Callable[[], Any], family: Family) -> BenchmarkProbl
         )
     if isinstance(problem, DynamicProblem):
         raise UsageError(f"{name} changes with time, and every run would see it at another one: it cannot be compared.")
-    if getattr(problem, "vars", None) is None and not problem.has_bounds():
-        raise UsageError(f"{name} needs a lower and an upper bound for each variable (xl and xu).")
+    is_mixed = getattr(problem, "vars", None) is not None
+    if not (is_mixed or (problem.has_bounds() and np.isfinite([problem.xl, problem.xu]).all())):
+        raise UsageError(f"{name} needs a finite lower and upper bound for each variable (xl and xu).")
     constraints = problem.n_ieq_constr + problem.n_eq_constr
     counted = ((problem.n_var, "variables"), (constraints, "constraints"), (problem.n_obj, "objectives"))
     many = (f"{count} {noun}" for count, noun in counted if count > (noun == "objectives"))

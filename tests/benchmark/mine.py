@@ -90,6 +90,16 @@ class Sphere(Problem):
         out["F"] = ((x - 1.0) ** 2).sum(axis=1) + self.offset
 
 
+SPHERE = Sphere()
+
+
+class Sampled(Sphere):
+    """Its setting has the name of an operator."""
+
+    def __init__(self, sampling=1):
+        super().__init__(n_var=sampling)
+
+
 class Slow(ElementwiseProblem):
     """Slow, and counts its evaluations in a file."""
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from made_up import made_up_comparison
 from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.core.problem import Problem
 from pymoo.operators.crossover.sbx import SBX
 
 from robolaser.algorithms.registry import algorithm_named
@@ -67,6 +68,31 @@ def test_every_slot_of_a_genetic_algorithm_can_be_exchanged(stock, slot):
 def test_what_cannot_be_exchanged_is_said(text, said):
     with pytest.raises(UsageError, match=said):
         find(text)
+
+
+@pytest.mark.parametrize(
+    ("make", "text", "said"),
+    [
+        (find, "mine:halving:crossover=SBX", "no setting 'crossover'"),
+        (specs_of, ["pymoo:sphere-2:crossover=SBX"], "crossover"),
+        (specs_of, ["mine:Sphere:crossover=SBX"], "no setting 'crossover'"),
+        (specs_of, ["mine:SPHERE:offset=1"], "an instance has its settings already"),
+    ],
+)
+def test_no_setting_is_ignored_by_what_has_no_operators(make, text, said):
+    with pytest.raises(UsageError, match=said):
+        make(text)
+
+
+@pytest.mark.parametrize("upper", [None, np.inf, [1.0, np.nan]])
+def test_a_problem_without_finite_bounds_is_refused(upper):
+    with pytest.raises(UsageError, match="needs a finite lower and upper bound"):
+        specs_of({"p": Problem(n_var=2, n_obj=1, xl=0.0, xu=upper)})
+
+
+def test_a_problem_may_have_a_setting_with_the_name_of_an_operator():
+    (spec,) = specs_of(["mine:Sampled:sampling=4"])
+    assert spec.made_for(1).dimension == 4
 
 
 def test_an_exchanged_algorithm_runs_and_repeats_itself():

@@ -45,7 +45,7 @@ def find(given: Any, name: str = "") -> Solver:
             raise UsageError(f"'{given}' cannot be read: '{spec.attribute}' is not a setting.")
         return _own(spec, imported(spec), name)
     if spec.name in SEARCHES:
-        if spec.settings or spec.operators:
+        if spec.values:
             raise UsageError(f"{given}: {spec.name} has no settings, and its operators cannot be exchanged.")
         return replace(SEARCHES[spec.name], name=name)
     if spec.name not in registry.algorithms() and registry.pymoos("algorithms", spec.name) is None:
@@ -60,8 +60,8 @@ def _own(spec: AlgorithmSpec, found: Any, name: str = "") -> Solver:
     """A user's solver: a search function, or a pymoo algorithm."""
     name = name or spec.text
     if callable(found) and not inspect.isclass(found) and _needs(found) == ARGUMENTS:
-        check_settings(spec, spec.settings, found, ARGUMENTS)
-        return Solver(name, title_of(found, name), partial(restarted, partial(found, **spec.settings)))
+        check_settings(spec, spec.values, found, ARGUMENTS)
+        return Solver(name, title_of(found, name), partial(restarted, partial(found, **spec.values)))
     make = registry.maker_of(spec, found, f"{registry.EXPECTED}, or a function search(evaluator, seed)")
     return pymoo_solver(name, title_of(found, name), make)
 
