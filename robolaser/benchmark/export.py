@@ -8,6 +8,7 @@ Bäck: IOHprofiler, arXiv:1810.05281.
 import json
 import math
 import re
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
@@ -109,7 +110,7 @@ def _about(
                         "instance": run.seed,
                         "evals": max(run.evaluations, 1),
                         "best": {"evals": int(run.trace.evaluations[-1]) if len(run.trace.costs) else 1,
-                                 "y": run.trace.final, "x": []},
+                                 "y": min(run.trace.final, sys.float_info.max), "x": []},  # JSON has no infinity
                     }
                     for run in runs
                 ],

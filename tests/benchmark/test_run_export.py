@@ -14,7 +14,7 @@ def test_runs_that_found_nothing_are_exported():
     result = robolaser.compare(["pymoo:g5"], ["random", "rcga"], seeds=3, budget=50)
     assert all(not len(run.trace.costs) for run in result.runs)
     files = iohprofiler_files(result)
-    headers = [json.loads(text) for name, text in files.items() if name.endswith(".json")]
+    headers = [json.loads(text, parse_constant=pytest.fail) for name, text in files.items() if name.endswith(".json")]
     assert [len(header["scenarios"][0]["runs"]) for header in headers] == [3, 3]
     table = next(text for name, text in files.items() if name.endswith(".dat"))
     assert table.splitlines()[:3] == ["evaluations raw_y seconds", "1 inf 0.0", table.splitlines()[2]]
