@@ -117,6 +117,8 @@ class RCGA(GeneticAlgorithm):
         _settings_of_parts_in_use(given, kwargs)
         for name in sorted(kwargs.keys() - {*keywords(GeneticAlgorithm)[0]}):
             raise AlgorithmError(f"RCGA has no setting '{name}', and neither has pymoo's GeneticAlgorithm.")
+        if pop_size < 1:
+            raise AlgorithmError(f"RCGA: pop_size is {pop_size!r}, expected at least 1.")
         if "survival" in kwargs:
             n_elites = getattr(kwargs["survival"], "n_elites", 0)
         elif n_elites is None:

@@ -84,6 +84,11 @@ def test_elites_pass_untouched():
         assert len(algorithm.off) == 16
 
 
+def test_a_population_of_none_is_refused_by_its_size():
+    with pytest.raises(AlgorithmError, match="pop_size is 0, expected at least 1"):
+        RCGA(pop_size=0)
+
+
 @pytest.mark.parametrize(("pop_size", "n_elites"), [(1, 0), (2, 1), (5, 2), (7, 0), (20, 19), (33, None)])
 def test_any_size_keeps_its_size_and_counts_its_evaluations(pop_size, n_elites):
     found = minimize(SPHERE, RCGA(pop_size=pop_size, n_elites=n_elites), ("n_gen", 6), seed=1)
