@@ -2,6 +2,7 @@
 
 import math
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
@@ -73,19 +74,20 @@ def compare(
     Raises:
         RobolaserError: As `robolaser.compare`.
     """
+    problems, algorithms = ([some] if isinstance(some, str) else some for some in (problems, algorithms))
     terms = Terms(tuple(range(first_seed, first_seed + seeds)), budget, target, time_limit_s, on_error)
     folder = None if output is None else Path(output)
     if folder is not None:
         refuse_to_mix(folder, resume=resume, force=force)
     plan = BenchmarkPlan.of(problems, algorithms, terms)
     given = problems.values() if isinstance(problems, Mapping) else problems
-    paths = [Path(one.removeprefix("reduced:")) for one in given if isinstance(one, str)]
+    paths = [Path(str(one).removeprefix("reduced:")) for one in given if isinstance(one, str | Path)]
     inputs = [path for path in paths if path.is_dir()]
     with _journal(folder, inputs, resume=resume, force=force) as journal:
         planned, why = plan.to_dict(), ""
         try:
             with (
-                engine_of(jobs, scheduler, time_limit_s=time_limit_s + GRACE_S) as engine,
+                engine_of(jobs, scheduler, time_limit_s=min(time_limit_s + GRACE_S, threading.TIMEOUT_MAX)) as engine,
                 tempfile.TemporaryDirectory(prefix="robolaser-runs-") as spills,
             ):
                 planned |= {"engine": engine.label, "workers": engine.workers}
@@ -154,9 +156,7 @@ def _journal(folder: Path | None, inputs: Sequence[Path], *, resume: bool, force
         return
     kept: dict[str, Any] = {"files": FILES, "state": [NAME], "inputs": inputs, "force": force or resume}
     with results_in(folder, command="compare", **kept):
-        if not resume:
-            (folder / NAME).unlink(missing_ok=True)
-        yield Journal(folder / NAME)
+        yield Journal(folder / NAME, resume=resume)
 
 
 def refuse_to_mix(folder: Path, *, resume: bool, force: bool) -> None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, final
 
-from robolaser.errors import BenchmarkError
+from robolaser.errors import BenchmarkError, UsageError
 from robolaser.plugins import extra
 
 PACKAGES = ("robolaser", "numpy", "scipy", "pymoo")  # whose versions must agree on all machines
@@ -43,9 +43,12 @@ def engine_of(
     A process of this machine that takes longer than the time limit for one call is killed.
 
     Raises:
+        UsageError: `jobs` is below 1.
         BenchmarkError: The cluster does not answer, has no workers, or has other versions of packages.
         DependencyMissing: Dask is not installed.
     """
+    if jobs is not None and jobs < 1:
+        raise UsageError(f"compare: jobs is {jobs!r}, expected at least 1.")
     if scheduler is None:
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         with Processes(jobs or cores, time_limit_s) as processes:
@@ -53,9 +56,7 @@ def engine_of(
         return
     dask = extra("distributed", "A cluster needs Dask, which is not installed: pip install 'robolaser[dask]'.")
     try:
-        dask.comm.get_address_host_port(
-            scheduler, strict=True
-        )  # refused here, since a client with an invalid address prints errors when it ends
+        dask.comm.get_address_host_port(scheduler, strict=True)  # a client refuses it only with printed errors
         client = dask.Client(scheduler, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise BenchmarkError(

@@ -26,19 +26,20 @@ FORMAT = "robolaser-runs/1"
 class Journal:
     """The runs of a comparison, with all data for their ranking.
 
-    The file is created with the first line; without a path they are in memory.
+    The file is created with the first line, which replaces another journal unless that is resumed; without a path they
+    are in memory.
 
     Raises:
         BenchmarkError: The file is not such a journal.
     """
 
-    def __init__(self, path: Path | None = None) -> None:
-        self._path = path
+    def __init__(self, path: Path | None = None, *, resume: bool = True) -> None:
+        self._path, self._mode = path, "a" if resume else "w"
         self._lines: list[str] = []
         self._plans: list[dict[str, Any]] = []
         self._runs: dict[RunKey, BenchmarkRun] = {}
         self._sessions: list[float] = []
-        if path is not None and path.is_file():
+        if resume and path is not None and path.is_file():
             self._read(path)
             if (whole := "".join(self._lines)) != path.read_text(encoding="utf-8"):
                 path.write_text(whole, encoding="utf-8")  # the process was killed within a line
@@ -166,8 +167,9 @@ class Journal:
         self._lines.append(line)
         if self._path is not None:
             try:
-                with self._path.open("a", encoding="utf-8") as file:
+                with self._path.open(self._mode, encoding="utf-8") as file:
                     file.write(line)
+                self._mode = "a"
             except OSError as error:
                 raise unwritable(self._path, str(error)) from None
 

@@ -1,5 +1,6 @@
 """Which solvers run on which problems, with which seeds and limits."""
 
+import math
 import pickle
 import re
 import time
@@ -37,8 +38,8 @@ class Terms:
     def __post_init__(self) -> None:
         """Raise a `UsageError` if a number makes no sense."""
         for what, value in (("seeds", len(self.seeds)), ("time_limit_s", self.time_limit_s), ("target", self.target)):
-            if value is not None and not value > 0:
-                raise UsageError(f"compare: {what} is {value!r}, expected more than 0.")
+            if value is not None and not 0 < value < math.inf:
+                raise UsageError(f"compare: {what} is {value!r}, expected a finite number above 0.")
         if min(self.seeds) < 1:
             raise UsageError(f"compare: first_seed is {min(self.seeds)}, expected at least 1.")
         if self.on_error not in ("fail", "inf"):
@@ -48,13 +49,13 @@ class Terms:
     def evaluations(self, dimension: int) -> int:
         """Budget of a run on a problem of so many variables."""
         match = re.fullmatch(r"(\d+(?:\.\d+)?(?:e\d+)?)(d?)", str(self.budget).strip())
-        found = round(float(match[1]) * (dimension if match[2] else 1)) if match else 0
-        if not found:
+        found = float(match[1]) * (dimension if match[2] else 1) if match else 0.0
+        if not 0.5 < found < math.inf:
             raise UsageError(
                 f"budget is {self.budget!r}, expected a number of evaluations, as 20000, or of evaluations for each"
                 " variable, as 1000d."
             )
-        return found
+        return round(found)
 
 
 @final

@@ -71,6 +71,9 @@ def compare(
 
     if not datasets:
         raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
+    runs = (algorithms, seeds, seed, budget, target, time_limit, on_error, jobs, scheduler)
+    if merge and runs != (None, SEEDS, 1, str(BUDGET), None, TIME_LIMIT_S, "fail", None, None):
+        raise UsageError("--merge makes no runs: leave out what says how they are made and judged, such as --target.")
     if scheduler and jobs:
         raise UsageError("--scheduler and --jobs exclude each other: leave one of them out.")
 
@@ -81,7 +84,7 @@ def compare(
             _write(result, folder, terminal, iohprofiler=iohprofiler, latex=latex, typed=typed)
 
         if merge:
-            result = journal.merge(datasets)
+            result = journal.merge([output, *datasets] if resume and (output / journal.NAME).is_file() else datasets)
             comparing.refuse_to_mix(output, resume=resume, force=force)
             write(result, output)
         else:

@@ -151,6 +151,7 @@ def test_a_finished_comparison_is_only_shown_again(result, at_home):
         (["paper", "--algorithms", "rcga,,de"], "a name is missing"),
         (["papre"], "No folder 'papre'"),
         (["pymoo:rastrigen"], "Did you mean 'pymoo:rastrigin'?"),
+        (["a", "--merge", "--target", "0.1"], "--merge makes no runs"),
         (["paper", "--scheduler", "tcp://127.0.0.1:1", "--jobs", "2"], "--jobs"),
     ],
 )

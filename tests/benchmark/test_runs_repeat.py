@@ -1,6 +1,9 @@
 """Each run starts from the same problem; results are written as they come, resumed, loaded, saved and merged."""
 
 import json
+import math
+import shutil
+from pathlib import Path
 
 import pytest
 from mine import Noisy, Sphere
@@ -10,6 +13,7 @@ import robolaser
 from robolaser import load_comparison
 from robolaser.cli import main
 from robolaser.errors import BenchmarkError, OutputError, UsageError
+from robolaser.problems.calibration_suite import DATA
 
 ASKED = {"seeds": 3, "budget": 100}
 
@@ -104,6 +108,40 @@ def test_folders_of_an_array_job_merge(tmp_path, capsys):
         "failed": 0,
     }
     assert outcomes(load_comparison(tmp_path / "all")) == outcomes(load_comparison(*folders))
+
+
+def test_a_merge_is_extended_by_further_folders(tmp_path):
+    asked = {"seeds": 1, "budget": 100}
+    for seed in (1, 2):
+        robolaser.compare("mine:Sphere", "random", first_seed=seed, output=tmp_path / f"{seed}", **asked)
+    for seed, more in ((1, []), (2, ["--resume"])):
+        merged = ["compare", "--merge", str(tmp_path / f"{seed}"), "--output", str(tmp_path / "all"), *more]
+        assert main(merged) == 0
+    assert len(load_comparison(tmp_path / "all").runs) == 2
+
+
+def test_runs_are_replaced_only_once_others_can_be_made(tmp_path):
+    robolaser.compare("mine:Sphere", "random", output=tmp_path, **ASKED)
+    with pytest.raises(UsageError, match="jobs is 0"):
+        robolaser.compare("mine:Sphere", "random", output=tmp_path, force=True, jobs=0, **ASKED)
+    assert len(load_comparison(tmp_path).runs) == 3
+    robolaser.compare("mine:Sphere", "random", output=tmp_path, force=True, seeds=1, budget=100)
+    assert len(load_comparison(tmp_path).runs) == 1
+
+
+@pytest.mark.parametrize("kind", [str, Path])
+def test_nothing_is_written_into_a_data_set_that_is_compared_on(tmp_path, kind):
+    data = shutil.copytree(DATA / "lee2004", tmp_path / "data")
+    with pytest.raises(OutputError, match="is an input"):
+        robolaser.compare([kind(data)], ["random"], output=data / "result", **ASKED)
+
+
+@pytest.mark.parametrize(
+    "limit", [{"time_limit_s": math.inf}, {"target": math.inf}, {"budget": "1e400"}, {"jobs": 0}, {"jobs": -1}]
+)
+def test_limits_without_a_meaning_are_refused(limit):
+    with pytest.raises(UsageError, match=f"{next(iter(limit))} is"):
+        robolaser.compare(["mine:Sphere"], ["random"], **{**ASKED, **limit})
 
 
 def test_instances_are_repetitions_of_one_problem():
