@@ -9,9 +9,9 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
-from robolaser.cell.failures import joints_differ
-from robolaser.data.cell_config import Cell
+from robolaser.data.cell_config import FILE, Cell
 from robolaser.data.loading import load
+from robolaser.errors import DataError
 
 
 @final
@@ -24,12 +24,17 @@ class ReplayArm(Arm):
     stops_alone: ClassVar[bool] = True
 
     def __init__(self, folder: Path, joints: Sequence[str]) -> None:
-        q = load(folder).poses.q
-        if q is None or q.shape[1] != len(joints):
-            raise joints_differ("replay", len(joints), 0 if q is None else q.shape[1])
+        robot, q = load(folder).arm
+        if {*robot.joints} != {*joints}:
+            raise DataError(
+                f"{FILE}, [arm] port: the recording {folder} moves {', '.join(robot.joints)}, but dataset.toml, [robot]"
+                f" joints lists {', '.join(joints)}.",
+                file=FILE,
+                column="port",
+            )
         self.step = np.zeros(len(joints))
-        self._recorded = q
-        self._at: Array = q[0]
+        self._recorded = q[:, [robot.joints.index(joint) for joint in joints]]
+        self._at: Array = self._recorded[0]
 
     @classmethod
     def open(cls, cell: Cell, clock: Clock) -> Self:

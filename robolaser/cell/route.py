@@ -133,11 +133,12 @@ def _grouped(table: CsvTable, q: Array) -> tuple[Waypoint, ...]:
                 raise bad_cell(table.file, line, "pose", name, "the name of the pose in the next row")
             approach.append(q[i])
             continue
-        if name in seen:
-            raise bad_cell(table.file, line, "pose", name, "a name that no row above has")
-        seen.add(name)
-        waypoints.append(Waypoint(name, q[i], tuple(approach)))
-        approach = []
+        waypoint = Waypoint(name, q[i], tuple(approach))
+        approach, names_of_it = [], {place for place, _ in waypoint.places}
+        if taken := seen & names_of_it:
+            raise bad_cell(table.file, line, "pose", name, f"a name that no row above has: {min(taken)} is taken")
+        seen |= names_of_it
+        waypoints.append(waypoint)
     return tuple(waypoints)
 
 

@@ -233,6 +233,14 @@ def test_poses_of_a_recording_are_those_with_an_image(cell: Cell, robot: Robot, 
     np.testing.assert_array_equal(way(waypoints)[1], Q[:2])
 
 
+def test_no_pose_has_the_name_that_another_ones_approach_will_have(robot: Robot, tmp_path: Path) -> None:
+    poses = (Waypoint("a", Q[0] / 3, (Q[1] / 3,)), Waypoint("a_from", Q[2] / 3))
+    for order in (poses, poses[::-1]):
+        (tmp_path / "plan.csv").write_text(route_text(robot, order))
+        with pytest.raises(DataError, match="a_from is taken"):
+            from_table(tmp_path / "plan.csv", robot)
+
+
 HEADER = "pose,q_joint_1,q_joint_2,q_joint_3,q_joint_4,q_joint_5\n"
 
 

@@ -90,8 +90,21 @@ def test_a_recording_of_another_arm_is_no_replay(cell: Cell, tmp_path: Path) -> 
     (tmp_path / "other" / "dataset.toml").write_text(said)
     (tmp_path / "other" / "robot.urdf").write_text((cell.folder / "robot.urdf").read_text())
     (tmp_path / "other" / "poses.csv").write_text("pose,q_joint_1,q_joint_2,q_joint_3,q_joint_4\na,0,0,0,0\n")
-    with pytest.raises(DataError, match="moves up to 4 joints"):
+    with pytest.raises(DataError, match="moves joint_1, joint_2, joint_3, joint_4, but"):
         open_arm(named(cell, "replay", str(tmp_path / "other")))
+
+
+def test_a_recording_replays_each_joint_by_its_name_whatever_their_order(cell: Cell, tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    described, joints = (cell.folder / "dataset.toml").read_text(), [f"joint_{i}" for i in range(1, 6)]
+    listed = ", ".join(f'"{joint}"' for joint in joints)
+    assert listed in described
+    backwards = described.replace(listed, ", ".join(f'"{joint}"' for joint in reversed(joints)))
+    (tmp_path / "other" / "dataset.toml").write_text(backwards)
+    (tmp_path / "other" / "robot.urdf").write_text((cell.folder / "robot.urdf").read_text())
+    readings = ",".join(f"0.{i}" for i in range(1, 6))
+    (tmp_path / "other" / "poses.csv").write_text(f"pose,{','.join(f'q_{j}' for j in joints)}\na,{readings}\n")
+    assert open_arm(named(cell, "replay", str(tmp_path / "other"))).read().tolist() == [0.1, 0.2, 0.3, 0.4, 0.5]
 
 
 @pytest.mark.parametrize(("kind", "said"), [("acl", "outputs 1 to 16"), ("lss", r"take \[laser\] out")])

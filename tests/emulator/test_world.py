@@ -196,6 +196,8 @@ def test_the_stripe_passes_over_ball_and_step_of_the_other_example() -> None:
         (["[camera]\nambient_grey = [1]"], "ambient_grey"),
         ([effect("backlsh", "joint_2", 0.1)], "backlash"),
         ([effect("backlash", "joint_9", 0.1)], "joint_2"),
+        ([effect("backlash", "joint_2", -0.1)], "backlash has no sign"),
+        ([effect("backlash", "joint_2", 0.1), effect("backlash", "joint_2", 0.2)], "one backlash at most"),
         (["floor = 3"], "floor"),
         (["[[sphere]]\ncentre_m = [0, 0, 0]\nradius_m = 0.1\ntone = -1"], "tone"),
         (["[[block]]\norigin_m = [0, 0, 0]\nsize_m = [0.1, 0, 0.1]"], "size_m"),

@@ -223,8 +223,14 @@ def _printed_board(file: str, board: BoardTable, described: Board) -> PrintedBoa
 
 def _faults(file: str, stated: Iterable[EffectTable], arm: Robot) -> dict[tuple[str, str], float]:
     """Sizes of faults by name and joint."""
+    faults: dict[tuple[str, str], float] = {}
     for fault in stated:
         if fault.where not in arm.joints:
             reason = f"{fault.name} cannot be at '{fault.where}'.{near(fault.where, arm.joints)}"
             raise DataError(f"{file}, [[effect]] where: {reason}", file=file, column="where")
-    return {(fault.name, fault.where): fault.size for fault in stated}
+        if fault.size < 0.0 and fault.name != "joint_offset":
+            raise wrong(file, ("effect", "size"), fault.size, f"0 or more: {fault.name} has no sign")
+        if (fault.name, fault.where) in faults:
+            raise wrong(file, ("effect", "where"), fault.where, f"one {fault.name} at most at each joint")
+        faults[fault.name, fault.where] = fault.size
+    return faults
