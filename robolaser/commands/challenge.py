@@ -73,7 +73,7 @@ def new(
     plan = trial.TrialPlan(
         count=count,
         seed=secrets.randbits(48) if seed is None else seed,
-        kinds=kinds.split(",") if kinds else (),
+        kinds=[kind.strip() for kind in kinds.split(",")] if kinds else (),
         ranges=Ranges(poses=_range("--poses", poses, usual.poses), points=_range("--points", points, usual.points)),
     )
     sources: list[Robot | Dataset] = [load(path) for path in like]

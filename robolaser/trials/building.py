@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.stated_noise import Noise
+from robolaser.errors import TrialError
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, limits
 from robolaser.robot.visibility import TILT, View, configurations_looking_down
@@ -120,6 +121,7 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
 
     Raises:
         RobotError: The arm cannot look at a target often enough.
+        TrialError: Its poses have too few points.
     """
     quat = facing_outward(robot)
     drawing = scanner(quat)
@@ -201,9 +203,18 @@ def _sees(robot: Robot, q: Array, view: View, level: float) -> Bools:
 
 
 def in_sight(cell: ScannerCell, image_px: tuple[int, int]) -> ScannerCell:
-    """The same cell without points that are invisible to the camera."""
+    """The same cell without points that are invisible to the camera.
+
+    Raises:
+        TrialError: No pose keeps enough of them.
+    """
     pixel = cell.seen(())["pixel"]
     with np.errstate(invalid="ignore"):
         good = (np.abs(pixel / (np.array(image_px) - 1.0) - 0.5) < 0.5 - MARGIN / 2).all(axis=1)
     good &= np.bincount(cell.pose[good], minlength=len(cell.run.q))[cell.pose] >= LEAST_POINTS
+    if not good.any():
+        raise TrialError(
+            f"No pose of such a blind data set has {LEAST_POINTS} points or more in view. Ask for more points, or take"
+            " other data."
+        )
     return replace(cell, pose=cell.pose[good], at=cell.at[good], level=cell.level[good])

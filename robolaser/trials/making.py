@@ -62,7 +62,7 @@ def make(
     Raises:
         UsageError: There is no such kind.
         RobotError: The arm cannot look at a target often enough.
-        TrialError: The fault cannot be in such a cell.
+        TrialError: The fault cannot be in such a cell, or its poses have too few points.
         DependencyMissing: MuJoCo is not installed.
     """
     rng = np.random.default_rng(np.random.SeedSequence([seed, *kind.encode(), *_robot(source).name.encode()]))

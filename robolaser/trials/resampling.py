@@ -67,12 +67,14 @@ def reference_of(dataset: Dataset, *, seed: int) -> ReferenceCell:
     """Calibrate the scanner of a data set, or its tracker and reflectors.
 
     Raises:
-        TrialError: Another sensor, no joint angles, or a target in an unknown pose.
+        TrialError: Another sensor or several, no joint angles, a target in an unknown pose, or sessions of a tracker.
         RobolaserError: It cannot be calibrated.
     """
     tracked = dataset.kind == Point.format.kind
     if not (tracked or sensor_class(dataset.kind).has_laser_plane()) or not len(dataset.points):
         raise _unsuitable(dataset.name, "it has no points of a stripe scanner or a tracker")
+    if dataset.members or (tracked and dataset.sessions is not None):
+        raise _unsuitable(dataset.name, "it has several sensors, or sessions of a tracker")
     if dataset.robot is None or dataset.poses.q is None:
         raise _unsuitable(dataset.name, "it has no robot with joint angles")
     if not tracked and not dataset.placed:

@@ -5,9 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from several import two_trackers
 
 import robolaser
+from robolaser.data.sessions import Sessions
 from robolaser.data.stated_noise import Noise
+from robolaser.errors import TrialError
 from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.detectability import Detectability
@@ -139,3 +142,13 @@ def test_steps_of_a_tilted_target_are_found_to_the_last_digit():
     np.testing.assert_allclose(target.inside(xyz)[:, 2], level, atol=1e-12)
     np.testing.assert_allclose(np.unique((level - level.min()).round(9)), [0.0, 0.03, 0.06])
     assert np.linalg.det(target.axes) == pytest.approx(1.0)
+
+
+def test_several_sensors_and_a_trackers_sessions_are_not_imitated():
+    both = two_trackers(8)
+    one = replace(both, members=())
+    poses = replace(one.poses, session=("monday",) * 4 + ("friday",) * 4)
+    apart = replace(one, poses=poses, sessions=Sessions(("monday", "friday")))
+    for dataset in (both, apart):
+        with pytest.raises(TrialError, match="it has several sensors, or sessions of a tracker"):
+            reference_of(dataset, seed=1)

@@ -15,7 +15,7 @@ from robolaser.data.result_folder import results_in
 from robolaser.errors import TrialError
 from robolaser.trials.trial import DIAGNOSIS, truth_beside, unseal
 
-KINDS = "none,outliers"
+KINDS = "none, outliers"
 NEW = ("--kinds", KINDS, "--count", "2", "--poses", "8-9", "--points", "4", "--seed", "5")
 
 
@@ -158,6 +158,7 @@ def test_the_same_seed_makes_the_same_trial_to_the_bit(made, tmp_path):
         (("new", "{new}", "--kinds", "hysteresys"), 2, "Did you mean 'hysteresis'"),
         (("new", "{new}", "--poses", "72-36"), 2, "least before the most"),
         (("new", "{new}", "--points", "0.5"), 2, "whole numbers"),
+        (("new", "{new}", "--points", "2", "--poses", "8", "--kinds", "none"), 1, "3 points or more in view"),
         (("new", "{new}", "--truth", "{new}/truth"), 2, "given away with it"),
         (("score", "{new}"), 1, "not a blind trial"),
     ],
