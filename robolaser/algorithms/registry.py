@@ -1,6 +1,5 @@
 """Algorithms and operators by name: ours, pymoo's, those of installed packages, and others by import path."""
 
-import copy
 import inspect
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Any, final
 
 from robolaser.algorithms.spec import AlgorithmSpec, Value
-from robolaser.algorithms.user_code import check_instance, imported, keywords, made, named, title_of
+from robolaser.algorithms.user_code import copies, imported, keywords, made, named, title_of
 from robolaser.errors import AlgorithmError, UsageError, near
 from robolaser.plugins import announced
 
@@ -115,8 +114,7 @@ def maker_of(spec: AlgorithmSpec, found: Any = None, expected: str = EXPECTED) -
     if found is None:
         raise unknown_algorithm(spec.name, [SCREENING, *algorithms(), POLISH_ONLY])
     if not callable(found):
-        check_instance(spec)
-        found = partial(copy.deepcopy, found)
+        found = copies(spec, found)
     parts = {slot: _operator_maker(slot, one) for slot, one in spec.operators.items()}
     given = {**usual, **spec.settings}
     return partial(_made, spec, found, given, parts, expected)
@@ -189,8 +187,13 @@ def _operator_maker(slot: str, spec: AlgorithmSpec) -> Callable[[], Any]:
             f"No {slot} '{spec.name}'.{near(spec.name, names)} One of your own is package.module:attribute."
         )
     if inspect.isclass(found) or inspect.isroutine(found):
-        return partial(made, spec, found, spec.settings)
-    return partial(copy.deepcopy, found)
+        parts = {slot: _operator_maker(slot, one) for slot, one in spec.operators.items()}
+        return partial(_operator, spec, found, parts)
+    return copies(spec, found)
+
+
+def _operator(spec: AlgorithmSpec, make: Callable[..., Any], parts: Mapping[str, Callable[[], Any]]) -> Any:
+    return made(spec, make, {**spec.settings, **{slot: part() for slot, part in parts.items()}})
 
 
 @cache

@@ -1,10 +1,12 @@
 """Objects at import paths, and calls of them with typed settings."""
 
+import copy
 import importlib
 import inspect
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -64,14 +66,15 @@ def check_settings(spec: AlgorithmSpec, settings: Mapping[str, Any], make: Calla
             raise UsageError(f"{spec.path} has no setting '{name}'.{near(name, known[first:])}")
 
 
-def check_instance(spec: AlgorithmSpec) -> None:
-    """Check that no settings are typed for an instance, which has its own.
+def copies(spec: AlgorithmSpec, instance: Any) -> Callable[[], Any]:
+    """A function that returns copies of an instance, for which no settings may be typed.
 
     Raises:
         UsageError: There are some.
     """
     if spec.values:
         raise UsageError(f"{spec.text}: an instance has its settings already. Name its class instead.")
+    return partial(copy.deepcopy, instance)
 
 
 def by_name(

@@ -15,7 +15,7 @@ from pymoo.problems.functional import FunctionalProblem
 
 from robolaser.algorithms.registry import reference_directions
 from robolaser.algorithms.spec import AlgorithmSpec
-from robolaser.algorithms.user_code import by_name, check_instance, imported, made, named, title_of
+from robolaser.algorithms.user_code import by_name, copies, imported, made, named, title_of
 from robolaser.arrays import Array
 from robolaser.benchmark.problem import BenchmarkProblem, Family, ProblemSpec, ProblemSummary
 from robolaser.data.dataset import Dataset
@@ -169,11 +169,9 @@ def _own(given: object, name: str) -> ProblemSpec:
     else:
         name = name or getattr(given, "__name__", type(given).__name__)
         spec, found = AlgorithmSpec(name, name), given
-    if isinstance(found, Problem):
-        check_instance(spec)
-    elif callable(found):
-        found = made(spec, found, spec.values)
-    return _checked(name, partial(_built, name, partial(copy.deepcopy, found), "own problem"))
+    is_instance = isinstance(found, Problem) or not callable(found)
+    make = copies(spec, found) if is_instance else partial(copy.deepcopy, made(spec, found, spec.values))
+    return _checked(name, partial(_built, name, make, "own problem"))
 
 
 def _checked(name: str, make: Callable[[], BenchmarkProblem]) -> ProblemSpec:

@@ -24,8 +24,5 @@ def of_population(pop: Any) -> Array:
 
 
 def _front(F: Array) -> Array:
-    fronts = NonDominatedSorting().do(np.where(np.isnan(F), np.inf, F))
-    number = np.empty(len(F))
-    for i, front in enumerate(fronts):
-        number[front] = i + 1
-    return number
+    _, rank = NonDominatedSorting().do(np.where(np.isnan(F), np.inf, F), return_rank=True)
+    return np.asarray(rank + 1.0)

@@ -10,6 +10,7 @@ from made_up import made_up_comparison
 from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.core.problem import Problem
 from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.repair.rounding import RoundingRepair
 
 from robolaser.algorithms.registry import algorithm_named
 from robolaser.benchmark.evaluator import RunLimits
@@ -43,6 +44,11 @@ def test_an_operator_is_found_by_any_of_its_names(operator, kind):
     assert algorithm.pop_size == 30
 
 
+def test_an_operator_has_operators_of_its_own():
+    algorithm = algorithm_named("GA:crossover=SBX:crossover.repair=RoundingRepair")
+    assert isinstance(algorithm.mating.crossover.repair, RoundingRepair)
+
+
 @pytest.mark.parametrize(
     "slot",
     ["sampling=LHS", "selection=RouletteSelection", "crossover=SBX", "mutation=PM", "survival=ElitistReplacement"],
@@ -60,6 +66,7 @@ def test_every_slot_of_a_genetic_algorithm_can_be_exchanged(stock, slot):
         ("GA:crossover=SBX:crossover=UX", "given twice"),
         ("GB:crossover=SBX", "No algorithm 'GB'"),
         ("random:crossover=SBX", "cannot be exchanged"),
+        (f"GA:crossover={__name__}:MINE:crossover.prob=0.9", "an instance has its settings already"),
         ("ga:bb=2:crossover=SBX", "bb"),
         ("cmaes:crossover=SBX", "cmaes has no (place for another |setting ')crossover"),
         ("NSGA2:survival=ElitistReplacement", "ElitistReplacement cannot serve NSGA2"),
