@@ -96,8 +96,8 @@ def by_name(
 
 
 def title_of(thing: object, name: str) -> str:
-    """The first line of the docstring of an object or its class; else the name."""
-    text = inspect.cleandoc(thing.__doc__ or "")
+    """The first line of the docstring of an object or its class, or of a partial's function; else the name."""
+    text = inspect.cleandoc((thing.func if isinstance(thing, partial) else thing).__doc__ or "")
     return text.splitlines()[0].rstrip(".") if text else name
 
 

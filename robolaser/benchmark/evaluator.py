@@ -38,12 +38,8 @@ class ConvergenceTrace:
 
     def first_hits(self, targets: Array) -> tuple[Array, Array]:
         """Evaluations and seconds until costs (t,) were first reached, (t,) each; infinite where they never were."""
-        if not len(self.costs):
-            return np.full(len(targets), np.inf), np.full(len(targets), np.inf)
-        at = np.searchsorted(-self.costs, -targets)  # the first that is no higher
-        reached = at < len(self.costs)
-        at = np.where(reached, at, 0)
-        return np.where(reached, self.evaluations[at], np.inf), np.where(reached, self.seconds[at], np.inf)
+        at = np.searchsorted(-self.costs, -targets)  # the first that is no higher, the end if there is none
+        return np.append(self.evaluations, np.inf)[at], np.append(self.seconds, np.inf)[at]
 
 
 def not_dominated(F: Array) -> Bools:

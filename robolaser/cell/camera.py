@@ -190,11 +190,7 @@ Camera = LiveCamera | RecordedImages
 
 
 def _check(source: object, image: Image, size: tuple[int, int], warn: Warn) -> None:
-    """Check an image, (h, w), and warn of doubtful ones; `size` is width and height [px].
-
-    Raises:
-        CameraError: It has another size, or most of it is white.
-    """
+    """Check an image, (h, w), and warn of doubtful ones; `size` is width and height [px]."""
     if image.shape[::-1] != size:
         raise CameraError(
             f"Camera {source} gives images of {image.shape[1]} x {image.shape[0]} pixels, but dataset.toml,"

@@ -99,11 +99,7 @@ class LssArm(BusArm):
                 raise self._unheard(f"#{servo}SD{speed}", heard)
 
     def _unheard(self, command: str, heard: int) -> AnswerUnclear:
-        """The error where no servo moves because one did not take a command.
-
-        Raises:
-            ArmAlarm: That servo reports a fault.
-        """
+        """The error where no servo moves because one did not take a command, unless that servo reports a fault."""
         self.stop()
         self.poll_faults()
         return unclear(self._line.port, command, str(heard), TRIES)

@@ -203,11 +203,7 @@ class RecordingWriter:
         return {**({urdf: drawn.read_bytes()} if drawn.is_file() else {}), DATASET: text.encode()}
 
     def _take_up(self, table: CsvTable) -> None:
-        """Take the rows with complete images, if the columns are the current ones; other poses are visited again.
-
-        Raises:
-            DataError: It has other columns, or a time or a reading is no number; with row and column.
-        """
+        """Take the rows with complete images, if the columns are the current ones; other poses are visited again."""
         columns = self._columns()
         if differing := sorted(table.columns.keys() ^ set(columns)):
             what = f"its poses.csv and what would be recorded now differ in {', '.join(differing)}"
@@ -230,11 +226,7 @@ def _ending(column: str) -> str:
 
 
 def _check_same_cell(file: Path, cell: Cell) -> None:
-    """Check that a recording's dataset.toml is its cell's, except for the noise of readings that was added.
-
-    Raises:
-        DataError: It is not.
-    """
+    """Check that a recording's dataset.toml is its cell's, except for the noise of readings that was added."""
     now, then = read_toml(cell.folder / file.name), read_toml(file)
     if KEY not in now.get(SECTION, {}):
         then.get(SECTION, {}).pop(KEY, None)

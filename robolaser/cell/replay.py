@@ -11,7 +11,7 @@ from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import FILE, Cell
 from robolaser.data.loading import load
-from robolaser.errors import DataError
+from robolaser.data.toml_schema import wrong
 
 
 @final
@@ -26,12 +26,8 @@ class ReplayArm(Arm):
     def __init__(self, folder: Path, joints: Sequence[str]) -> None:
         robot, q = load(folder).arm
         if {*robot.joints} != {*joints}:
-            raise DataError(
-                f"{FILE}, [arm] port: the recording {folder} moves {', '.join(robot.joints)}, but dataset.toml, [robot]"
-                f" joints lists {', '.join(joints)}.",
-                file=FILE,
-                column="port",
-            )
+            of = f"a recording of {', '.join(joints)}, not of {', '.join(robot.joints)}"
+            raise wrong(FILE, ("arm", "port"), str(folder), of)
         self.step = np.zeros(len(joints))
         self._recorded = q[:, [robot.joints.index(joint) for joint in joints]]
         self._at: Array = self._recorded[0]

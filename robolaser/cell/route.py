@@ -115,11 +115,7 @@ def route_text(robot: Robot, waypoints: Sequence[Waypoint]) -> str:
 
 
 def _grouped(table: CsvTable, q: Array) -> tuple[Waypoint, ...]:
-    """Rows of a table with names, and with kinds if it has that column; each pose with the approaches above it.
-
-    Raises:
-        DataError: Another kind, a name that is given twice, an approach of no pose.
-    """
+    """Rows of a table with names, and with kinds if it has that column; each pose with the approaches above it."""
     names = table.texts("pose")
     kinds = table.texts("kind") if "kind" in table else ["pose"] * len(names)
     waypoints: list[Waypoint] = []

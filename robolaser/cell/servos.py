@@ -217,11 +217,7 @@ class ServoArm(BusArm):
         self._write(drive_mode, [bytes([mode | TIMED]) for mode in modes])
 
     def _send_checked(self, start: Ints, goal: Ints, seconds: float, *, slack: int = 0) -> None:
-        """Send all servos on, as `_send_on`, until each reads back its goal: they confirm nothing by themselves.
-
-        Raises:
-            ArmError: One does not.
-        """
+        """Send all servos on, as `_send_on`, until each reads back its goal: they confirm nothing by themselves."""
         for _ in range(TRIES):
             self._send_on(start, goal, seconds)
             heard = self._positions(self._protocol.goal)

@@ -124,11 +124,7 @@ class UrArm(Arm):
         self._ends.close()
 
     def _heard(self, done: object, command: str) -> None:
-        """Check the package's return value: False where the controller did not take a command.
-
-        Raises:
-            ArmError: It did not.
-        """
+        """Check the package's return value: False where the controller did not take a command."""
         if not done:
             raise refused(self._address, command, "False", "look at the teach pendant: is it in remote control?")
 

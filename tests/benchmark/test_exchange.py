@@ -1,12 +1,14 @@
 """One part of an algorithm is exchanged, and what that does is measured against all that is else alike."""
 
 import json
+from functools import partial
 from importlib.resources import files
 
 import jsonschema
 import numpy as np
 import pytest
 from made_up import made_up_comparison
+from mine import halving
 from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.core.problem import Problem
 from pymoo.operators.crossover.sbx import SBX
@@ -112,6 +114,10 @@ def test_an_exchanged_algorithm_runs_and_repeats_itself():
     assert one.evaluations == 500
     assert one.trace.costs.tolist() == again.trace.costs.tolist()
     assert find(text).title == "pymoo's GA with ArithmeticCrossover as crossover and NonUniformMutation as mutation"
+
+
+def test_a_partial_function_has_the_title_of_its_function():
+    assert find(partial(halving), "mine").title == "Random steps from the best point, halved after each failure"
 
 
 def test_the_effect_of_a_part_is_that_among_runs_alike_in_all_else():

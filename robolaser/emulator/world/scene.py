@@ -30,9 +30,7 @@ class CameraSettings:
     """Exposure and noise of the camera."""
 
     ambient_grey: NotNegative = 110.0  # of white paper in the room's light
-    noise_grey: NotNegative = (
-        2.0  # of the noise at middle grey, one standard deviation; half its variance is the light's
-    )
+    noise_grey: NotNegative = 2.0  # at middle grey, one standard deviation; half its variance is the light's
     blur_px: NotNegative = 0.6  # standard deviation of the lens's blur
 
 
