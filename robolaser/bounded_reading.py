@@ -129,6 +129,8 @@ def pixels_of(data: bytes) -> tuple[int, int] | None:
 def decoded(data: bytes, flags: int) -> Any:
     """An image decoded by OpenCV, (h, w) or (h, w, colours); None where it is damaged, or as `pixels_of`.
 
+    It is as the sensor read it: how the camera was held, as EXIF states, would turn its frame.
+
     Args:
         data: The file's.
         flags: OpenCV's IMREAD_....
@@ -136,6 +138,7 @@ def decoded(data: bytes, flags: int) -> Any:
     import cv2  # noqa: PLC0415 - slow to import
     import numpy as np  # noqa: PLC0415
 
+    flags |= cv2.IMREAD_IGNORE_ORIENTATION
     return None if pixels_of(data) is None else cv2.imdecode(np.frombuffer(data, np.uint8), flags)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robolaser.arrays import Image
-from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
+from robolaser.bounded_reading import IMAGE_BYTES, decoded, pixels_of, read_bytes
 from robolaser.errors import DataError, ImageError
 from robolaser.vision.runs import FULL
 
@@ -40,7 +40,7 @@ class CameraImages:
         Raises:
             ImageError: A file is missing, no image, or of another size.
         """
-        raw = (read_image(file, size_px, cv2.IMREAD_UNCHANGED) for file in files)
+        raw = (read_image(file, size_px, cv2.IMREAD_ANYCOLOR) for file in files)
         deep = takewhile(
             lambda image: image.dtype != np.uint8, raw
         )  # they are of one camera: one of eight bits is enough
@@ -64,8 +64,7 @@ def read_image(path: Path, size_px: tuple[int, int], colours: int) -> Raw:
     stated = pixels_of(coded)
     if stated is not None and stated[0] * stated[1] != size_px[0] * size_px[1]:
         raise _of_another_size(path, stated, size_px)
-    flags = colours | cv2.IMREAD_ANYDEPTH
-    image = None if stated is None else cv2.imdecode(np.frombuffer(coded, np.uint8), flags)
+    image = decoded(coded, colours | cv2.IMREAD_ANYDEPTH)
     if image is None or image.dtype not in (np.uint8, np.uint16):
         raise ImageError(
             f"{path}: not an image of a known format, damaged, or larger than any camera's. Name a grey or colour image"

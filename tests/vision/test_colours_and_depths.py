@@ -3,9 +3,11 @@
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 
 from robolaser.data.image_list import PoseImages
-from robolaser.vision.images import CameraImages
+from robolaser.data.importers.image_folder import image_files
+from robolaser.vision.images import CameraImages, read_image
 from robolaser.vision.stripe_trace import CHANNELS, StripeSearch, find_channel
 
 SIZE = (320, 240)
@@ -106,3 +108,21 @@ def test_channels_weigh_blue_green_and_red_as_opencv_orders_them(tmp_path) -> No
     assert (seen["blue"], seen["green"], seen["red"]) == (10, 40, 200)
     assert seen["red-excess"] == pytest.approx(200 - 25 + 16)
     assert seen["blue-excess"] == 0
+
+
+@pytest.mark.parametrize("colours", [cv2.IMREAD_GRAYSCALE, cv2.IMREAD_COLOR, cv2.IMREAD_ANYCOLOR])
+def test_an_image_keeps_the_frame_of_its_sensor_however_the_camera_was_held(tmp_path, colours):
+    held, scene = Image.Exif(), np.random.default_rng(0).integers(0, 255, (240, 320, 3)).astype(np.uint8)
+    held[0x0112] = 6  # EXIF's orientation: a quarter turn, which viewers undo
+    for name, exif in (("plain.jpg", Image.Exif()), ("held.jpg", held)):
+        Image.fromarray(scene).save(tmp_path / name, exif=exif)
+    plain, turned = (read_image(tmp_path / name, SIZE, colours) for name in ("plain.jpg", "held.jpg"))
+    np.testing.assert_array_equal(turned, plain)
+    assert image_files([tmp_path / "held.jpg"])[2] == SIZE
+
+
+def test_transparency_is_no_grey_of_the_camera(tmp_path):
+    deep = np.full((240, 320, 4), 4000, np.uint16)
+    deep[..., 3] = 65535
+    cv2.imwrite(str(tmp_path / "0.png"), deep)
+    assert CameraImages.of([tmp_path / "0.png"], SIZE).depth == 12
