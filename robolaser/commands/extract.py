@@ -54,9 +54,9 @@ def extract(
     to_scan = has_stripe and dataset.board is None and dataset.poses.image is not None
     if output is not None and output.resolve() == recording.resolve():
         output = None
-    both = has_stripe and not to_scan
-    folder, main = output or recording, STRIPES if to_scan else POINTS
-    names = {main, *((CORNERS,) if both else ()), *(() if output is None else FOLDER)}
+    of_sensors = [sensor.file for sensor in dataset.members] or [POINTS, *([CORNERS] if has_stripe else [])]
+    folder, (main, *others) = output or recording, [STRIPES] if to_scan else of_sensors
+    names = {main, *others, *(() if output is None else FOLDER)}
     shots = [] if output is None else images_of_poses(dataset)
     images = [str(file.relative_to(recording)) for shot in shots for file in shot.files]
     with results_in(folder, command="extract", files=[*sorted(names), *images], force=force):
@@ -74,7 +74,7 @@ def extract(
         elif not to_scan:
             files |= point_texts(dataset)
         write_results(folder, files)
-        wrote = f"Wrote {folder / main}{' and corners.csv' if both else ''}"
+        wrote = " and ".join([f"Wrote {folder / main}", *others])
         terminal.show(result | {"file": str(folder / main)}, lambda: say(f"{summary}. {wrote}"))
 
 

@@ -36,7 +36,7 @@ class SensorEntry:
 def described_members(
     contents: Mapping[str, Any], described: Callable[[dict[str, Any]], Dataset]
 ) -> tuple[SensorData, ...]:
-    """The sensors of a data set.
+    """The sensors of a data set, stripe scanners first: camera and images are theirs.
 
     Args:
         contents: Of dataset.toml, with `sensors`.
@@ -55,7 +55,7 @@ def described_members(
         for number, value in enumerate(values):
             if value in values[:number]:
                 raise wrong(FILE, ("sensors", number, key), value, "different ones for all sensors")
-    return _with_cameras(members)
+    return _with_cameras(sorted(members, key=lambda one: "scanner" not in one.data.format.tables))
 
 
 def _member(

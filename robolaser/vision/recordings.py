@@ -78,8 +78,7 @@ def points_from_images(
     )
     corners = corner_points(board, [shots[i].row for i in grids], list(grids.values()))
     if len(recording.sensors) > 1:
-        kinds = [sensor.data.kind for sensor in recording.sensors]
-        both = with_points_of(recording, [points if kind == recording.kind else corners for kind in kinds])
+        both = with_points_of(recording, [points, corners])
     else:
         both = scanner_with_corners(replace(recording, points=points), corners)
     extraction = Extraction(points, frames, lens, noise_px, search.channel)
@@ -89,8 +88,16 @@ def points_from_images(
 def points_of_images(
     recording: Dataset, *, progress: Progress | None = None, known: dict[object, Any] | None = None
 ) -> tuple[Extraction | Sequence[Frame], Dataset]:
-    """The points in images of a stripe scanner or a camera: see `points_from_images` and `points_of_target`."""
-    look = points_from_images if sensor_class(recording.kind).has_laser_plane() else points_of_target
+    """The points in images of a stripe scanner or a camera: see `points_from_images` and `points_of_target`.
+
+    Raises:
+        ImageError: It has other sensors than one of them, or than a scanner and the camera that it shares.
+    """
+    has_stripe = sensor_class(recording.kind).has_laser_plane()
+    first, *others = recording.sensors
+    if others and not (has_stripe and [(one.data.kind, one.camera) for one in others] == [("camera", first.camera)]):
+        raise no_points("of several sensors, only a stripe scanner and the camera that it shares have common images")
+    look = points_from_images if has_stripe else points_of_target
     return look(recording, progress=progress, known=known)
 
 

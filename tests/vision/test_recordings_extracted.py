@@ -169,6 +169,44 @@ def test_extracted_repeats_are_read_back(boards, tmp_path):
     assert {path.name for path in (tmp_path / "out").glob("*.png")} == {path.name for path in boards.glob("*.png")}
 
 
+def test_a_scanner_and_its_camera_get_their_points_in_either_order(boards, tmp_path):
+    assert main(["extract", str(boards), "--output", str(tmp_path / "out")]) == 0
+    toml = tmp_path / "out" / "dataset.toml"
+    head, stripe, camera = toml.read_text().split("[[sensors]]\n")
+    toml.write_text("[[sensors]]\n".join([head, f"{camera}\n", stripe]))
+    once = load(tmp_path / "out")
+    assert [one.name for one in once.members] == ["stripe", "camera"]
+    assert main(["extract", str(tmp_path / "out"), "--output", str(tmp_path / "again")]) == 0
+    again = load(tmp_path / "again")
+    np.testing.assert_array_equal(again.points.pixel, once.points.pixel)
+
+
+@pytest.mark.parametrize(("kept", "file"), [("stripe", "points.csv"), ("camera", "corners.csv")])
+def test_images_leave_the_points_of_a_tracker_alone(boards, kept, file, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["extract", str(boards), "--output", str(out)]) == 0
+    toml = out / "dataset.toml"
+    head, stripe, camera = toml.read_text().split("[[sensors]]\n")
+    tracker = 'name = "tracker"\nkind = "point"\npoints = "tracker.csv"\n'
+    toml.write_text("\n[[sensors]]\n".join([head, {"stripe": stripe, "camera": camera}[kept], tracker]))
+    (out / "tracker.csv").write_text("pose,point,x_m,y_m,z_m\n" + "".join(f"p{i},A,1,{i},2\n" for i in range(5)))
+    before = {name: (out / name).read_bytes() for name in (file, "tracker.csv")}
+    assert main(["extract", str(out), "--force"]) == 1
+    assert main(["extract", str(out), "--output", str(tmp_path / "again")]) == 1
+    assert "only a stripe scanner and the camera that it shares have common images" in capsys.readouterr().err
+    assert {name: (out / name).read_bytes() for name in before} == before
+
+
+def test_points_that_another_file_holds_are_not_overwritten_unasked(boards, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["extract", str(boards), "--output", str(out)]) == 0
+    (out / "points.csv").rename(out / "light.csv")
+    (out / "dataset.toml").write_text((out / "dataset.toml").read_text().replace('"points.csv"', '"light.csv"'))
+    (out / "light.csv").write_text("pose,point,u_px,v_px,x_m,y_m,z_m\np0,A,1,1,0,0,0\n")
+    assert main(["extract", str(out), "--force"]) == 1
+    assert "light.csv, but what is there is not its own earlier result" in capsys.readouterr().err
+
+
 def test_a_recording_without_repeats_has_none(boards, tmp_path):
     described(tmp_path, HEIGHT, BOARD)
     for image in boards.glob("a*.png"):
