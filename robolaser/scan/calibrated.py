@@ -28,6 +28,15 @@ _POSES = ("joint angles", "measured flange poses")
 
 @final
 @dataclass(frozen=True)
+class SavedSensor:
+    """One of several sensors."""
+
+    name: str
+    kind: str
+
+
+@final
+@dataclass(frozen=True)
 class SavedModel:
     """`model` of a stripe scanner's calibration."""
 
@@ -36,6 +45,7 @@ class SavedModel:
     bracket_quat: Quaternion  # nominal turn of the camera on the flange, (x, y, z, w)
     angles: Literal["xyz", "zyz"]  # order of the hand-eye angles
     image: tuple[Pixels, Pixels]  # width and height [px]
+    sensors: tuple[SavedSensor, ...] = ()  # empty where the scanner is the only one
     robot: str | None = None
     flange: str | None = None
     joints: tuple[str, ...] | None = None
@@ -242,6 +252,7 @@ def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
             if name not in effect.parameters:
                 raise _unusable(file, f"its {effect.effect} at {effect.where} has no parameter {name}")
             values[key] = np.array([effect.parameters[name].value])
+    own = next((f"{one.name}." for one in model.sensors if one.kind == Stripe.format.kind), "")
     return Calibrated(
         name=saved.dataset,
         origin=f"calibrated from {saved.dataset}",
@@ -250,7 +261,7 @@ def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
         candidates=candidates,
         robot=robot,
         model=model,
-        noise=saved.noise,
+        noise={name.removeprefix(own): sigma for name, sigma in saved.noise.items()},
         rms_m=saved.rms_m if saved.held_out_rms_m is None else saved.held_out_rms_m,
         run=saved.run,
     )

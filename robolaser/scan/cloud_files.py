@@ -8,11 +8,11 @@ from typing import Any, BinaryIO, final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array
 from robolaser.data.result_folder import write_streamed, write_together
 from robolaser.errors import ScanError, unwritable
 from robolaser.plugins import extra
-from robolaser.scan.ply import COLOURS, NORMALS, VERTEX, Vertices, positions_of, write_ply
+from robolaser.scan.ply import COLOURS, NORMALS, VERTEX, Vertices, plain, positions_of, write_ply
 
 NEIGHBOURS = 16  # points, with the point itself, whose plane gives its normal
 BLOCK = 100_000  # points whose neighbours are in memory at a time: 50 MB
@@ -32,12 +32,12 @@ def one_per_voxel(pieces: Iterable[Vertices], size_m: float) -> Vertices:
 
     `std` is the RMS of theirs: neighbours share the arm's errors. `pose` is that of the first.
     """
-    kept: list[tuple[Ints, Array, Vertices]] = []
+    kept: list[tuple[Array, Array, Vertices]] = []
     count, most = 0, GATHERED
     for piece in pieces:
         values = np.stack([piece[name].astype(np.float64) for name in ("x", "y", "z", "std", "intensity")], axis=-1)
         values[:, 3] **= 2
-        cells = np.floor(positions_of(piece) / size_m).astype(np.int64)
+        cells = np.floor(positions_of(piece) / size_m)
         kept.append((cells, np.column_stack([values, np.ones(len(piece))]), piece))
         count += len(piece)
         if count > most:
@@ -51,7 +51,7 @@ def one_per_voxel(pieces: Iterable[Vertices], size_m: float) -> Vertices:
     return cloud
 
 
-def _gathered(kept: list[tuple[Ints, Array, Vertices]]) -> tuple[Ints, Array, Vertices]:
+def _gathered(kept: list[tuple[Array, Array, Vertices]]) -> tuple[Array, Array, Vertices]:
     """Cells, sums and first points of all, each cell once."""
     cells, sums, cloud = (np.concatenate(column) for column in zip(*kept, strict=True))
     _, first, inverse = np.unique(cells, axis=0, return_index=True, return_inverse=True)
@@ -83,8 +83,13 @@ def with_normals(cloud: Vertices, cameras: Array) -> Vertices:
 
 def with_colours(cloud: Vertices) -> Vertices:
     """The points with `red`, `green`, `blue`: the grey of the stripe, which shows what the surface reflects."""
-    grey = np.clip(np.rint(cloud["intensity"]), 0, 255).astype(np.uint8)
+    grey = np.rint(_grey(cloud)).astype(np.uint8)
     return _extended(cloud, COLOURS, [grey, grey, grey])
+
+
+def _grey(cloud: Vertices) -> Array:
+    """The grey of the stripe at each point, 0 to 255; 0 where it is not known, as of points.csv."""
+    return np.clip(np.nan_to_num(cloud["intensity"]), 0, 255)
 
 
 def _extended(cloud: Vertices, fields: list[tuple[str, str]], columns: Iterable[Any]) -> Vertices:
@@ -159,7 +164,7 @@ def _pcd(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype:
 
     def head(count: int) -> bytes:
         lines = [
-            *(f"# {line.encode('ascii', 'replace').decode()}" for line in comments),
+            *(f"# {plain(line)}" for line in comments),
             "VERSION 0.7",
             f"FIELDS {' '.join(dtype.names or ())}",
             f"SIZE {' '.join(str(kind.itemsize) for kind in kinds)}",
@@ -181,12 +186,12 @@ def _las(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype:
     cloud, names = np.concatenate(list(pieces)), dtype.names or ()
     header = laspy.LasHeader(point_format=7 if "red" in names else 6, version="1.4")
     header.scales, header.offsets = np.full(3, LAS_STEP_M), np.zeros(3)
-    header.system_identifier = comments[0].encode("ascii", "replace").decode()[:32] if comments else "robolaser"
+    header.system_identifier = plain(comments[0])[:32] if comments else "robolaser"
     own = [name for name in names if name not in {"x", "y", "z", "intensity", "red", "green", "blue"}]
     header.add_extra_dims([laspy.ExtraBytesParams(name, dtype[name].str[1:]) for name in own])
     las = laspy.LasData(header)
     las.x, las.y, las.z = positions_of(cloud).T
-    las.intensity = np.clip(np.nan_to_num(cloud["intensity"]), 0, 255) * LAS_INTENSITY  # 0 where it is not known
+    las.intensity = _grey(cloud) * LAS_INTENSITY
     for name in own:
         las[name] = cloud[name]
     for name in {"red", "green", "blue"} & set(names):
@@ -199,7 +204,7 @@ def _e57(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype:
     pye57 = _writer("pye57", "E57")
     cloud = np.concatenate(list(pieces))
     columns = {f"cartesian{axis.upper()}": cloud[axis].astype(np.float64) for axis in "xyz"}
-    columns["intensity"] = cloud["intensity"].astype(np.float64)
+    columns["intensity"] = _grey(cloud).astype(np.float64)
     for name in ("red", "green", "blue"):
         if name in (dtype.names or ()):
             columns[f"color{name.title()}"] = cloud[name]

@@ -86,12 +86,12 @@ def _head(count: str, dtype: np.dtype[Any]) -> list[str]:
 def _header(count: int, comments: Sequence[str], dtype: np.dtype[Any]) -> bytes:
     """The header; a comment pads it to the same length for every count."""
     first, second, *rest = _head(str(count), dtype)
-    texts = [f"comment {_plain(line)}" for line in comments]
+    texts = [f"comment {plain(line)}" for line in comments]
     rest[0:0] = [f"comment {'.' * (_DIGITS - len(str(count)))}"]
     return ("\n".join([first, second, *texts, *rest, "end_header"]) + "\n").encode("ascii")
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
     """One short line of ASCII."""
     shown = "".join(letter if letter.isprintable() else " " for letter in text)
     return shown.encode("ascii", "replace").decode("ascii")[:LONGEST]

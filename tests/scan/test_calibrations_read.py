@@ -75,6 +75,12 @@ def test_what_is_wrong_is_named(folder, path, value, said):
     assert said in str(wrong.value)
 
 
+def test_the_noise_of_the_scanner_is_known_also_beside_its_camera(folder):
+    change(folder, ("model", "sensors"), [{"name": "light", "kind": "stripe"}, {"name": "camera", "kind": "camera"}])
+    change(folder, ("noise",), {"light.pixel": 0.2, "camera.pixel": 0.1, "joint": 1e-5})
+    assert read_calibration(folder).noise == {"pixel": 0.2, "camera.pixel": 0.1, "joint": 1e-5}
+
+
 def test_an_effect_that_is_there_twice_is_named(folder):
     effects = json.loads((folder / "calibration.json").read_text())["effects"]
     change(folder, ("effects",), 2 * effects)

@@ -60,6 +60,20 @@ def test_what_others_read_is_what_was_written(ending, more, tmp_path):
         np.testing.assert_allclose(values, cloud[name], atol=0.51 if name == "intensity" else 1e-6)
 
 
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_points_whose_intensity_is_not_known_are_written_without_a_warning(ending, tmp_path):
+    if ending in ("las", "e57"):
+        pytest.importorskip({"las": "laspy", "e57": "pye57"}[ending])
+    cloud = plane(20)
+    cloud["intensity"] = np.nan
+    path = tmp_path / f"cloud.{ending}"
+    write_cloud(path, [with_colours(cloud)], ["a name\nin two lines"])
+    found = read_back(path)
+    np.testing.assert_allclose(found["z"], cloud["z"], atol=1e-6)
+    assert not found.get("red", np.zeros(1)).any()
+    np.testing.assert_array_equal(np.nan_to_num(found["intensity"]), 0)
+
+
 def test_normals_stand_on_the_surface_towards_the_camera(monkeypatch):
     cloud = plane(2000)
     monkeypatch.setattr(cloud_files, "BLOCK", 300)  # neighbours may lie in other blocks
@@ -83,6 +97,12 @@ def test_a_region_keeps_what_lies_in_it_and_voxels_one_mean_each():
         members = cloud[inverse.ravel() == one]
         np.testing.assert_allclose(positions_of(thin)[0], positions_of(members).mean(axis=0), rtol=1e-6)
         assert thin["std"][0] == pytest.approx(np.sqrt(np.mean(members["std"].astype(float) ** 2)), rel=1e-6)
+
+
+@pytest.mark.parametrize("size_m", [1e-22, 1e-9])
+def test_voxels_smaller_than_any_distance_keep_every_point(size_m):
+    cloud = plane(100)
+    np.testing.assert_array_equal(one_per_voxel([cloud], size_m)["x"], cloud["x"])
 
 
 @pytest.fixture(scope="module")
