@@ -29,10 +29,11 @@ def dataset_of_frames(
     described = {f"[{table}]" if table else "": values for table, values in tables.items()}
     if arm is not None:
         described["[robot]"] = robot_table(arm)
-    count = len(_column(next(iter(dict(poses.items()).values()), ())))
+    of_poses = {column: _column(values) for column, values in poses.items()}
+    count = len(next(iter(of_poses.values()), ()))
     texts = {
         "dataset.toml": toml_text(described.items()),
-        "poses.csv": _csv({"pose": range(count), **poses}, "poses"),
+        "poses.csv": _csv({"pose": range(count), **of_poses}, "poses"),
         "points.csv": _csv(points, "points"),
         **({} if arm is None else {"robot.urdf": arm.urdf}),
     }

@@ -5,6 +5,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+import numpy as np
+
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import table_text
 from robolaser.data.data_tables import FLANGE_COLUMNS
@@ -140,8 +142,11 @@ def toml_text(tables: Iterable[tuple[str, Mapping[str, object]]]) -> str:
     """A TOML file of tables by their headers, the first may be ""; without empty tables and keys."""
     written = []
     for header, values in tables:
-        stated = {key: value for key, value in values.items() if value is not None and value not in ("", (), {})}
-        lines = [f"{_key(key)} = {_value(value)}" for key, value in stated.items()]
+        lines = [
+            f"{_key(key)} = {_value(value)}"
+            for key, value in values.items()
+            if not (value is None or (isinstance(value, str | tuple | dict) and not value))
+        ]
         if lines:
             written.append("\n".join([header, *lines] if header else lines))
     return "\n\n".join(written) + "\n"
@@ -190,12 +195,15 @@ def _text(text: str) -> str:
 
 
 def _value(value: object) -> str:
+    if isinstance(value, np.generic | np.ndarray):
+        return _value(value.tolist())
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return _text(value)
     if isinstance(value, dict):
-        return f"{{ {', '.join(f'{_key(key)} = {_value(entry)}' for key, entry in value.items())} }}"
+        entries = (f"{_key(key)} = {_value(entry)}" for key, entry in value.items() if entry is not None)
+        return f"{{ {', '.join(entries)} }}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_value, value))}]"
     return repr(value) if isinstance(value, int) else repr(float(value))  # type: ignore[arg-type]

@@ -89,7 +89,7 @@ def with_colours(cloud: Vertices) -> Vertices:
 
 def _grey(cloud: Vertices) -> Array:
     """The grey of the stripe at each point, 0 to 255; 0 where it is not known, as of points.csv."""
-    return np.clip(np.nan_to_num(cloud["intensity"]), 0, 255)
+    return np.asarray(np.clip(np.nan_to_num(cloud["intensity"]), 0, 255))
 
 
 def _extended(cloud: Vertices, fields: list[tuple[str, str]], columns: Iterable[Any]) -> Vertices:

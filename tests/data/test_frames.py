@@ -1,5 +1,7 @@
 """Data sets of columns in memory: as those of files."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -48,3 +50,27 @@ def test_columns_of_different_lengths_are_refused(measured: Dataset) -> None:
     poses, points = frames(measured)
     with pytest.raises(DataError, match="different lengths"):
         Dataset.from_frames(poses, points | {"x_m": [1.0]}, robot="ur5")
+
+
+def test_settings_may_be_numbers_and_arrays_of_numpy(measured: Dataset) -> None:
+    poses, points = frames(measured)
+    tables = {
+        "noise": {"point_m": np.std([0.0, 2e-5])},
+        "target": {"placed": np.bool_(False), "distances_m": [("0", "1", np.linalg.norm([0.3, 0.4]))]},
+        "parameters": {"base.x": {"nominal": np.float64(1.5), "lower": None, "fixed": np.bool_(True)}},
+    }
+    dataset = Dataset.from_frames(poses, points, robot="ur5", **tables)
+    assert (dataset.noise.point_m, dataset.placed, dataset.distances_m) == (1e-5, False, (("0", "1", 0.5),))
+    assert dataset.parameters["base.x"].nominal == 1.5
+
+
+def test_columns_may_be_read_once_only(measured: Dataset) -> None:
+    poses, points = frames(measured)
+    once = Dataset.from_frames({name: iter(values) for name, values in poses.items()}, points, robot="ur5")
+    np.testing.assert_array_equal(once.poses.q, measured.poses.q)
+
+
+def test_a_data_set_with_numbers_of_numpy_is_saved(measured: Dataset, tmp_path) -> None:
+    noisy = replace(measured, noise=Noise(point_m=np.float64(3e-5)), image_px=tuple(np.array([640, 480])))
+    robolaser.save(noisy, tmp_path)
+    assert robolaser.load(tmp_path).noise == noisy.noise
