@@ -9,7 +9,6 @@ from robolaser.arrays import Array, Bools, Image
 from robolaser.data.board import Board, dictionary, lattice
 from robolaser.vision.board import LARGEST_UNEVENNESS, find_board, off_pattern, quarter_turns, sharpened
 
-FEWEST = 4  # least corners in an image: fewer do not determine the board's pose
 WINDOW_PX = (2, 8)  # half sides of the window for the refinement of a ChArUco board's corner, least and most
 LARGER = 1.15  # least diameter over the usual one of the circle that marks the origin
 
@@ -28,7 +27,7 @@ def target_in(image: Image, board: Board) -> tuple[Array, ...]:
     else:
         seen = find_board(image, columns=board.columns, rows=board.rows)
         ways = () if seen is None else seen.orientations
-    return tuple(way for way in ways if _is_telling(corners_there(way)))
+    return tuple(way for way in ways if is_telling(corners_there(way)))
 
 
 def corners_there(grid: Array) -> Bools:
@@ -36,9 +35,12 @@ def corners_there(grid: Array) -> Bools:
     return np.asarray(np.isfinite(grid).all(axis=-1))
 
 
-def _is_telling(there: Bools) -> bool:
-    """Whether the visible corners, (rows, columns), are enough and not all in one line."""
-    return bool(there.sum() >= FEWEST and there.any(axis=0).sum() > 1 and there.any(axis=1).sum() > 1)
+def is_telling(there: Bools) -> bool:
+    """Whether the visible corners, (rows, columns), determine a perspective: one alone keeps each where it is."""
+    xy = np.argwhere(there)
+    xy1 = np.pad(xy, ((0, 0), (0, 1)), constant_values=1)
+    moved = np.cross(np.eye(3), xy1[:, None])  # by each entry of a perspective H, in (xy1) x (H xy1) = 0
+    return bool(np.linalg.matrix_rank((moved[..., None] * xy1[:, None, None]).reshape(-1, 9)) == 8)
 
 
 def _charuco(image: Image, board: Board) -> Array | None:

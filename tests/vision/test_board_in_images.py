@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from robolaser.vision.board import find_board
 from robolaser.vision.board_orientation import orient_by_continuity, orient_by_robot
 from robolaser.vision.lens import Intrinsics, find_lens, view_board
+from robolaser.vision.target import is_telling
 
 ONE_WAY = [(7, 6), (6, 7)]
 TWO_WAYS = [(7, 5), (6, 4), (5, 5)]
@@ -115,6 +116,29 @@ def test_a_board_tilted_about_its_own_axes_has_its_plane_whatever_the_last_digit
     for _ in range(100):
         view = view_board(one.corners() * (1 + 1e-15 * rng.standard_normal(one.corners().shape)), SQUARE, lens)
         np.testing.assert_allclose(view.R_camera_board, one.R, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("corners", "enough"),
+    [
+        ([(0, 0), (0, 1), (1, 0), (1, 1)], True),
+        ([*((0, i) for i in range(7)), (1, 3), (2, 5)], True),
+        ([(0, 0), (0, 1), (1, 0)], False),
+        ([(i, i) for i in range(6)], False),
+        ([*((0, i) for i in range(7)), (1, 3)], False),
+        ([], False),
+    ],
+)
+def test_corners_are_enough_where_they_determine_the_plane(corners, enough):
+    one = replace(scene((8, 12, 5), (-0.01, 0, 0.19)), k1=0.0)
+    there = np.zeros((6, 7), bool)
+    for corner in corners:
+        there[corner] = True
+    assert is_telling(there) == enough
+    if enough:
+        lens = Intrinsics(np.eye(3), np.zeros(5), known=False)
+        view = view_board(np.where(there[..., None], one.corners(), np.nan), SQUARE, lens)
+        np.testing.assert_allclose(view.intersect(one.corners().reshape(-1, 2))[-1], [0.06, 0.05], atol=1e-6)
 
 
 @pytest.mark.parametrize("views", [1, 2])
