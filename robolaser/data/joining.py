@@ -30,13 +30,16 @@ def join_sessions(datasets: Mapping[str, Dataset], *, name: str, own: tuple[str,
         own: Parameters of which each session has a copy, see `Sessions`.
 
     Raises:
-        DataError: They are not of one arm and one kind of sensor.
+        DataError: They are not of one arm and one kind of sensor, or one of them has several sessions already.
     """
-    first, *others = datasets.values()
+    first, *others = every = list(datasets.values())
     for other in others:
         check_same_arm(first, other, f"joined with {first.name}")
+    for one in every:
+        if one.sessions is not None and len(one.sessions.names) > 1:
+            names = ", ".join(one.sessions.names)
+            raise DataError(f"{one.name} is several sessions already: {names}. Join the data set of each of them.")
     sessions = Sessions(tuple(datasets), own)
-    every = [first, *others]
     return replace(
         first,
         name=name,

@@ -30,6 +30,12 @@ def test_a_campaign_with_repeats_and_one_without_are_read_back_as_they_were_join
     assert np.array_equal(back.points.place, whole.points.place)
 
 
+def test_sessions_are_not_joined_once_more_since_each_would_lose_its_own_base() -> None:
+    once = join_sessions({"monday": tracked(), "friday": tracked()}, name="week")
+    with pytest.raises(DataError, match=r"week is several sessions already: monday, friday\. Join"):
+        join_sessions({"week": once, "sunday": tracked()}, name="all")
+
+
 def test_of_two_radii_of_a_ball_the_first_counts() -> None:
     first = simulate("ur5e", kind="profile", poses=10, seed=1).dataset
     other = replace(first, radius_m=dict.fromkeys(first.radius_m, 0.5))
