@@ -41,7 +41,7 @@ def read_servos(text: str, joints: Sequence[str], source: str) -> dict[str, Moto
     """
     try:
         found = msgspec.json.decode(text, type=dict[str, MotorCalibration])
-    except msgspec.DecodeError as error:
+    except (msgspec.DecodeError, RecursionError) as error:
         raise DataError(
             f"{source} is no calibration file of LeRobot (id, homing_offset, range_min and range_max of each joint):"
             f" {error}",

@@ -39,6 +39,7 @@ def test_lerobot_then_reads_what_the_joint_was_found_to_be_at(angle: float) -> N
     ("text", "effects", "match"),
     [
         ("{", [offset(0.05)], "no calibration file of LeRobot"),
+        ('{"elbow_flex": {"deep": ' + "[" * 100_000, [offset(0.05)], "no calibration file of LeRobot"),
         ('{"elbow_flex": {"id": 3}}', [offset(0.05)], "homing_offset"),
         (json.dumps(CALIBRATION), [offset(0.05, "shoulder_pan")], "lacks shoulder_pan"),
         (json.dumps(CALIBRATION), [PLAY], "no joint with a wrong zero"),

@@ -9,6 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import CLOUD_BYTES, YAML_BYTES, opened, read_text
+from robolaser.data.csv_tables import finite
 from robolaser.data.dataset_file import check_rotation
 from robolaser.errors import DataError, near
 from robolaser.geometry.rigid_motion import from_quaternion, nearest_rotation, pose
@@ -70,7 +71,7 @@ def numbers(values: Any, count: int, file: str, where: str) -> Array:
     for value in values if isinstance(values, Sequence) and not isinstance(values, str) else [values]:
         flat += value if isinstance(value, list) else [value]
     right = len(flat) == count and all(isinstance(value, int | float) and not isinstance(value, bool) for value in flat)
-    found = np.array(flat, dtype=np.float64) if right else np.full(count, np.nan)
+    found = np.array([finite(repr(value)) for value in flat] if right else [np.nan])
     if not np.isfinite(found).all():
         what = "a finite number" if count == 1 else f"{count} finite numbers"
         raise DataError(f"{file}, {where}: {str(values)[:80]}, expected {what}.", file=file, column=where)

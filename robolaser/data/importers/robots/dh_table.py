@@ -109,9 +109,10 @@ def _row(cells: Mapping[str, object], number: int, units: Mapping[str, str], fil
         if mass > 0:
             raise RobotError(f"{where} is fixed and has a mass. Add it to the link of the joint before.")
         return row
-    if slides and not set(LIMITS) <= found.keys():
-        raise RobotError(f"{where}: joint '{joint}' slides without limits. State its lower and upper limit.")
     limits = {f"{end}_{'m' if slides else 'rad'}": found[end] for end in LIMITS if end in found}
+    if len(limits) == 1 or (slides and not limits):
+        what = "has one limit only" if limits else "slides without limits"
+        raise RobotError(f"{where}: joint '{joint}' {what}. State its lower and upper limit.")
     com = [found.get(axis, 0.0) for axis in CENTRE]
     return row | limits | {"joint": joint, "slides": slides, "mass_kg": mass, "com_m": com}
 
