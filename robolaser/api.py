@@ -263,7 +263,7 @@ def import_files(*sources: str | Path, options: ImportOptions | None = None, kin
     """
     paths, stated = [Path(source) for source in sources], options or ImportOptions()
     importer = importer_for(paths, kind)
-    importer.check(stated)
+    importer.check(stated, paths)
     return importer.read(paths, stated).checked()
 
 

@@ -133,7 +133,7 @@ def import_files(
     )
     if sensor == "motion":
         idle = {"--euler": tables.euler, "--point": tables.point, "--ordered": tables.ordered, "--extract": extract,
-                "--kind": kind}  # fmt: skip
+                "--kind": kind, "--units FILE:UNIT": options.units_of_file}  # fmt: skip
         refuse("These are logs of a moving arm", idle)
         files, write, result, sentence = _motion(sources, options, terminal)
     else:
@@ -174,7 +174,7 @@ def _measured(
     from robolaser.diagnosis.gross_mistakes import gross_mistakes
 
     importer = importer_for(sources, kind)
-    importer.check(options)
+    importer.check(options, sources)
     imported = importer.read(sources, options)
     if extract and not imported.images:
         raise UsageError(f"--extract: {importer.name} found no images. Leave it out.")
@@ -184,7 +184,7 @@ def _measured(
         imported = _with_points(imported, terminal)
         read_back = imported.dataset
     mistakes = gross_mistakes(read_back) if len(read_back.points) else ()
-    warnings = list(dict.fromkeys((*imported.dataset.warnings, *read_back.warnings, *mistakes)))
+    warnings = list(dict.fromkeys((*read_back.warnings, *mistakes)))
     terminal.warn(*warnings)
     rows, number = len(read_back.points), len(read_back.poses)
     result = {

@@ -153,7 +153,7 @@ def choose(
     shared = known[POSES].keys() & known[POINTS].keys() - {"pose"} if poses is points else set()
     for owner, file in files.items():
         for column in known[owner]:
-            if column in file and column not in shared:
+            if column in file and column not in shared and any(file.cells(column)):
                 chosen[owner].setdefault(column, column)
     if options.robot is not None:
         joints = options.robot.joints

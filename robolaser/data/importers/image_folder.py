@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path, PurePosixPath
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import ClassVar, Final, final, get_args
 
 from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
@@ -139,7 +139,9 @@ class ImageFolder(Importer):
     name: ClassVar[str] = "images"
     title: ClassVar[str] = "a folder of images of a board, and a table with the arm's pose at each"
     further: ClassVar[tuple[str, ...]] = (MOUNT, BOARD)
-    takes: ClassVar[tuple[str, ...]] = ("robot", "columns", "units", "separator", "decimal", "header_row", "euler")
+    takes: ClassVar[tuple[str, ...]] = (
+        "robot", "columns", "units", "units_of_file", "separator", "decimal", "header_row", "euler",
+    )  # fmt: skip
 
     def recognises(self, path: Path) -> bool:
         """A folder with images and one table."""
@@ -177,10 +179,11 @@ def _files(table: CsvTable, column: str, folder: Path) -> list[Path | None]:
         known.setdefault(image.name, []).append(image)
     files: list[Path | None] = []
     for line, cell in zip(table.lines, table.cells(column), strict=True):
-        name = Path(cell).name
+        stated = PurePosixPath(PureWindowsPath(cell).as_posix())  # tables are written on Windows, too
+        name = stated.name
         if cell and name not in known:
             raise bad_row(table.file, line, f"no image {name} in {folder.name}.{near(name, known, 5)}", column)
-        there = [image for image in known.get(name, ()) if image.as_posix().endswith(f"/{PurePosixPath(cell)}")]
+        there = [image for image in known.get(name, ()) if image.as_posix().endswith(f"/{stated}")]
         there = there or known.get(name, [])
         if cell and len(there) > 1:
             folders = ", ".join(sorted(image.parent.name for image in there))

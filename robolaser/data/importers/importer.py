@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -125,7 +125,8 @@ class Imported:
         """
         with TemporaryDirectory() as folder:
             save(self.dataset, folder)
-            return load(folder)
+            read = load(folder)
+        return replace(read, warnings=tuple(dict.fromkeys((*self.dataset.warnings, *read.warnings))))
 
     def write(self, folder: Path) -> None:
         """Write the data set with its images, completely or not at all.
@@ -166,12 +167,16 @@ class Importer(ABC):
     takes: ClassVar[tuple[str, ...] | None] = None
 
     @final
-    def check(self, options: ImportOptions) -> None:
-        """Refuse options without an effect.
+    def check(self, options: ImportOptions, paths: Sequence[Path]) -> None:
+        """Refuse options without an effect on these files.
 
         Raises:
-            UsageError: The importer does not use one of them.
+            UsageError: The importer does not use one of them, or units are of another file.
         """
+        files = [file.name for path in paths for file in ([path, *path.iterdir()] if path.is_dir() else [path])]
+        for name in options.units_of_file:
+            if name not in files:
+                raise UsageError(f"--units {name}: no such file is read.{near(name, files, 5)}")
         for name in options.further:
             if name not in self.further:
                 raise UsageError(

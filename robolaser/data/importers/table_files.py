@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any, Final
 
@@ -31,7 +32,7 @@ def read_delimited(path: Path, options: ImportOptions) -> CsvTable:
             or fewer cells than there are columns.
         UsageError: The separator is neither stated nor obvious, or is invalid.
     """
-    lines = read_text(path).splitlines()
+    lines = read_text(path).split("\n")
     first = max(options.header_row, 1)
     if len(lines) < first or not lines[first - 1].strip():
         raise bad_row(path.name, first, "there is no header. State its row with --header-row.")
@@ -116,10 +117,15 @@ def _mat(file: Any) -> dict[str, Array]:
 
 def _parquet(file: IO[bytes]) -> dict[str, Array]:
     table = extra("pyarrow.parquet", "Parquet needs pyarrow: pip install pyarrow").read_table(file)
-    found = {name: table[name].to_pylist() for name in table.column_names}
-    return {
-        name: np.array(v, dtype=np.str_ if any(isinstance(x, str) for x in v) else float) for name, v in found.items()
-    }
+    found: dict[str, Array] = {}
+    for name in table.column_names:
+        cells = table[name].to_pylist()
+        if any(isinstance(cell, str) for cell in cells):
+            cells = ["" if cell is None else str(cell) for cell in cells]
+        with suppress(TypeError, ValueError):  # dates, images
+            values = np.array(cells)
+            found[name] = values if values.dtype.kind in "iuU" else values.astype(np.float64)
+    return found
 
 
 ARRAY_FILES: Final[Mapping[str, Callable[[IO[bytes]], dict[str, Array]]]] = {  # by suffix

@@ -49,7 +49,7 @@ class Tum(Importer):
 
 
 def _table(path: Path) -> CsvTable:
-    text = [f"{' '.join(_cells(line))}\n" for line in read_text(path).splitlines()]
+    text = [f"{' '.join(_cells(line))}\n" for line in read_text(path).split("\n")]
     if not any(map(str.strip, text)):
         raise DataError(f"{path.name} has no line of numbers: {' '.join(COLUMNS)}.", file=path.name)
     read = table_of(path, text, separator=" ", named=False, how=EIGHT.capitalize())

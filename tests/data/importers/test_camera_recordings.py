@@ -1,5 +1,6 @@
 """Images with poses become recordings of a camera; what files leave open is asked for, what is wrong is named."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -76,6 +77,22 @@ def test_images_may_be_in_sub_folders(tmp_path: Path) -> None:
     shutil.copy(raw / "camera" / "10.png", raw / "other")
     with pytest.raises(DataError, match=r"10\.png is in several folders \(camera, other\)"):
         read([raw], ImportOptions(columns=COLUMNS, units=("mm",), further=STATED))
+
+
+def test_paths_of_windows_name_the_same_images(tmp_path: Path) -> None:
+    raw = folder(tmp_path)
+    for image in raw.glob("*.png"):
+        for camera in ("left", "right"):
+            (raw / camera).mkdir(exist_ok=True)
+            shutil.copy(image, raw / camera)
+        image.unlink()
+    table = raw / "poses.csv"
+    table.write_text(re.sub(r"(\d+\.png)", r"cell\\left\\\1", table.read_text("utf-8-sig")), "utf-8")
+    with pytest.raises(DataError, match="is in several folders"):
+        read([raw], ImportOptions(columns=COLUMNS, units=("mm",), further=STATED))
+    table.write_text(table.read_text("utf-8").replace("cell\\", ""), "utf-8")
+    found = read([raw], ImportOptions(columns=COLUMNS, units_of_file={"poses.csv": ("mm",)}, further=STATED))
+    assert found.poses.image == ("images/3.png", "images/10.png", "images/20.png")
 
 
 def test_images_and_table_may_lie_apart(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import robolaser
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.tables import Tables
 from robolaser.errors import DataError, UsageError
@@ -68,6 +69,12 @@ def test_clocks_that_differ_are_brought_together_and_by_how_much_is_said(late_s:
     if abs(late_s) == 0.37:  # an offset that nobody stated is warned of
         (said,) = Tables().read(paths, options()).dataset.warnings
         assert "--set clocks=differ" in said
+
+
+def test_a_difference_of_clocks_is_told_in_python_too(tmp_path: Path) -> None:
+    paths = logs(tmp_path, late_s=0.37)
+    warnings = robolaser.import_files(*paths, options=options()).warnings
+    assert "--set clocks=differ" in " ".join(warnings)
 
 
 def test_points_by_themselves_show_no_clock(tmp_path: Path) -> None:

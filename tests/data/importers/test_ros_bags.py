@@ -202,7 +202,7 @@ def test_images_become_files_with_the_readings_of_their_times(kind: str, encodin
             record.image("/camera/image_raw", START_S + time, pixels, encoding)
     importer = importer_for([path])
     options = ImportOptions(robot=robot, further=CAMERA)
-    importer.check(options)
+    importer.check(options, [path])
     imported = importer.read([path], options)
     (tmp_path / "set").mkdir()
     imported.write(tmp_path / "set")

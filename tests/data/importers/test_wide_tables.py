@@ -1,5 +1,6 @@
 """Tables as people have them: rows that are poses, several points in a row, several files, lost beams."""
 
+import datetime
 import json
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from scipy.io import savemat
 
 import robolaser
 from robolaser.cli import main
+from robolaser.data.importers.table_files import read_any_table, read_arrays
 from robolaser.robot.by_name import find_robot
 
 ROBOT = find_robot("ur5")
@@ -113,6 +115,43 @@ def test_arrays_are_read_like_text(suffix: str) -> None:
         pytest.importorskip("pyarrow")
         pandas.DataFrame(columns).to_parquet("log.parquet")
     assert_as_measured(imported(f"log{suffix}"), q, xyz)
+
+
+def test_cells_of_parquet_are_numbers_whole_or_not_and_texts_and_others_are_left_out() -> None:
+    pytest.importorskip("pyarrow")
+    columns = {
+        "pose": [1, 2], "tool": ["a", None], "force": [1.5, None], "on": [True, False],
+        "when": [datetime.datetime(2024, 1, day) for day in (1, 2)], "image": [{"bytes": b"1"}, {"bytes": b"2"}],
+    }  # fmt: skip
+    pandas.DataFrame(columns).to_parquet("log.parquet")
+    read = {name: cells.tolist() for name, cells in read_arrays(Path("log.parquet")).items()}
+    np.testing.assert_equal(
+        read, {"pose": [1, 2], "tool": ["a", ""], "force": [1.5, np.nan], "on": [1.0, 0.0]}, strict=True
+    )
+    assert read_any_table(Path("log.parquet"), robolaser.ImportOptions()).cells("pose") == ("1", "2")
+
+
+@pytest.mark.parametrize("sensor", ["point", "motion"])
+def test_units_of_a_file_that_is_not_read_are_refused(sensor: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("log.csv").write_text(as_text(*measured()))
+    words = ["import", "log.csv", "--robot", "ur5", "--units", "m,rad", "--units", "lgo.csv:mm,deg"]
+    assert main([*words, "--sensor", sensor, "--output", "cell"]) == 2
+    expected = {"point": "no such file is read. Did you mean 'log.csv'?", "motion": "leave out --units FILE:UNIT"}
+    assert expected[sensor] in capsys.readouterr().err
+    assert not Path("cell").exists()
+
+
+def test_a_text_table_has_the_rows_that_its_line_ends_make_whatever_its_remarks_hold() -> None:
+    lines = as_text(*measured()).splitlines()
+    rows = [f"remark,{lines[0]}", *(f"a\x0cb\u2028c,{line}" for line in lines[1:])]
+    Path("log.csv").write_bytes("\r\n".join(rows).encode())
+    assert_as_measured(imported("log.csv"), *measured())
+
+
+def test_a_column_that_is_empty_throughout_is_not_there() -> None:
+    lines = as_text(*measured()).splitlines()
+    Path("log.csv").write_text("\n".join([f"temperature_c,{lines[0]}", *(f",{x}" for x in lines[1:])]))
+    assert imported("log.csv").poses.temperature_c is None
 
 
 def test_each_file_may_have_units_of_its_own() -> None:
