@@ -85,6 +85,11 @@ def _points(recording: "Dataset", terminal: Terminal) -> tuple["Dataset", dict[s
 
     with terminal.progress() as progress:
         found, dataset = points_of_images(recording, progress=progress)
+    if recording.placed:
+        terminal.warn(
+            "the board's frame is taken for the robot's base frame, since [target] placed is true: state placed = false"
+            " in dataset.toml, unless the board defines that frame."
+        )
     frames = found.frames if isinstance(found, Extraction) else found
     titles = {"off board [px]": "corner_rms_px"}
     titles |= {"off line [px]": "line_rms_px"} if isinstance(found, Extraction) else {}

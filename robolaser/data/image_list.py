@@ -39,8 +39,8 @@ def images_of_poses(recording: Dataset) -> list[PoseImages]:
     """The images of a recording on disk, of each pose that has any.
 
     Raises:
-        DataError: A pose has other images, but not the first, or that of another pose; or a path leaves the
-            recording's folder.
+        DataError: A pose has other images, but not the first; an image with the laser on is named twice; or a path
+            leaves the recording's folder.
     """
     folder, poses = recording.folder, recording.poses
     if folder is None or poses.image is None:
@@ -56,13 +56,14 @@ def images_of_poses(recording: Dataset) -> list[PoseImages]:
     for row, pose in enumerate(poses.names):
         lit = {column: paths[row] for column, paths in columns.items() if paths[row]}
         if LIT in lit:
-            files = tuple(file(column, path) for column, path in lit.items())
-            if shown.setdefault(files[0], pose) != pose:
-                message = (
-                    f"pose {pose}: {files[0].name} is the image of pose {shown[files[0]]} already. Name the image that"
-                )
-                raise bad_row("poses.csv", row + 2, f"{message} was taken at this pose, or delete one of the two.", LIT)
-            shots.append(PoseImages(row, pose, files, file(UNLIT, unlit[row]) if unlit[row] else None))
+            files = {column: file(column, path) for column, path in lit.items()}
+            for column, one in files.items():
+                if one in shown:
+                    message = f"pose {pose}: {one.name} is the image of pose {shown[one]} already. Name the image that"
+                    how = "was taken here, or delete one of the two."
+                    raise bad_row("poses.csv", row + 2, f"{message} {how}", column)
+                shown[one] = pose
+            shots.append(PoseImages(row, pose, (*files.values(),), file(UNLIT, unlit[row]) if unlit[row] else None))
         elif lit or unlit[row]:
             message = f"pose {pose}: column {next(iter(lit), UNLIT)} names an image, but this one is empty."
             raise bad_row("poses.csv", row + 2, f"{message} Name the image with the laser on, or leave all empty.", LIT)

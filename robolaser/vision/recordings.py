@@ -47,12 +47,14 @@ def points_from_images(
     if board is None:
         raise no_points("dataset.toml has no [board] with columns, rows and square_m")
     known = {} if known is None else known
-    for done, one in enumerate(shots, start=1):
-        if (one.files, search) not in known:
-            known[one.files, search] = look(one, search, board)
+    seen: list[Look] = []
+    for one in shots:
+        key = one.files, search, board
+        if key not in known:
+            known[key] = look(one, search, board)
+        seen.append(known[key])
         if progress is not None:
-            progress("looking at images", done / len(shots))
-    seen: list[Look] = [known[one.files, search] for one in shots]
+            progress("looking at images", len(seen) / len(shots))
     boards = {i: one.board.orientations for i, one in enumerate(seen) if one.board is not None}
     lens = find_lens([ways[0] for ways in boards.values()], board.square_m, *search.camera.size_px)
     turns = recording.flange()[[shots[i].row for i in boards], :3, :3]

@@ -37,10 +37,16 @@ def test_an_image_is_of_one_pose(tmp_path):
         images_of_poses(recording(tmp_path, ("a", "b", "a")))
 
 
+@pytest.mark.parametrize("again", [("a", ""), ("", "a")])
+def test_an_image_is_no_repeat_of_itself(again, tmp_path):
+    with pytest.raises(DataError, match=r"column image_2: pose p[01]: a is the image of pose p0 already\."):
+        images_of_poses(recording(tmp_path, ("a", "b"), image_2=again))
+
+
 @pytest.mark.parametrize("column", ["image", "image_2", "image_off"])
 @pytest.mark.parametrize("path", ["../b", "/b", "c/../../b"])
 def test_no_column_leads_out_of_the_folder(column, path, tmp_path):
-    columns = {"image": ("a",), "image_2": ("a",), "image_off": ("a",), column: (path,)}
+    columns = {"image": ("a",), "image_2": ("a2",), "image_off": ("a",), column: (path,)}
     with pytest.raises(DataError, match=column):
         images_of_poses(recording(tmp_path, columns.pop("image"), **columns))
 

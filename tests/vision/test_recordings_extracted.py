@@ -1,5 +1,6 @@
 """Recordings on disk: what `robolaser extract` makes of boards, scans, repeats and images without the laser."""
 
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -12,10 +13,13 @@ from drawn import STRAIGHT, WIDTH, exposed, profile
 from painted import HEIGHT, SQUARE, session
 
 from robolaser.cli import main
+from robolaser.data.board import Board
 from robolaser.data.loading import load
 from robolaser.data.stripe_file import open_stripes
 from robolaser.errors import ImageError
+from robolaser.vision import recordings
 from robolaser.vision.board import find_board
+from robolaser.vision.extract import Look
 from robolaser.vision.recordings import points_from_images, stripes_from_images
 from robolaser.vision.stripe_trace import trace
 
@@ -205,6 +209,24 @@ def test_points_that_another_file_holds_are_not_overwritten_unasked(boards, tmp_
     (out / "light.csv").write_text("pose,point,u_px,v_px,x_m,y_m,z_m\np0,A,1,1,0,0,0\n")
     assert main(["extract", str(out), "--force"]) == 1
     assert "light.csv, but what is there is not its own earlier result" in capsys.readouterr().err
+
+
+def test_a_board_whose_placement_is_not_said_to_be_unknown_is_asked_about(boards, tmp_path, capsys):
+    folder = tmp_path / "placed"
+    shutil.copytree(boards, folder)
+    (folder / "dataset.toml").write_text((folder / "dataset.toml").read_text().replace("placed = false", ""))
+    for recording, asked in ((folder, True), (boards, False)):
+        assert main(["extract", str(recording), "--output", str(tmp_path / str(asked))]) == 0
+        assert ("state placed = false" in capsys.readouterr().err) == asked
+
+
+def test_detections_of_another_board_are_not_taken(boards, monkeypatch):
+    seen, known = [], {}
+    monkeypatch.setattr(recordings, "look", lambda shots, search, board: seen.append(board) or Look(None, ()))
+    for columns in (7, 7, 5):
+        with pytest.raises(ImageError, match="gave a point"):
+            points_from_images(replace(load(boards), board=Board(columns, 6, SQUARE)), known=known)
+    assert [board.columns for board in seen] == [7] * 5 + [5] * 5
 
 
 def test_a_recording_without_repeats_has_none(boards, tmp_path):
