@@ -210,12 +210,10 @@ def _rows(path: Path, text: Iterable[str], separator: str, first: int, how: str)
 def _numbers(file: str, column: str, cells: Sequence[str], lines: Sequence[int]) -> Array:
     """Cells as finite numbers, (n,)."""
     values = numbers(cells)
-    if values is not None:
-        return values
-    for cell, line in zip(cells, lines, strict=True):
-        if not np.isfinite(finite(cell)):
-            raise bad_cell(file, line, column, cell.strip(), "a finite number")
-    raise AssertionError  # one of them was not
+    if values is None:
+        row = next(row for row, cell in enumerate(cells) if not np.isfinite(finite(cell)))
+        raise bad_cell(file, lines[row], column, cells[row].strip(), "a finite number")
+    return values
 
 
 def table_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -53,8 +53,7 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
 
     Raises:
         ScanError: They are of different scanners, or the recording has nothing to scan.
-        DataError: The image columns of its poses.csv are invalid.
-        DataError: Its stripes.npy is broken.
+        DataError: The image columns of its poses.csv are invalid, or its stripes.npy is broken.
 
     Examples:
         >>> from robolaser.scan import prepare, read_calibration

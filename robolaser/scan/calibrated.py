@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal, final
+from typing import Any, Literal, final
 
 import msgspec
 import numpy as np
@@ -28,15 +28,6 @@ _POSES = ("joint angles", "measured flange poses")
 
 @final
 @dataclass(frozen=True)
-class SavedSensor:
-    """One of several sensors."""
-
-    name: str
-    kind: str
-
-
-@final
-@dataclass(frozen=True)
 class SavedModel:
     """`model` of a stripe scanner's calibration."""
 
@@ -45,7 +36,7 @@ class SavedModel:
     bracket_quat: Quaternion  # nominal turn of the camera on the flange, (x, y, z, w)
     angles: Literal["xyz", "zyz"]  # order of the hand-eye angles
     image: tuple[Pixels, Pixels]  # width and height [px]
-    sensors: tuple[SavedSensor, ...] = ()  # empty where the scanner is the only one
+    sensors: tuple[dict[str, Any], ...] = ()  # name and kind of each of several
     robot: str | None = None
     flange: str | None = None
     joints: tuple[str, ...] | None = None
@@ -252,7 +243,7 @@ def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
             if name not in effect.parameters:
                 raise _unusable(file, f"its {effect.effect} at {effect.where} has no parameter {name}")
             values[key] = np.array([effect.parameters[name].value])
-    own = next((f"{one.name}." for one in model.sensors if one.kind == Stripe.format.kind), "")
+    own = next((f"{one.get('name')}." for one in model.sensors if one.get("kind") == Stripe.format.kind), "")
     return Calibrated(
         name=saved.dataset,
         origin=f"calibrated from {saved.dataset}",

@@ -54,8 +54,7 @@ def source_of(recording: Dataset, pixel_px: float) -> Source:
 
     Raises:
         ScanError: There is none of them, or stripes.npy is empty.
-        DataError: stripes.npy is broken.
-        DataError: The image columns of poses.csv are invalid.
+        DataError: stripes.npy is broken, or the image columns of poses.csv are invalid.
     """
     folder = recording.folder
     if folder is not None and (folder / FILE).exists():

@@ -51,17 +51,15 @@ class ScannerModel:
         return Points(np.arange(n), (), pixel=np.repeat(centre, n, axis=0))
 
     @cached_property
-    def arm(self) -> tuple[Array, Array]:
-        """Joint angles and the joints' placements on the links before them, (1, n, j) and (1, n or 1, j, 4, 4)."""
-        perturb, (robot, q) = self.perturb(self.at_poses), self.dataset.arm
-        return perturb(Stage.JOINTS, q[None]), perturb(Stage.LINKS, robot.placements[None, None])
-
-    @cached_property
     def flange(self) -> Array:
         """T_base_flange at each pose, (n, 4, 4)."""
-        robot = self.dataset.robot
-        T_base_flange = self.dataset.flange()[None] if robot is None else robot.forward(*self.arm)
-        return np.asarray(self.perturb(self.at_poses)(Stage.FLANGE, T_base_flange)[0])
+        perturb, robot, q = self.perturb(self.at_poses), self.dataset.robot, self.dataset.poses.q
+        if robot is None or q is None:
+            T_base_flange = self.dataset.flange()[None]
+        else:
+            placements = perturb(Stage.LINKS, robot.placements[None, None])
+            T_base_flange = robot.forward(perturb(Stage.JOINTS, q[None]), placements)
+        return np.asarray(perturb(Stage.FLANGE, T_base_flange)[0])
 
     @cached_property
     def camera(self) -> Array:

@@ -41,9 +41,7 @@ class CameraImages:
             ImageError: A file is missing, no image, or of another size.
         """
         raw = (read_image(file, size_px, cv2.IMREAD_ANYCOLOR) for file in files)
-        deep = takewhile(
-            lambda image: image.dtype != np.uint8, raw
-        )  # they are of one camera: one of eight bits is enough
+        deep = takewhile(lambda image: image.dtype != np.uint8, raw)  # of one camera: one of eight bits is enough
         return cls(size_px, max(map(depth_of, deep), default=8))
 
     def grey(self, file: Path) -> Image:
@@ -92,21 +90,14 @@ def light_in(image: Raw, depth: int, weights: Weights | None) -> Image:
     """A channel of an image on the scale of eight bits, (height, width); deeper ones keep their fractions."""
     if image.dtype == np.uint8 and weights is None:
         return np.asarray(image, np.uint8)
-    scaled = image.astype(np.float32) / np.float32(1 << (depth - 8))
-    if weights is None:
-        return _fractions(scaled)
-    mixed: Raw = scaled @ np.asarray(weights, np.float32)
-    if min(weights) < 0:
-        mixed = np.where(scaled[..., np.argmax(weights)] >= FULL, FULL, mixed + PEDESTAL)
-    whole: Image = np.asarray(np.rint(np.clip(mixed, 0, FULL)), np.uint8)
-    return whole if image.dtype == np.uint8 else _fractions(mixed)
-
-
-def _fractions(grey: Raw) -> Image:
-    """Grey with fractions, on the scale of eight bits."""
-    clipped: Any = np.clip(grey, 0, FULL).astype(np.float32)
-    kept: Image = clipped
-    return kept
+    light: Any = image.astype(np.float32) / np.float32(1 << (depth - 8))
+    if weights is not None:
+        mixed = light @ np.asarray(weights, np.float32)
+        full = light[..., np.argmax(weights)] >= FULL
+        light = np.where(full, FULL, mixed + PEDESTAL) if min(weights) < 0 else mixed
+    light = np.clip(light, 0, FULL)
+    channel: Image = np.rint(light).astype(np.uint8) if image.dtype == np.uint8 else light.astype(np.float32)
+    return channel
 
 
 def _of_another_size(path: Path, here: tuple[int, int], stated: tuple[int, int]) -> ImageError:

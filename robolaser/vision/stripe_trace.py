@@ -137,6 +137,4 @@ def _is_colourful(image: Image) -> bool:
 def _length(shots: PoseImages, search: StripeSearch) -> float:
     """Number of lines of pixels with the stripe, each weighted by its certainty relative to about 0.1 pixel."""
     _, light = next(search.lights(shots))
-    centres = find_line_centres(light, search.axis)
-    chosen, excess = track_stripe(centres)
-    return float((1.0 / (1.0 + (excess * centres.std[chosen] / 0.1) ** 2)).sum())
+    return float((1.0 / (1.0 + (trace(light, search.axis)["std"] / 0.1) ** 2)).sum())
