@@ -67,7 +67,8 @@ def diagnose_motion(
     began, announce = time.monotonic(), progress or (lambda what, share: None)
     library = library_of(effects, without)
     other = misread(log) if not comparable(log)["torque"] else None
-    parts, missing, remarks = parts_of(other.of(log) if other else log, library, search, announce)
+    read = other.of(log) if other else log
+    parts, missing, remarks = parts_of(read, library, search, announce)
     tested = {at.effect.name for part in parts for at in (*part.candidates, *(one.at for one in part.shown))}
     missing = {name: reason for name, reason in missing.items() if name not in tested}
     verdicts = [part.verdict for part in parts]
@@ -80,7 +81,7 @@ def diagnose_motion(
         verdict = "explained" if verdict == "no_gap" else verdict
     findings.sort(key=lambda one: one.without.score, reverse=True)
     places = [] if verdict == "no_gap" else _places(restated if verdict == "explained" else parts, log.joints, verdict)
-    fit = MotionFit.of(log, restated, findings, seed, time.monotonic() - began)
+    fit = MotionFit.of(read, restated, findings, seed, time.monotonic() - began)
     return MotionDiagnosis(fit, verdict, tuple(places), missing, (*remarks, *_remarks(log)))
 
 

@@ -176,6 +176,7 @@ def _as_sent(log: MotionLog, library: Sequence[MotionEffect]) -> MotionLog:
 def _of_all_runs(log: MotionLog, rows: TrackingRows, models: Sequence[Fitted]) -> tuple[TrackingRows, list[Fitted]]:
     """All rows of a log, and their models, which were found in some of its runs."""
     whole = TrackingRows(log)
+    whole.joints = rows.joints
     whole.independent = rows.independent * len(log) / max(1, rows.used)
     return whole, whole.refined(models, rows)
 
@@ -213,6 +214,8 @@ def _begun(
 ) -> tuple[TrackingRows, list[list[At]], list[tuple[At, ...]]]:
     """Rows for the search, the candidates at each joint, and the usual effects of its servo."""
     rows = TrackingRows(log, _some_runs(log))
+    if not len(rows.joints):
+        raise DataError("motion.csv: commands and readings of a joint meet only in rows at the ends of series.")
     candidates, absent = rows.candidates(library)
     missing |= absent
     candidates = rows.with_one_clock(candidates)

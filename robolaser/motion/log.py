@@ -126,8 +126,8 @@ class MotionLog:
             time = time_s[rows]
             for command, read in zip(arrays["command"][rows].T, arrays["q"][rows].T, strict=True):
                 known = np.isfinite(command)
+                read[~known] = np.nan
                 if known.any():
-                    read[~known] = np.nan
                     command[:] = np.interp(time, time[known], command[known])
         return log, place
 

@@ -71,9 +71,6 @@ class TrackingRows:
     """
 
     def __init__(self, log: MotionLog, runs: Ints | None = None) -> None:
-        known = log.has("command") & log.has("q")
-        self.joints: Ints = np.flatnonzero(known).astype(np.int64)
-        """Columns of the joints that have both."""
         self.log = log
         pieces = [
             (slice(start, min(start + LONGEST, part.stop)), int(log.run[part.start]))
@@ -106,6 +103,9 @@ class TrackingRows:
             for order in (1, -1):
                 moves = (np.abs(_rate(sent.command[:, :length, s, None][:, ::order])) * rows > FORM_RAD).any()
                 self._used[:length, s][::order][: rows if moves else int(order > 0)] = False
+        known = log.has("command") & (read & self._used).any(axis=(1, 2))
+        self.joints: Ints = np.flatnonzero(known).astype(np.int64)
+        """Columns of the joints that have commands, and readings that count."""
         self._form = np.hypot(IDEAL_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
         self.independent = np.ones(joints)
         """Effective sample size of each joint's rows, (j,)."""

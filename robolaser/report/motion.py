@@ -9,7 +9,7 @@ from robolaser.diagnosis.cause_words import sentence_case, spoken
 from robolaser.motion.calibration import MotionFit
 from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.effect import At
-from robolaser.motion.gap import FEWEST_RUNS, KindGap
+from robolaser.motion.gap import FEWEST_RUNS, KindGap, root_mean_squares_of_runs
 from robolaser.motion.log import MotionLog
 from robolaser.motion.plan import MotionLimit, MotionPlan
 from robolaser.motion.result_json import kinds_json, next_motions, sentence
@@ -170,7 +170,7 @@ def _along_time(fit: MotionFit) -> Chart | None:
         return None
     joint = int(np.nanargmax(part.gap.calibrated))
     error = part.before[:, joint]
-    rows = max(log.rows_of_runs, key=lambda part: float(np.nanmean(error[part] ** 2)))
+    rows = log.rows_of_runs[int(np.nanargmax(root_mean_squares_of_runs(error, log.run)))]
     kept = slice(rows.start, rows.stop, max(1, (rows.stop - rows.start) // SHOWN_ROWS))
     time, n = log.time_s[kept], len(log.time_s[kept])
     data = records(

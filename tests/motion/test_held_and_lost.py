@@ -9,8 +9,10 @@ import pytest
 from moved_arms import JOINTS, World, record
 from plain_servos import late_arm
 
+from robolaser.errors import DataError
 from robolaser.motion.diagnosis import MotionDiagnosis, diagnose_motion
 from robolaser.motion.log import MotionLog
+from robolaser.results.motion import MotionResult
 
 LAG_S = 0.06
 cached_arm = cache(late_arm)
@@ -29,10 +31,18 @@ def without_commands(log: MotionLog) -> MotionLog:
     return replace(log, command=np.where(told[:, None], log.command, np.nan))
 
 
+def without(quantity: str, rows: np.ndarray, log: MotionLog) -> MotionLog:
+    """The same without a quantity of the first two joints in some rows."""
+    gone = rows[:, None] & (np.arange(len(JOINTS)) < (2 if quantity == "command" else 1))
+    return replace(log, **{quantity: np.where(gone, np.nan, getattr(log, quantity))})
+
+
 LOSSES: dict[str, Callable[[MotionLog], MotionLog]] = {
     "every second row": lambda log: log.of_rows(np.random.default_rng(0).random(len(log)) > 0.5),
     "holes of 0.4 s": lambda log: log.of_rows(~holes(log)),
     "a third of the commands": without_commands,
+    "the commands of a series, moved by hand": lambda log: without("command", log.run == 0, log),
+    "nearly all readings of another joint": lambda log: without("q", np.arange(len(log)) > 2, log),
 }
 
 
@@ -47,6 +57,13 @@ def test_a_lag_is_as_long_where_rows_are_lost(loss: str) -> None:
     assert the_effect(found) == ("lag", "lift", pytest.approx(LAG_S, rel=0.005))
     (gap,) = found.fit.gaps
     assert gap.after[JOINTS.index("lift")] < 0.01 * gap.calibrated[JOINTS.index("lift")]
+    assert "Errors of lift" in MotionResult(found).files()["report.html"]
+
+
+def test_readings_that_meet_no_command_but_at_the_ends_are_said_to_be_none() -> None:
+    log = cached_arm(lag_s=LAG_S)
+    with pytest.raises(DataError, match="meet only in rows at the ends of series"):
+        diagnose_motion(replace(log, q=np.where(np.arange(len(log))[:, None] > 2, np.nan, log.q)), seed=0)
 
 
 def test_holes_hide_no_lag_behind_a_dead_time() -> None:

@@ -176,6 +176,14 @@ def test_a_joint_that_turns_against_its_axis_is_named_and_no_link(joint: str, to
     assert certain(found) == expected
 
 
+def test_the_error_at_the_flange_is_as_large_where_a_joint_turns_against_its_axis() -> None:
+    log = record(World(dry={"elbow": 4.0}, zero={"elbow": 0.01}), series=4, seconds=5.0, seed=5)
+    side = np.where(np.arange(len(JOINTS)) == LIFT, -1.0, 1.0)
+    turned = replace(log, command=side * log.command, q=side * log.q, tau=side * log.tau)
+    whole, found = (diagnose_motion(one, seed=0).fit.gap_mm for one in (log, turned))
+    assert all(found[name] == pytest.approx(whole[name], rel=1e-9) for name in ("nominal", "calibrated", "after"))
+
+
 def test_slow_motions_do_not_tell_an_arm_that_hangs_from_torques_of_the_wrong_sign() -> None:
     slow = replace(dry(), time_s=6.0 * dry().time_s)
     noise = 0.05 * np.random.default_rng(0).normal(size=slow.q.shape)
