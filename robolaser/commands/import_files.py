@@ -203,18 +203,25 @@ def _measured(
 
 
 def _motion(sources: Sequence[Path], options: "ImportOptions", terminal: Terminal) -> Read:
-    """Import logs of a moving arm as one."""
+    """Import logs of a moving arm as one, and check it as it is read back."""
+    from tempfile import TemporaryDirectory
+
     from robolaser.data.result_folder import write_results
     from robolaser.motion.importing import import_motion
-    from robolaser.motion.reading import MOTION_FOLDER, motion_texts
+    from robolaser.motion.reading import MOTION_FOLDER, load_motion, motion_texts
 
     if options.robot is None:
         raise UsageError("A log of a moving arm needs its arm: name it with --robot.")
     log, columns = import_motion(sources, options.robot, options)
     terminal.print("\n".join(f"{column}: {source}" for column, source in columns.items()))
-    result = {"rows": len(log), "series": len(log.series), "columns": columns}
+    texts = motion_texts(log)
+    with TemporaryDirectory() as folder:
+        write_results(Path(folder), dict(texts))
+        warnings = load_motion(folder).warnings
+    terminal.warn(*warnings)
+    result = {"rows": len(log), "series": len(log.series), "columns": columns, "warnings": list(warnings)}
     sentence = f"{len(log)} rows in {len(log.series)} series of {options.robot.name}"
-    return MOTION_FOLDER, lambda folder: write_results(folder, dict(motion_texts(log))), result, sentence
+    return MOTION_FOLDER, lambda folder: write_results(folder, dict(texts)), result, sentence
 
 
 def _with_points(imported: "Imported", terminal: Terminal) -> "Imported":

@@ -16,7 +16,7 @@ from robolaser.data.lerobot import TURN, MotorCalibration, read_servos
 from robolaser.errors import DataError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME
 from robolaser.motion.log import QUANTITIES, MotionLog
-from robolaser.motion.recorders import COMMAND_TOPIC, RecordedRun, runs_of
+from robolaser.motion.recorders import COMMAND_TOPIC, SERIES, RecordedRun, runs_of
 from robolaser.robot.kinematics import Robot
 
 OTHER_NAMES: Final = {
@@ -95,6 +95,11 @@ def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions)
     for name in options.further:
         if name not in FURTHER:
             raise UsageError(f"--set {name}: no option of logs of moving arms.{near(name, FURTHER)}")
+    joints = (*robot.joints, *(f"{quantity}_{joint}" for quantity in QUANTITIES for joint in robot.joints))
+    named = (SERIES, "time_s", *QUANTITIES, *joints)
+    for name in options.columns:
+        if name not in named:
+            raise UsageError(f"--column {name}: no column of a log of this arm.{near(name, named)}")
     angles, stated = _Angles.of(options.units, robot, options.further)
     torque_unit = options.further.get(TORQUE_UNIT)
     if torque_unit not in (None, "Nm", "A"):
@@ -151,7 +156,9 @@ def _part(
     read_from: dict[str, str],
 ) -> dict[str, Array]:
     """The columns of a run, with their sources in `read_from`."""
-    time = _column(run, columns["time_s"]) if "time_s" in columns else _time(run)
+    time = run.numbers(columns["time_s"]) if "time_s" in columns else _time(run)
+    if not len(time):
+        raise DataError(f"{run.source}: series '{run.series}' has no times.", file=run.source)
     if not np.isfinite(time).all():
         row = int(np.argmin(np.isfinite(time))) + 1
         raise DataError(f"{run.source}: row {row} of series '{run.series}' has no time.", file=run.source)
@@ -162,7 +169,7 @@ def _part(
             wanted = _wanted(run, quantity, joint, j, columns)
             if wanted is None:
                 continue
-            of_file = run.columns[wanted]
+            of_file = run.numbers(wanted, len(time))
             values[:, j] = (
                 of_file if quantity == "tau" else angles.radians(of_file, joint, run.angle_unit, speed=quantity == "qd")
             )
@@ -173,23 +180,16 @@ def _part(
 def _time(run: RecordedRun) -> Array:
     for name in ("time_s", "timestamp", "time", "t"):
         if name in run.columns:
-            return run.columns[name]
+            return run.numbers(name)
     raise DataError(
         f"{run.source} has no column time_s. Name it: --column time_s=NAME. It has {', '.join(run.columns)}."
     )
-
-
-def _column(run: RecordedRun, name: str) -> Array:
-    if name not in run.columns:
-        raise DataError(f"{run.source} has no column '{name}'.{near(name, run.columns)}")
-    return run.columns[name]
 
 
 def _wanted(run: RecordedRun, quantity: str, joint: str, number: int, columns: Mapping[str, str]) -> str | None:
     """The column that holds a quantity of a joint."""
     whole = f"{columns[quantity]}[{number}]" if quantity in columns else None
     if stated := columns.get(f"{quantity}_{joint}", whole):
-        _column(run, stated)
         return stated
     called = (columns.get(joint, joint), OTHER_NAMES.get(joint, joint))
     names = (*(f"{quantity}_{name}" for name in called), f"{quantity}[{number}]")

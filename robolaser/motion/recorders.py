@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, final
@@ -17,7 +17,7 @@ from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.ros_bag import JOINT_TOPIC, RosBag
 from robolaser.data.importers.ros_messages import ARRAY, CONTROLLER, JOINTS, STAMPS, Bag, JointTrack
 from robolaser.data.importers.table_files import ARRAY_FILES, SEPARATORS, read_arrays, read_delimited
-from robolaser.errors import DataError
+from robolaser.errors import DataError, near
 from robolaser.motion.log import PAUSE_S
 from robolaser.robot.kinematics import Robot
 
@@ -37,7 +37,7 @@ COMMAND_TOPIC: Final = "commands"
 @final
 @dataclass(frozen=True, eq=False)
 class RecordedRun:
-    """Columns by name, (n,) each, with the unit and times that their recorder states."""
+    """Columns by name, (n,) each, of numbers or of texts, with the units that their recorder states."""
 
     series: str
     source: str
@@ -46,6 +46,25 @@ class RecordedRun:
     angle_unit: str = ""  # "": not stated
     torque_unit: str = "Nm"
     torque_signed: bool = True
+
+    def numbers(self, name: str, count: int | None = None) -> Array:
+        """A column of numbers, NaN where a cell is empty.
+
+        Raises:
+            DataError: There is none of that name, its rows are not so many, or a cell is no number.
+        """
+        if name not in self.columns:
+            raise DataError(f"{self.source} has no column '{name}'.{near(name, self.columns)}")
+        values = self.columns[name]
+        if len(values) != (len(values) if count is None else count):
+            raise DataError(f"{self.source}, column {name}: it has not as many rows as there are times.")
+        if values.dtype.kind != "U":
+            return values
+        for row, cell in enumerate(values.tolist(), 1):
+            if not _is_number(cell):
+                where = f"column {name}, row {row} of series '{self.series}'"
+                raise DataError(f"{self.source}, {where}: {cell!r}, expected a number, or nothing.", file=self.source)
+        return np.array(list(map(finite, values.tolist())))
 
 
 @final
@@ -89,9 +108,7 @@ def runs_of(source: Path, robot: Robot, options: ImportOptions) -> list[Recorded
         kinds = ", ".join((*TABLES, *ARRAY_FILES))
         raise DataError(f"{source.name}: a log of a moving arm is read from {kinds}, from a bag or from a folder.")
     columns = _table(source, options) if source.suffix in TABLES else _numbers(source)
-    return _by_series(
-        _named_by_rtde(RecordedRun(source.stem, source.name, columns)), options.columns.get(SERIES, SERIES)
-    )
+    return _by_series(_named_by_rtde(RecordedRun(source.stem, source.name, columns)), options.columns.get(SERIES))
 
 
 def _folder(source: Path) -> list[RecordedRun]:
@@ -108,8 +125,8 @@ def _folder(source: Path) -> list[RecordedRun]:
 
 
 def _numbers(source: Path) -> dict[str, Array]:
-    """The numeric columns of a file of arrays."""
-    return {name: each.astype(float) for name, each in read_arrays(source).items() if each.dtype.kind in "fiu"}
+    """The columns of a file of arrays."""
+    return {name: each if each.dtype.kind == "U" else each.astype(float) for name, each in read_arrays(source).items()}
 
 
 def _table(file: Path, options: ImportOptions) -> dict[str, Array]:
@@ -117,33 +134,37 @@ def _table(file: Path, options: ImportOptions) -> dict[str, Array]:
     if options.separator is None and not any(sign in "".join(header) for sign in SEPARATORS):
         options = replace(options, separator="space")
     table = read_delimited(file, options)
-    named = options.columns.get(SERIES, SERIES)
-    columns = {
-        name: np.array([finite(cell.replace(options.decimal, ".")) for cell in table.cells(name)])
-        for name in table.columns
-    }
-    if named in table:
-        number = {series: i for i, series in enumerate(dict.fromkeys(table.cells(named)))}
-        columns[named] = np.array([number[series] for series in table.cells(named)])
-    return columns
+    return {name: _cells([cell.replace(options.decimal, ".") for cell in table.cells(name)]) for name in table.columns}
 
 
-def _by_series(run: RecordedRun, series: str = SERIES) -> list[RecordedRun]:
-    """The runs of a table that numbers them."""
-    key = next((name for name in (series, "episode_index") if name in run.columns), None)
+def _is_number(cell: str) -> bool:
+    return not cell.strip() or cell.strip().lower() == "nan" or bool(np.isfinite(finite(cell)))
+
+
+def _cells(cells: Sequence[str]) -> Array:
+    """Cells as numbers, NaN where one is empty; as texts if one is neither."""
+    return np.array(list(map(finite, cells)) if all(map(_is_number, cells)) else cells)
+
+
+def _by_series(run: RecordedRun, stated: str | None = None) -> list[RecordedRun]:
+    """The runs of a table that names them, in a stated column or in one of the usual name."""
+    key = stated or next((name for name in (SERIES, "episode_index") if name in run.columns), None)
     if key is None:
         return [run]
-    number = run.columns[key]
-    if not np.isfinite(number).all():
-        row = int(np.argmin(np.isfinite(number))) + 1
-        raise DataError(f"{run.source}, column {key}: row {row} of the data names no series.", file=run.source)
+    values = run.columns[key] if key in run.columns else run.numbers(key)
+    names = [one if isinstance(one, str) else f"{one:.15g}".replace("nan", "") for one in values.tolist()]
+    if not all(names):
+        raise DataError(f"{run.source}, column {key}: row {names.index('') + 1} of the data names no series.")
     return [
         replace(
             run,
-            series=f"{run.series}_{value:.15g}",
-            columns={name: each[number == value] for name, each in run.columns.items()},
+            series=f"{run.series}_{name}",
+            columns={
+                column: each[np.array(names) == name] if len(each) == len(names) else each[:0]
+                for column, each in run.columns.items()
+            },
         )
-        for value in np.unique(number)
+        for name in dict.fromkeys(names)
     ]
 
 

@@ -207,3 +207,45 @@ def test_a_row_without_a_series_or_a_time_is_refused(
     assert typed(folder, "log.npz", "--units", "rad") == 1
     assert "row 8" in capsys.readouterr().err
     assert not (folder / "log").exists()
+
+
+def test_series_keep_their_names_in_tables(folder: Path) -> None:
+    columns = {"time_s": np.tile(TIME, 2), **{f"q_{joint}": np.tile(READ[:, j], 2) for j, joint in enumerate(JOINTS)}}
+    days = pa.table({"series": np.repeat(["läuft", "am 2."], len(TIME)), "dt": np.repeat(0.02, 80), **columns})
+    pq.write_table(days, folder / "log.parquet")
+    lines = [",".join(map(str, row.values())) for row in days.to_pylist()]
+    (folder / "log.csv").write_text("\r\n".join([",".join(days.column_names), *lines]), encoding="utf-8-sig")
+    for name in ("log.parquet", "log.csv"):
+        log = imported(folder, name, "--units", "rad", "--force")
+        assert log.series == ("log_läuft", "log_am 2.")
+        assert np.allclose(log.q, np.tile(READ, (2, 1)))
+
+
+READINGS = {f"q_{joint}": READ[:, j] for j, joint in enumerate(JOINTS)}
+
+
+@pytest.mark.parametrize(
+    ("arrays", "more", "said"),
+    [
+        ({"time_s": TIME[:0], **{name: each[:0] for name, each in READINGS.items()}}, [], "has no times"),
+        ({"time_s": TIME[1:], **READINGS}, [], "column q_pan: it has not as many rows as there are times"),
+        ({"time_s": TIME, "series": np.ones(39), **READINGS}, [], "series 'log_1' has no times"),
+        ({"time_s": TIME, **READINGS, "q_lift": READ[:, 1].astype(str), "q_pan": np.repeat("off", 40)}, [], "'off'"),
+        ({"time_s": TIME, **READINGS}, ["--column", "q_pann=q_pan"], "Did you mean 'q_pan'?"),
+        ({"time_s": TIME, **READINGS}, ["--column", "series=episode"], "no column 'episode'"),
+        ({"time_s": TIME[::-1], **READINGS}, [], "column time_s"),
+        ({"time_s": TIME, **{name: 99.0 * each for name, each in READINGS.items()}}, [], "Are these degrees"),
+    ],
+)
+def test_what_would_be_no_log_is_not_written(
+    folder: Path, arrays: dict[str, np.ndarray], more: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.savez(folder / "log.npz", **arrays)  # type: ignore[arg-type]
+    assert typed(folder, "log.npz", "--units", "rad", *more) != 0
+    assert said in capsys.readouterr().err
+    assert not (folder / "log").exists()
+
+
+def test_a_scalar_beside_the_columns_is_of_no_series(folder: Path) -> None:
+    np.savez(folder / "log.npz", time_s=TIME, series=np.repeat([1, 2], 20), dt=[0.02], **READINGS)
+    assert imported(folder, "log.npz", "--units", "rad").series == ("log_1", "log_2")
