@@ -42,6 +42,8 @@ def replay(model: Path, log: MotionLog) -> dict[str, float]:
         raise RobotError(f"MuJoCo cannot load {model.name}: {str(fault).splitlines()[0]}") from None
     driven = {}
     for number in range(simulated.nu):
+        if simulated.actuator_trntype[number] != mujoco.mjtTrn.mjTRN_JOINT:
+            continue  # it drives a tendon or a site, of any number
         name = simulated.joint(int(simulated.actuator(number).trnid[0])).name
         if name in log.joints and log.has("command")[log.joints.index(name)]:
             driven[log.joints.index(name)] = (number, int(simulated.joint(name).qposadr[0]))

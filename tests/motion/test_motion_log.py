@@ -170,6 +170,7 @@ def test_torques_of_several_joints_that_are_never_negative_have_no_sign(log: Mot
     assert not replace(log, tau=np.abs(log.tau)).has_signs
     one = np.where(np.arange(len(log.joints)) == 1, np.abs(log.tau), np.nan)
     assert replace(log, tau=one).has_signs
+    assert replace(log, tau=np.where(log.tau > 0.0, 0.0, np.nan)).has_signs  # nobody knows of what sign zeros are
 
 
 def test_a_pause_ends_a_stretch_but_not_its_run(log: MotionLog) -> None:

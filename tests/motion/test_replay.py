@@ -80,6 +80,16 @@ def test_a_log_without_a_driven_joint_is_refused(tmp_path: Path, capsys: pytest.
     assert "no actuator" in capsys.readouterr().err
 
 
+def test_an_actuator_of_a_tendon_takes_no_joint_s_commands(tmp_path: Path) -> None:
+    log = record(World(), series=1, seconds=1.0, seed=3)
+    driven = "".join(f'<position joint="{name}" kp="4000" kv="40"/>' for name in JOINTS)
+    arm = mjcf(World()).split("<actuator>")[0]
+    arm += f'<tendon><fixed name="fingers"><joint joint="{JOINTS[-1]}" coef="1"/></fixed></tendon><actuator>{driven}'
+    for name, more in (("arm", ""), ("hand", '<general tendon="fingers"/>')):
+        (tmp_path / f"{name}.xml").write_text(f"{arm}{more}</actuator></mujoco>", encoding="utf-8")
+    assert replay(tmp_path / "hand.xml", log) == replay(tmp_path / "arm.xml", log)
+
+
 def test_a_driven_joint_that_was_never_read_has_no_error(tmp_path: Path) -> None:
     log = record(World(), series=1, seconds=1.0, seed=3)
     driven = "".join(f'<position joint="{name}" kp="4000" kv="40"/>' for name in JOINTS)
