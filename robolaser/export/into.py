@@ -5,6 +5,7 @@ import math
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Final, final
 
 import numpy as np
@@ -18,6 +19,7 @@ from robolaser.robot.urdf import markup
 from robolaser.robot.urdf.checking import read_xml
 from robolaser.robot.urdf.editing import with_placements
 from robolaser.robot.urdf.elements import digits, origin_of
+from robolaser.robot.urdf.elements import numbers as numbers_of
 
 FARTHEST_M, FARTHEST_RAD = 0.05, 0.3  # that a joint of one robot is off at most: more, and the files describe two
 OF_PLACEMENTS: Final = frozenset(effect.name for effect in EFFECTS if effect.in_urdf)
@@ -44,11 +46,12 @@ class _NumberSpans:
     at: Mapping[Pair, Mapping[str, float]]
     used: set[Pair] = field(default_factory=set)
 
-    def take(self, effect: str, joint: str, name: str) -> float | None:
-        """A number, which then counts as written."""
+    def take(self, effect: str, joint: str, name: str, *, above: float = -math.inf) -> float | None:
+        """A number that is above another one, and then counts as written."""
         found = self.at.get((effect, joint), {}).get(name)
-        if found is not None:
-            self.used.add((effect, joint))
+        if found is None or found <= above:
+            return None
+        self.used.add((effect, joint))
         return found
 
     def attributes(self, joint: str, known: Mapping[str, Pair]) -> dict[str, str]:
@@ -70,7 +73,7 @@ def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) ->
         source: Name of the file in error messages.
 
     Raises:
-        RobotError: It is neither URDF nor MJCF, or has none of the joints.
+        RobotError: It is neither URDF nor MJCF, has none of the joints, or text where an actuator's number should be.
     """
     root = markup.read(text, source, ROBOT_BYTES)
     numbers = _NumberSpans(
@@ -79,7 +82,10 @@ def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) ->
             for one in effects
         }
     )
-    writers: dict[str, Callable[[ET.Element, _NumberSpans, set[str]], set[str]]] = {"robot": _urdf, "mujoco": _mjcf}
+    writers: dict[str, Callable[[ET.Element, _NumberSpans, set[str]], set[str]]] = {
+        "robot": _urdf,
+        "mujoco": partial(_mjcf, source=source),
+    }
     if root.tag not in writers:
         raise RobotError(
             f"{source} starts with <{str(root.tag)[:60]}>: expected a URDF, <robot>, or an MJCF, <mujoco>."
@@ -108,7 +114,8 @@ IN_MJCF: Final = {  # likewise, of a joint
 }
 POSITION: Final = "actuator/position"
 OF_ACTUATOR: Final = frozenset({"droop", "lag", "dead_time", "dead_zone", "range_limit"})  # what MJCF's has
-GAINS: Final = {"kp": "1", "kv": "0"}  # of a position actuator, with MuJoCo's defaults
+OF_POSITION: Final = {"kp": (1, "1"), "kv": (1, "0"), "ctrlrange": (2, "-7 7")}
+"""Attributes of a position actuator: how many numbers, MuJoCo's default, or a range of more than a turn [rad]."""
 DEFAULT_STEP_S = "0.002"  # MuJoCo's
 
 
@@ -122,17 +129,21 @@ def _urdf(robot: ET.Element, numbers: _NumberSpans, joints: set[str]) -> set[str
     return set(there)
 
 
-def _mjcf(root: ET.Element, numbers: _NumberSpans, joints: set[str]) -> set[str]:
+def _mjcf(root: ET.Element, numbers: _NumberSpans, joints: set[str], *, source: str) -> set[str]:
     there = {name: joint for joint in root.iter("joint") if (name := joint.get("name", "")) in joints}
     for name, joint in there.items():
         joint.attrib.update(numbers.attributes(name, IN_MJCF))
     option = root.find("option")
-    step = float(option.get("timestep", DEFAULT_STEP_S) if option is not None else DEFAULT_STEP_S)
+    timestep = DEFAULT_STEP_S if option is None else option.get("timestep", DEFAULT_STEP_S)
+    (step,) = numbers_of(timestep, 1, "timestep of <option>", source)
     for actuator in root.findall(POSITION):
         name = actuator.get("joint", "")
         if name in there:
-            gains = {key: float(_of_class(root, actuator, key) or default) for key, default in GAINS.items()}
-            _actuator(actuator, there[name], numbers, step, **gains)
+            known = {
+                key: numbers_of(_of_class(root, actuator, key) or default, count, f"{key} of {name}", source, math.inf)
+                for key, (count, default) in OF_POSITION.items()
+            }
+            _actuator(actuator, there[name], numbers, step, known)
     return set(there)
 
 
@@ -149,13 +160,13 @@ def _of_class(root: ET.Element, actuator: ET.Element, key: str) -> str | None:
 
 
 def _actuator(
-    actuator: ET.Element, joint: ET.Element, numbers: _NumberSpans, step: float, *, kp: float, kv: float
+    actuator: ET.Element, joint: ET.Element, numbers: _NumberSpans, step: float, known: Mapping[str, Array]
 ) -> None:
-    name = joint.get("name", "")
-    found = [numbers.take("droop", name, number) for number in ("compliance", "torque_compliance")]
+    name, (kp,), (kv,) = joint.get("name", ""), known["kp"], known["kv"]
+    found = [numbers.take("droop", name, number, above=0.0) for number in ("compliance", "torque_compliance")]
     compliance = next((value for value in found if value is not None), None)
     gain = kp
-    if compliance is not None and compliance > 0.0:
+    if compliance is not None:
         gain = 1.0 / compliance
         actuator.set("kp", digits(gain))
         if kv > 0.0 and kp > 0.0:  # the lag kv / kp stays
@@ -169,16 +180,14 @@ def _actuator(
         actuator.set("delay", digits(delay))
         actuator.set("nsample", str(int(delay / step) + 2))
     half_width = numbers.take("dead_zone", name, "half_width")
-    if half_width is not None and joint.get("frictionloss") is None:
+    if half_width is not None and ("coulomb_friction", name) not in numbers.used:
         joint.set("frictionloss", digits(gain * half_width))
     limits = [numbers.take("range_limit", name, end) for end in ("lower", "upper")]
-    given = [end for end in limits if end is not None]
-    if given:
-        lower, upper = (
-            f"{end:.9g}" if end is not None else other for end, other in zip(limits, ("-7", "7"), strict=True)
-        )
+    if any(end is not None for end in limits):
+        actuator.attrib.pop("inheritrange", None)  # MuJoCo takes one of both
         actuator.set("ctrllimited", "true")
-        actuator.set("ctrlrange", f"{lower} {upper}")
+        ends = [own if end is None else end for end, own in zip(limits, known["ctrlrange"], strict=True)]
+        actuator.set("ctrlrange", digits(np.array(ends)))
 
 
 def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, Any]], source: str) -> Written:

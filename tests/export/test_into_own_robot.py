@@ -77,6 +77,43 @@ def test_a_servo_keeps_its_lag_and_the_gains_of_its_class(servo: str, effects: l
     np.testing.assert_allclose([model.actuator_gainprm[0, 0], -model.actuator_biasprm[0, 2]], [kp, kv], rtol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("servo", "ends", "expected"),
+    [
+        ('ctrlrange="-1.5 1.5"', {"upper": 1.2}, "-1.5 1.2"),
+        ('ctrlrange="-1.5 1.5"', {"lower": -1.0}, "-1.0 1.5"),
+        ('inheritrange="1"', {"lower": -1.0, "upper": 1.2}, "-1.0 1.2"),
+        ("", {"upper": 1.2}, "-7.0 1.2"),
+    ],
+)
+def test_a_limit_that_was_found_leaves_the_other_end_of_the_servos_range(
+    servo: str, ends: dict[str, float], expected: str
+) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    text = MJCF.replace('kp="5"', f'kp="5" {servo}').replace('axis="0 1 0"', 'axis="0 1 0" range="-2 2"')
+    copy = motion_into(text, [effect("range_limit", "lift", **ends)], "arm.xml").text
+    assert ET.fromstring(copy)[2][0].get("ctrlrange") == expected
+    assert mujoco.MjModel.from_xml_string(copy).actuator_ctrlrange[0].tolist() == [*map(float, expected.split())]
+
+
+def test_a_dead_zone_replaces_friction_that_the_file_guessed() -> None:
+    text = MJCF.replace('axis="0 1 0"', 'axis="0 1 0" frictionloss="0.9"')
+    written = motion_into(text, [effect("dead_zone", "lift", half_width=0.01)], "arm.xml")
+    (joint,) = ET.fromstring(written.text).iter("joint")
+    assert float(joint.get("frictionloss", 0)) == pytest.approx(5.0 * 0.01)
+
+
+def test_a_joint_that_rises_under_load_is_no_stiffness_of_a_servo() -> None:
+    written = motion_into(MJCF, [effect("droop", "lift", compliance=-0.1)], "arm.xml")
+    assert written.lacks == (("droop", "lift"),)
+    assert 'kp="5"' in written.text
+
+
+def test_text_where_a_gain_should_be_is_named() -> None:
+    with pytest.raises(RobotError, match=r"arm\.xml: kp of lift is 'stiff'; expected a number"):
+        motion_into(MJCF.replace('kp="5"', 'kp="stiff"'), FOUND, "arm.xml")
+
+
 def test_mujoco_moves_the_copy_late_and_slowly() -> None:
     mujoco = pytest.importorskip("mujoco", minversion="3.5")  # actuators have no delay before
 
