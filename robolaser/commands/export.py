@@ -3,15 +3,12 @@
 from collections.abc import Mapping
 from math import degrees, isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 from robolaser.commands.terminal import RESULT, ResultFlag, Terminal, say
 from robolaser.errors import DataError
-
-if TYPE_CHECKING:
-    from robolaser.motion.log import MotionLog
 
 
 def export(
@@ -44,9 +41,11 @@ def export(
     from robolaser.export.into import motion_into, placements_into, zeros_into
     from robolaser.export.servo_table import less_hold
     from robolaser.motion.reading import load_motion
+    from robolaser.motion.replay import replay as replayed
     from robolaser.results.contents import read_result
 
     log = None if replay is None else load_motion(replay)
+    before = None if log is None else replayed(into, log)
     contents, folder = read_result(result)
     text = read_text(into, ROBOT_BYTES)
     if into.suffix == ".json":
@@ -63,7 +62,14 @@ def export(
         written = placements_into(text, read_text(corrected, ROBOT_BYTES), contents["effects"], into.name)
     with results_in(output.parent, command="export", files=[output.name], inputs=[result, into], force=force):
         write_results(output.parent, {output.name: written.text})
-    compared = None if log is None else _replayed(into, output, log, _promised(contents))
+    compared = None
+    if log is not None and before is not None:
+        after, promised = replayed(output, log), _promised(contents)
+        compared = {
+            joint: {"before_rad": was, "after_rad": after[joint], "promised_rad": promised.get(joint)}
+            for joint, was in before.items()
+            if isfinite(was)
+        }
     found: dict[str, object] = {
         "replay": compared,
         "file": str(output),
@@ -79,10 +85,10 @@ def export(
         for effect, where in written.lacks:
             say(f"lacks {effect} at {where}: this format cannot describe it")
         for joint, error in (compared or {}).items():
-            before, after = (degrees(error[name] or 0.0) for name in ("before_rad", "after_rad"))
+            was, now = (degrees(error[name] or 0.0) for name in ("before_rad", "after_rad"))
             predicted = error["promised_rad"]
             promise = "" if predicted is None else f"; the diagnosis predicts {degrees(predicted):.3g}°"
-            say(f"replayed, {joint} is {after:.3g}° from its readings, {before:.3g}° before{promise}")
+            say(f"replayed, {joint} is {now:.3g}° from its readings, {was:.3g}° before{promise}")
         say(f"Wrote {output}")
 
     terminal.show(found, print_rows)
@@ -92,17 +98,3 @@ def _promised(contents: Mapping[str, Any]) -> dict[str, float]:
     """Errors of joints on unseen motions, stated by a diagnosis of a moving arm [rad]."""
     rows = (one["joints"] for one in contents.get("rows", ()) if one.get("kind") == "tracking")
     return {joint: error["after"] for joints in rows for joint, error in joints.items()}
-
-
-def _replayed(
-    before: Path, after: Path, log: "MotionLog", predicted: Mapping[str, float]
-) -> dict[str, dict[str, float | None]]:
-    """Errors of each measured joint by the user's file, by the copy, and as predicted [rad]."""
-    from robolaser.motion.replay import replay
-
-    was, now = replay(before, log), replay(after, log)
-    return {
-        joint: {"before_rad": was[joint], "after_rad": now[joint], "promised_rad": predicted.get(joint)}
-        for joint in was
-        if isfinite(was[joint])
-    }

@@ -198,3 +198,18 @@ def test_a_robot_that_shares_only_other_joints_gets_no_copy(tmp_path: Path) -> N
     other = arm.urdf.replace('"elbow_joint"', '"another_joint"')
     with pytest.raises(RobotError, match=r"none of the joints of the result: elbow_joint\."):
         placements_into(other, corrected, found.to_dict()["effects"], "other.urdf")
+
+
+def test_a_replay_that_mujoco_refuses_leaves_no_copy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("mujoco")
+    log, arm = tmp_path / "log", find_robot("ur5e")
+    made = ["simulate", "--robot", "ur5e", "--sensor", "motion", "--output", str(log), "--quiet"]
+    assert main(made) == 0
+    found = effect("viscous_friction", "elbow_joint", factor=3.0)
+    found = {"format": "robolaser-diagnosis/1", "kind": "motion", "effects": [found]}
+    (tmp_path / "diagnosis.json").write_text(json.dumps(found), encoding="utf-8")
+    (tmp_path / "mine.urdf").write_text(arm.urdf, encoding="utf-8")  # has masses that MuJoCo does not take
+    asked = ["--into", str(tmp_path / "mine.urdf"), "--output", str(tmp_path / "real.urdf"), "--replay", str(log)]
+    assert main(["export", str(tmp_path / "diagnosis.json"), *asked]) == 1
+    assert "MuJoCo cannot load mine.urdf" in capsys.readouterr().err
+    assert not (tmp_path / "real.urdf").exists()
