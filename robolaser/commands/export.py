@@ -53,8 +53,8 @@ def export(
     elif contents.get("kind") == "motion":
         written = motion_into(text, less_hold(contents["effects"], contents.get("step_s", 0.0)), into.name)
     else:
-        corrected = folder / "robot_corrected.urdf"
-        if not corrected.is_file():
+        corrected = folder and folder / "robot_corrected.urdf"
+        if corrected is None or not corrected.is_file():
             raise DataError(
                 f"{result} has no robot_corrected.urdf: it has neither joint_offset nor link_geometry, or its errors"
                 " are so large that no file was written."

@@ -83,7 +83,10 @@ def _sense(found: Mapping[str, Any], rows: Sequence[Row], names: tuple[str, str]
 def _cells(row: Row) -> tuple[TableCell, ...]:
     name, unit, apart = str(row["name"]), row.get("unit", ""), row.get("errors")
     is_sure = name.startswith(PROBABILITY)
-    change = _value_text(row["change"], unit, SIGNIFICANT, is_sure=is_sure) if row.get("change") else ""
+    change = ""
+    if row.get("change"):
+        points = f"{plain(100.0 * row['change'], '', SIGNIFICANT)} %"
+        change = points if is_sure else _value_text(row["change"], unit, SIGNIFICANT)
     if change and row["change"] > 0:
         change = f"+{change}"
     if change and apart is not None:
@@ -93,7 +96,7 @@ def _cells(row: Row) -> tuple[TableCell, ...]:
     return TableCell(ERRORS.get(name, name)), *values, TableCell(change, order=apart)
 
 
-def _value_text(value: float | str | None, unit: str, digits: int, *, is_sure: bool) -> str:
+def _value_text(value: float | str | None, unit: str, digits: int, *, is_sure: bool = False) -> str:
     if value is None or isinstance(value, str):
         return value or "-"
     if is_sure:

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from robolaser.bounded_reading import read_text
-from robolaser.data.result_folder import results_in, write_results, write_text
+from robolaser.data.result_folder import json_text, results_in, write_results, write_text
 from robolaser.errors import UsageError, near
 from robolaser.report.console import print_document, printed
 from robolaser.report.document import Charts, Document
 from robolaser.report.page import charts_in, fragment
 from robolaser.report.plots import Plots, plots
-from robolaser.results.contents import numbers_of
+from robolaser.results.contents import FILES, numbers_of
 from robolaser.results.difference import Difference, between
 from robolaser.robot.kinematics import Robot
 
@@ -187,8 +187,14 @@ class FittedResult(Result, Record):
         return plain
 
     def _saved(self, names: Sequence[str]) -> Files:
-        folder = self._folder or Path()
-        return {name: read_text(folder / name) for name in names if (folder / name).is_file()}
+        """The files of a loaded result: its JSON file, which names the others, last."""
+        own, folder = FILES[self["format"]], self._folder
+        beside = {
+            name: read_text(folder / name) if folder is not None and (folder / name).is_file() else None
+            for name in names
+            if name != own
+        }
+        return {**beside, own: json_text(self.to_dict())}
 
 
 def _recorded(value: Any) -> Any:

@@ -10,7 +10,7 @@ from robolaser.bounded_reading import ROBOT_BYTES, read_json, read_text
 from robolaser.calibration.result import FORMAT as CALIBRATION
 from robolaser.diagnosis.result_json import FORMAT as DIAGNOSIS
 from robolaser.errors import DataError
-from robolaser.robot.kinematics import Robot
+from robolaser.robot.kinematics import DOWN, Robot
 
 
 class _Number(TypedDict):
@@ -24,18 +24,28 @@ class _Effect(TypedDict):
     parameters: dict[str, _Number]
 
 
+class _Model(TypedDict, total=False):
+    robot: str | None
+    flange: str
+    joints: list[str] | None
+    gravity: list[float] | None
+
+
 class _Read(TypedDict):
     """The entries that are read of both."""
 
     effects: list[_Effect]
     parameters: NotRequired[dict[str, _Number]]
+    model: NotRequired[_Model]
 
 
 FILES: Final = {CALIBRATION: "calibration.json", DIAGNOSIS: "diagnosis.json"}
 
 
-def read_result(path: Path, *formats: str) -> tuple[dict[str, Any], Path]:
+def read_result(path: Path, *formats: str) -> tuple[dict[str, Any], Path | None]:
     """The contents of a result's JSON file, given itself or its folder, and that folder.
+
+    A JSON file under another name is alone: files beside it may be those of another result.
 
     Args:
         path: The file or folder.
@@ -58,33 +68,38 @@ def read_result(path: Path, *formats: str) -> tuple[dict[str, Any], Path]:
         msgspec.convert(contents, _Read)
     except msgspec.ValidationError as error:
         raise DataError(f"{file}: {error}. Is the file complete?", file=file.name) from None
-    return contents, file.parent
+    return contents, file.parent if file.name in FILES.values() else None
 
 
 def robot_in(folder: Path | None) -> Robot | None:
-    """The corrected arm of a saved result, from the URDF in its folder; None for flange poses and moving arms.
+    """The corrected arm of a saved result; None for flange poses, moving arms, and without a URDF in its folder.
 
     Raises:
         DataError: The folder's files cannot be read.
+        RobotError: The URDF has no such flange or joints.
     """
-    if folder is None or not (folder / FILES[CALIBRATION]).is_file():
-        return None
-    contents = read_json(folder / FILES[CALIBRATION])
+    contents = _calibration_in(folder)
     model = contents.get("model", {})
-    if not model.get("robot") or contents.get("kind") == "motion":
+    if folder is None or not model.get("robot") or contents.get("kind") == "motion":
         return None
-    corrected = folder / "robot_corrected.urdf"
-    file = corrected if corrected.is_file() else folder / model["robot"]
-    text = read_text(file, ROBOT_BYTES)
-    return Robot.from_urdf(
-        text, flange=model["flange"], joints=model["joints"], gravity=model["gravity"], source=file.name
-    )
+    names = ("robot_corrected.urdf", model["robot"])
+    file = next((folder / name for name in names if (folder / name).is_file()), None)
+    if file is None:
+        return None
+    placed = {"flange": model.get("flange", ""), "joints": model.get("joints"), "gravity": model.get("gravity") or DOWN}
+    return Robot.from_urdf(read_text(file, ROBOT_BYTES), **placed, source=file.name)
 
 
-def run_in(folder: Path) -> dict[str, Any]:
+def run_in(folder: Path | None) -> dict[str, Any]:
     """The run of calibration.json in a folder, also that of a diagnosis beside it."""
-    beside = folder / FILES[CALIBRATION]
-    return {"run": read_json(beside).get("run")} if beside.is_file() else {}
+    contents = _calibration_in(folder)
+    return {"run": contents.get("run")} if contents else {}
+
+
+def _calibration_in(folder: Path | None) -> dict[str, Any]:
+    """The contents of calibration.json in a folder; none where there is none."""
+    is_there = folder is not None and (folder / FILES[CALIBRATION]).is_file()
+    return read_result(folder, CALIBRATION)[0] if folder is not None and is_there else {}
 
 
 def numbers_of(contents: Mapping[str, Any]) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from robolaser.diagnosis.growth import with_poses
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.diagnosis.result_json import FORMAT, diagnosis_json
 from robolaser.errors import UsageError
+from robolaser.export import servo_table
 from robolaser.export.files import exported
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.report.diagnosis import page as of_diagnosis
@@ -124,12 +125,12 @@ class DiagnosisResult(FittedResult):
         """The run of calibration.json."""
         if self.diagnosis is not None:
             return {"run": asdict(RunSummary.of(self.diagnosis.dataset))}
-        return run_in(self._folder or Path())
+        return run_in(self._folder)
 
     def files(self, *, command: str = "") -> Files:
         """diagnosis.json, and the files of the corrected model as a calibration."""
         if self.diagnosis is None:
-            return self._saved(DIAGNOSIS_FILES)
+            return self._saved((*DIAGNOSIS_FILES, servo_table.FILE))
         assert self.model is not None
         return {
             **exported(self.model),

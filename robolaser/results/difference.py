@@ -90,14 +90,14 @@ def between(
     Raises:
         UsageError: One is a calibration, the other a diagnosis.
     """
-    kind, other = (each["format"] for each in (before, after))
+    kind, other = (f"{each['format']}{' of a moving arm' * (each.get('kind') == 'motion')}" for each in (before, after))
     if kind != other:
         raise UsageError(f"{names[0]} is of the format {kind}, {names[1]} of {other}: compare results of one kind.")
     rows = [*_compared(_errors(before), _errors(after)), *_at_flange(*arms)]
     rows += [*_compared(_numbers(before), _numbers(after)), *_compared(_probabilities(before), _probabilities(after))]
     sets = [before.get("dataset"), after.get("dataset")]
     same = all(before.get(key) == after.get(key) for key in OF_THE_DATA)
-    return Difference({"format": FORMAT, "kind": kind, "results": sets, "same_data": same, "rows": rows})
+    return Difference({"format": FORMAT, "kind": before["format"], "results": sets, "same_data": same, "rows": rows})
 
 
 def _compared(before: Mapping[str, Fact], after: Mapping[str, Fact]) -> Iterator[dict[str, Any]]:
@@ -116,9 +116,10 @@ def _compared(before: Mapping[str, Fact], after: Mapping[str, Fact]) -> Iterator
 def _errors(result: Mapping[str, Any]) -> dict[str, Fact]:
     verdict = {"verdict": (result["verdict"], "", None)} if "verdict" in result else {}
     units = {"objective_m2": "m²"}
-    errors = {name: (result[name], units.get(name, "m"), None) for name in ERRORS if name in result}
-    gaps = result.get("gap_mm", {}).items()
-    return {**verdict, **errors, **{f"gap_mm.{name}": (gap, "mm", None) for name, gap in gaps if name != "after_ci95"}}
+    errors = {name: (result.get(name), units.get(name, "m"), None) for name in ERRORS}
+    gaps = {name: gap for name, gap in result.get("gap_mm", {}).items() if name != "after_ci95"}
+    found = {**verdict, **errors, **{f"gap_mm.{name}": (gap, "mm", None) for name, gap in gaps.items()}}
+    return {name: fact for name, fact in found.items() if fact[0] is not None}
 
 
 def _at_flange(one: Robot | None, other: Robot | None) -> list[dict[str, Any]]:

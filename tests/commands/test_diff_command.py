@@ -99,6 +99,34 @@ def test_what_cannot_be_compared_is_said(
     assert "Traceback" not in told
 
 
+def test_a_moving_arms_diagnosis_is_of_another_kind_than_one_of_poses(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    moving = '{"format": "robolaser-diagnosis/1", "kind": "motion", "verdict": "no_gap", "effects": []}'
+    (tmp_path / "diagnosis.json").write_text(moving)
+    assert main(["diff", str(folder / "why"), str(tmp_path)]) == 2
+    assert "diagnosis/1 of a moving arm: compare results of one kind" in capsys.readouterr().err
+
+
+def test_a_probability_that_falls_is_shown_with_its_fall(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, probability in (("before", 0.9), ("after", 0.2)):
+        found = {"effect": "laser_roll", "where": "laser", "parameters": {}, "probability": probability}
+        (tmp_path / f"{name}.json").write_text(
+            json.dumps({"format": "robolaser-diagnosis/1", "dataset": "cell", "effects": [found]})
+        )
+    assert main(["diff", str(tmp_path / "before.json"), str(tmp_path / "after.json")]) == 0
+    assert "90 % 20 % -70 %" in " ".join(capsys.readouterr().out.split())
+
+
+def test_results_without_their_urdf_are_compared_by_their_numbers(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("plain", "rolled"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "calibration.json").write_bytes((folder / name / "calibration.json").read_bytes())
+    assert rows(tmp_path, "plain", "rolled", capsys)["theta"] == rows(folder, "plain", "rolled", capsys)["theta"]
+
+
 def test_results_of_different_data_are_said_to_be(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     data = simulate(find_robot("scorbot_er7"), poses=25, points=6, seed=2).dataset  # as many poses, and the name
     robolaser.calibrate(data).save(folder / "plain-later")

@@ -166,6 +166,46 @@ def is_the_same(read: Any, made: Any, folder: Path, kind: str) -> None:
     assert written == again
 
 
+def test_a_loaded_result_replaces_all_files_of_an_earlier_one(tmp_path: Path, dataset: Dataset) -> None:
+    shifted = simulate("scorbot_er7", kind="point", poses=20, effects={"joint_offset:joint_2": 0.01}, seed=1).dataset
+    robolaser.calibrate(shifted, effects=["joint_offset:joint_2"]).save(tmp_path / "one")
+    robolaser.calibrate(dataset).save(tmp_path / "plain")
+    robolaser.load_calibration(tmp_path / "plain").save(tmp_path / "one")
+    assert not (tmp_path / "one" / "robot_corrected.urdf").exists()
+
+
+def test_a_json_file_of_another_name_is_a_result_without_the_files_beside_it(tmp_path: Path, dataset: Dataset) -> None:
+    robolaser.calibrate(dataset).save(tmp_path)
+    (tmp_path / "calibration.json").rename(tmp_path / "monday.json")
+    robolaser.calibrate(dataset, effects=["laser_roll"]).save(tmp_path)
+    monday = robolaser.load_calibration(tmp_path / "monday.json")
+    assert monday.robot is None
+    monday.save(tmp_path / "saved")
+    assert {file.name for file in (tmp_path / "saved").glob("[!.]*")} == {"calibration.json"}
+    assert robolaser.load_calibration(tmp_path / "saved").effects == []
+
+
+def test_a_saved_arm_needs_only_what_the_schema_requires(tmp_path: Path, dataset: Dataset) -> None:
+    made = robolaser.calibrate(dataset)
+    made.save(tmp_path)
+    contents = made.to_dict()
+    del contents["model"]["joints"], contents["model"]["gravity"]
+    (tmp_path / "calibration.json").write_text(json.dumps(contents))
+    robot = robolaser.load_calibration(tmp_path).robot
+    assert robot is not None
+    assert robot.joints == dataset.robot.joints
+
+
+def test_a_diagnosis_of_a_moving_arm_keeps_its_table_when_it_is_read_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(simulation, "DURATION_S", 5.0)
+    robolaser.diagnose(simulation.simulate_motion(find_robot("ur5e"), seed=1), ["offset"]).save(tmp_path / "found")
+    robolaser.load_diagnosis(tmp_path / "found").save(tmp_path / "again")
+    table, again = ((tmp_path / name / "servos.csv").read_bytes() for name in ("found", "again"))
+    assert table == again
+
+
 def test_a_path_is_a_data_set_and_a_name_is_an_effect(tmp_path: Path, dataset: Dataset) -> None:
     robolaser.save(dataset, tmp_path / "cell")
     roll = next(kind for kind in robolaser.EFFECTS if kind.name == "laser_roll")
