@@ -86,7 +86,7 @@ def calibrate(
     """
     plan = plan or Plan()
     if effects is not None:
-        plan = replace(plan, effects=tuple(_listed(effects)))
+        plan = replace(plan, effects=tuple(_effects(effects)))
     plan = plan if weights is None else replace(plan, weights=weights)
     plan = plan if seed is None else replace(plan, seed=seed)
     if _is_motion(data):
@@ -106,7 +106,7 @@ def diagnose(
     effects: Sequence[Named] | str | None = None,
     seed: int | None = None,
     *,
-    without: Sequence[str] | str = (),
+    without: Sequence[Named] | Named = (),
     validate: Sequence[Data] | Data = (),
     progress: Progress | None = None,
 ) -> "DiagnosisResult | MotionResult":
@@ -116,7 +116,7 @@ def diagnose(
         data: A data set, or the log of a moving arm; or its folder.
         effects: The library of effects, classes or names; `[*robolaser.EFFECTS, Mine]` extends the default.
         seed: Seed of folds and resampling; 1 by default. The same seed gives the same answer.
-        without: Names of effects to remove from the library, or one name.
+        without: Effects to remove from the library, classes or names, or one of these.
         validate: Other data of the same arm, on which the result is tested: several data sets or one.
         progress: Called with the current step and its finished share.
 
@@ -132,19 +132,19 @@ def diagnose(
         >>> why.verdict
         'no_gap'
     """
-    seed = 1 if seed is None else seed
+    seed, without = 1 if seed is None else seed, _names(_effects(without))
+    others = _listed(validate)
     if _is_motion(data):
         from robolaser.motion.diagnosis import diagnose_motion  # noqa: PLC0415 - measured poses need none of it
         from robolaser.results.motion import MotionResult  # noqa: PLC0415
 
-        if validate:
+        if others:
             raise UsageError("`validate` predicts measured poses: leave it out for the log of a moving arm.")
         log = _motion_log(data)
-        names = None if effects is None else _names(_listed(effects))
-        return MotionResult(diagnose_motion(log, names, _listed(without), seed, progress))
+        names = None if effects is None else _names(_effects(effects))
+        return MotionResult(diagnose_motion(log, names, without, seed, progress))
     kinds = None if effects is None else _kinds(effects)
-    others = [_data_set(one) for one in _listed(validate)]
-    again = partial(examine, effects=kinds, seed=seed, without=_listed(without), validate=others)
+    again = partial(examine, effects=kinds, seed=seed, without=without, validate=[_data_set(one) for one in others])
     return DiagnosisResult.of(again(_data_set(data), progress=progress), seed, again)
 
 
@@ -289,13 +289,26 @@ def _listed(given: Any) -> Any:
     return [given] if isinstance(given, str | Path | type | Dataset) else given
 
 
+def _effects(given: Sequence[Named] | Named) -> list[Named]:
+    """Names or classes of effects.
+
+    Raises:
+        UsageError: One is neither.
+    """
+    effects = list(_listed(given))
+    for one in effects:
+        if not isinstance(one, str | type):
+            raise UsageError(f"Expected the name of an effect or its class, not a {type(one).__name__}.")
+    return effects
+
+
 def _names(effects: Sequence[Named]) -> list[str]:
     return [one if isinstance(one, str) else one.name for one in effects]
 
 
 def _kinds(effects: Sequence[Named] | str) -> list[type[Effect]]:
-    by_name = {kind.name: kind for kind in EFFECTS}
-    for one in _listed(effects):
+    by_name, listed = {kind.name: kind for kind in EFFECTS}, _effects(effects)
+    for one in listed:
         if isinstance(one, str) and one not in by_name:
             raise unknown_effect(one, by_name)
-    return [by_name[one] if isinstance(one, str) else one for one in _listed(effects)]
+    return [by_name[one] if isinstance(one, str) else one for one in listed]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
-from robolaser.commands.terminal import RESULT, Count, ResultFlag, Seed, Terminal, aligned, say
-from robolaser.errors import UsageError
+from robolaser.commands.terminal import RESULT, Count, ResultFlag, Seed, Terminal, aligned, refuse, say
+from robolaser.errors import Interrupted, UsageError
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
@@ -69,11 +69,14 @@ def new(
     from robolaser.trials import trial
     from robolaser.trials.building import Ranges
 
+    if like and not robot:
+        idle = {"--flange": flange, "--poses": poses, "--points": points}
+        refuse("Data sets of --like have their own arm, and as many poses and points", idle)
     usual = Ranges()
     plan = trial.TrialPlan(
         count=count,
         seed=secrets.randbits(48) if seed is None else seed,
-        kinds=[kind.strip() for kind in kinds.split(",")] if kinds else (),
+        kinds=[name.strip() for name in kinds.split(",")] if kinds else (),
         ranges=Ranges(poses=_range("--poses", poses, usual.poses), points=_range("--points", points, usual.points)),
     )
     sources: list[Robot | Dataset] = [load(path) for path in like]
@@ -130,7 +133,11 @@ def score(
         claim(f"{name}/{trial.DIAGNOSIS}" for name, path in diagnoses.items() if not path.exists())
         executor = stack.enter_context(Processes(jobs))
         progress = stack.enter_context(terminal.progress())
-        trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, progress=progress)
+        try:
+            trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, progress=progress)
+        except KeyboardInterrupt:
+            made = sum(path.exists() for path in diagnoses.values())
+            raise Interrupted(f"Stopped. {made} of {len(diagnoses)} data sets are diagnosed, and stay so.") from None
         scored = trial.score(truths, diagnoses)
         text = json_text(scored)
         write_results(file.parent, {file.name: text})

@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from robolaser.benchmark import BUDGET, SEEDS, TIME_LIMIT_S
-from robolaser.commands.terminal import RESULT, Count, PositiveOption, ResultFlag, Terminal, Typed, ended_as_by_hand
+from robolaser.commands.terminal import (
+    RESULT,
+    Count,
+    PositiveOption,
+    ResultFlag,
+    Terminal,
+    Typed,
+    ended_as_by_hand,
+    refuse,
+)
 from robolaser.errors import BenchmarkError, UsageError
 
 if TYPE_CHECKING:
@@ -71,9 +80,11 @@ def compare(
 
     if not datasets:
         raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
-    runs = (algorithms, seeds, seed, budget, target, time_limit, on_error, jobs, scheduler)
-    if merge and runs != (None, SEEDS, 1, str(BUDGET), None, TIME_LIMIT_S, "fail", None, None):
-        raise UsageError("--merge makes no runs: leave out what says how they are made and judged, such as --target.")
+    if merge:
+        idle = {"--algorithms": algorithms, "--seeds": seeds != SEEDS, "--seed": seed != 1, "--target": target,
+                "--budget": budget != str(BUDGET), "--time-limit": time_limit != TIME_LIMIT_S,
+                "--on-error": on_error != "fail", "--jobs": jobs, "--scheduler": scheduler}  # fmt: skip
+        refuse("--merge takes runs as they were made", idle)
     if scheduler and jobs:
         raise UsageError("--scheduler and --jobs exclude each other: leave one of them out.")
 

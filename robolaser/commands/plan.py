@@ -47,6 +47,7 @@ def plan(
 
     from robolaser.data.loading import load
     from robolaser.diagnosis.pose_plan import examine_plan
+    from robolaser.model.sensors.in_cell import Mounting
     from robolaser.motion.plan import plan_motion
     from robolaser.motion.reading import is_motion, load_motion
     from robolaser.report import motion, pose_plan
@@ -55,7 +56,7 @@ def plan(
     if not poses.exists():
         raise DataError(f"{poses} does not exist. Name a poses.csv, or the folder of a data set.", file=poses)
     if poses.is_dir():
-        given = {"--robot": robot, "--flange": flange, "--sensor": sensor}
+        given = {"--robot": robot, "--flange": flange, "--sensor": sensor, "--mount": mount != "flange"}
         refuse(f"{poses} is a data set, which contains that", given)
         if is_motion(poses):
             refuse(f"{poses} is the log of a moving arm", {"--points": points, "the noise": noise.typed})
@@ -63,6 +64,7 @@ def plan(
             terminal.show(motions.to_dict(), lambda: print_document(motion.plan_document(motions)))
             return
         dataset = load(poses)
+        refuse(f"The points of {poses} are used as measured", {"--points": points and len(dataset.points)})
     else:
         if robot is None or sensor is None:
             raise UsageError(f"State --robot and --sensor, which {poses} does not contain.")
@@ -71,6 +73,8 @@ def plan(
     dataset = replace(dataset, noise=replace(dataset.noise, **noise.typed))
     terminal.warn(*dataset.warnings)
     found = examine_plan(dataset, points=points, mount=mount, seed=seed)
+    if not isinstance(found.dataset.options, Mounting):
+        refuse("Only a camera and a profile sensor stand in the cell", {"--mount": mount != "flange"})
     terminal.show(found.to_dict(), lambda: print_document(pose_plan.document(found)))
 
 

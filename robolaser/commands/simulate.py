@@ -16,7 +16,7 @@ def simulate(
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
     sensor: Literal["stripe", "camera", "point", "pose", "socket", "profile", "stripe+camera", "motion"] = "stripe",
     mount: Mount = "flange",
-    poses: Count = 40,
+    poses: Count | None = None,
     points: Count | None = None,
     repeats: Count = 1,
     sessions: Count = 1,
@@ -40,7 +40,7 @@ def simulate(
         output: Folder for the data set.
         sensor: Kind of sensor; stripe+camera is a scanner whose images show a board; motion is a log of the arm itself.
         mount: Carrier of a camera or a profile sensor; the board or the balls are at the other end.
-        poses: Number of poses, in each session.
+        poses: Number of poses, in each session. Default: 40.
         points: Points in each pose. Default: 12 of a stripe, 35 corners, 3 reflectors, sockets or balls, 1 body.
         repeats: Number of shots in each pose.
         sessions: Number of sessions with other positions of base, target or sockets; of series of a motion (1 means 6).
@@ -59,6 +59,10 @@ def simulate(
     from robolaser.simulation import CellOptions, sizes_of
     from robolaser.simulation import simulate as simulated
 
+    if sensor == "motion":
+        idle = {"--poses": poses, "--points": points, "--repeats": repeats > 1, "--mount": mount != "flange",
+                "--unplaced": unplaced, "the noise": noise.typed}  # fmt: skip
+        refuse("A log of a moving arm has --sessions and --effect only", idle)
     files = MOTION_FOLDER if sensor == "motion" else FOLDER
     with results_in(output, command="simulate", files=files, force=force) as claim:
         arm, name = find_robot(robot, flange=flange), output.resolve().name
@@ -71,7 +75,7 @@ def simulate(
             made = simulated(
                 arm,
                 kind=sensor,
-                poses=poses,
+                poses=poses or 40,
                 points=points,
                 noise=Noise(**noise.typed) if noise.typed else None,
                 effects=sizes,

@@ -11,6 +11,7 @@ from robolaser.benchmark.journal import merge
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings.ranking import standings
 from robolaser.benchmark.standings.table import Standings
+from robolaser.errors import UsageError
 from robolaser.report.comparison import page as of_comparison
 from robolaser.report.document import Document
 from robolaser.report.page import render
@@ -78,6 +79,7 @@ def load_comparison(*folders: str | Path) -> ComparisonResult:
         folders: Folders of the comparisons.
 
     Raises:
+        UsageError: No folder is given.
         BenchmarkError: One of them has no runs, or they were made under other conditions.
 
     Examples:
@@ -87,4 +89,6 @@ def load_comparison(*folders: str | Path) -> ComparisonResult:
         >>> len(robolaser.load_comparison("node-1", "node-2").runs)
         2
     """
+    if not folders:
+        raise UsageError("Name the folder of a comparison.")
     return ComparisonResult(merge(folders))

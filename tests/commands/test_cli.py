@@ -105,6 +105,25 @@ def test_a_slip_is_answered_with_what_was_meant(
     assert f"Did you mean {meant}" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("words", "idle"),
+    [
+        ("simulate --robot ur5e --sensor motion --output out --poses 9", "--poses"),
+        ("simulate --robot ur5e --sensor motion --output out --joint-rad 1", "the noise"),
+        ("plan DATASET --mount base", "--mount"),
+        ("plan DATASET --points 3", "--points"),
+        ("plan DATASET/poses.csv --robot scorbot_er7 --sensor point --mount base --point-m 1e-4", "--mount"),
+        ("compare --merge one --output out --seeds 3", "--seeds"),
+        ("challenge new out --like DATASET --poses 9", "--poses"),
+    ],
+)
+def test_an_option_that_would_do_nothing_is_refused(
+    dataset: Path, words: str, idle: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([word.replace("DATASET", str(dataset)) for word in words.split()]) == 2
+    assert capsys.readouterr().err.endswith(f"leave out {idle}.\n")
+
+
 def test_a_size_where_an_effect_is_only_named_is_answered_with_its_name(
     dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -223,6 +223,11 @@ def test_a_path_is_a_data_set_and_a_name_is_an_effect(tmp_path: Path, dataset: D
     [
         (lambda data: robolaser.diagnose(data, effects=["joint_ofset"]), "Did you mean 'joint_offset'?"),
         (lambda data: robolaser.calibrate(data, effects="joint_ofset"), "Did you mean 'joint_offset'?"),
+        (lambda data: robolaser.diagnose(data, effects=[{"effect": "backlash"}]), "or its class, not a dict"),
+        (lambda data: robolaser.calibrate(data, effects=[{"effect": "backlash"}]), "or its class, not a dict"),
+        (lambda data: robolaser.diagnose(data, without="joint_ofset"), "Did you mean 'joint_offset'?"),
+        (lambda data: robolaser.diagnose(data, validate="nowhere"), "nowhere does not exist"),
+        (lambda data: robolaser.load_comparison(), "Name the folder of a comparison."),
         (lambda data: robolaser.calibrate(None), "Expected a data set or the path of its folder, not a NoneType"),
         (lambda data: robolaser.diagnose(simulate("scorbot_er7", poses=5)), "Did you mean its attribute `dataset`?"),
         (lambda data: robolaser.simulate("ur5ee"), "Did you mean 'ur5e'"),

@@ -62,6 +62,16 @@ def test_a_data_set_that_nobody_diagnosed_is_diagnosed(trial):
     assert len(list(trial.rglob(Path(DIAGNOSIS).name))) == 2
 
 
+def test_diagnoses_that_were_made_before_a_stop_are_said_to_be_there(trial, monkeypatch, capsys):
+    def stopped(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    min(trial.rglob(Path(DIAGNOSIS).name)).unlink()
+    monkeypatch.setattr("robolaser.trials.trial.diagnose_missing", stopped)
+    assert main(["challenge", "score", str(trial)]) == 1
+    assert capsys.readouterr().err == "robolaser: Stopped. 1 of 2 data sets are diagnosed, and stay so.\n"
+
+
 def test_a_score_that_is_there_stays_unless_forced(trial):
     main(["challenge", "score", str(trial)])
     assert main(["challenge", "score", str(trial)]) == 1
