@@ -133,7 +133,7 @@ def import_files(
     )
     if sensor == "motion":
         idle = {"--euler": tables.euler, "--point": tables.point, "--ordered": tables.ordered, "--extract": extract,
-                "--kind": kind, "--units FILE:UNIT": options.units_of_file}  # fmt: skip
+                "--kind": kind, "--path": path != "consecutive", "--units FILE:UNIT": options.units_of_file}  # fmt: skip
         refuse("These are logs of a moving arm", idle)
         files, write, result, sentence = _motion(sources, options, terminal)
     else:
@@ -287,7 +287,8 @@ def _line(cells: Sequence[str]) -> str:
 
 def _short(cell: str) -> str:
     try:
-        digits = 6 if abs(float(cell)) < 1e6 else 10  # times since 1970 differ in their last digits
-        return f"{float(cell):.{digits}g}" if "." in cell or "e" in cell else cell
+        value = float(cell)
     except ValueError:
         return cell
+    digits = 6 if abs(value) < 1e6 else 10  # times since 1970 differ in their last digits
+    return f"{value:.{digits}g}" if repr(value) == cell else cell  # a name, such as 1.10, is no number

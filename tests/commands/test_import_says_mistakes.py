@@ -41,3 +41,13 @@ def test_sound_files_are_imported_without_a_word(tmp_path: Path, capsys: pytest.
     said = imported(log(tmp_path / "log.csv", 1.0), capsys)
     assert "seem" not in said
     assert "exchanged" not in said
+
+
+def test_a_name_that_looks_like_a_number_is_shown_as_it_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, joints = tmp_path / "log.csv", find_robot("ur5").joints
+    path.write_text(f"pose,point,x_m,y_m,z_m,{','.join(joints)}\n1.10,a,0.1234567,0,0,0,0,0,0,0,0\n", encoding="utf-8")
+    asked = ["--robot", "ur5", "--units", "m,rad", "--ordered", "--output", str(tmp_path / "cell"), "--dry-run"]
+    assert main(["import", str(path), *asked]) == 0
+    shown = capsys.readouterr().out
+    assert " 1.10\n" in shown
+    assert " 0.123457\n" in shown
