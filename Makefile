@@ -6,7 +6,7 @@ INSTALL = $(UV) pip install --python .venv/bin/python
 # Libraries are compiled when they are first imported, and not by each program again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint matrix fuzz site docs bench clean
+.PHONY: demo test lint pytest matrix fuzz site docs bench clean
 
 # uv installs in a sixth of pip's time.
 .venv/bin/uv:
@@ -41,9 +41,11 @@ lint: build/lint/installed
 	build/lint/bin/mypy
 	build/lint/bin/lint-imports
 
+test: lint pytest
+
 # A third of the time is spent waiting for arms, cameras and processes: three files at a time keep two cores busy.
 # build/durations.txt lists the slowest tests.
-test: lint .venv/developing
+pytest: .venv/developing
 	@mkdir -p build
 	set -o pipefail; .venv/bin/pytest -n 3 --dist loadfile --durations 25 --junitxml build/durations.xml | tee build/durations.txt
 

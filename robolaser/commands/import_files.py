@@ -133,7 +133,8 @@ def import_files(
     )
     if sensor == "motion":
         idle = {"--euler": tables.euler, "--point": tables.point, "--ordered": tables.ordered, "--extract": extract,
-                "--kind": kind, "--path": path != "consecutive", "--units FILE:UNIT": options.units_of_file}  # fmt: skip
+                "--kind": kind, "--path": path != "consecutive",
+                "--units FILE:UNIT": options.units_of_file}  # fmt: skip
         refuse("These are logs of a moving arm", idle)
         files, write, result, sentence = _motion(sources, options, terminal)
     else:

@@ -21,7 +21,7 @@ def sizes_of(texts: Iterable[str]) -> dict[str, float]:
         >>> sizes_of(["laser_roll=0.03", "backlash:joint_2=0.001"])
         {'laser_roll': 0.03, 'backlash:joint_2': 0.001}
     """
-    sizes = {}
+    sizes: dict[str, float] = {}
     for text in texts:
         name, _, size = text.rpartition("=")
         try:
