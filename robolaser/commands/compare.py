@@ -84,7 +84,7 @@ def compare(
         idle = {"--algorithms": algorithms, "--seeds": seeds != SEEDS, "--seed": seed != 1, "--target": target,
                 "--budget": budget != str(BUDGET), "--time-limit": time_limit != TIME_LIMIT_S,
                 "--on-error": on_error != "fail", "--jobs": jobs, "--scheduler": scheduler}  # fmt: skip
-        refuse("--merge takes runs as they were made", idle)
+        refuse("--merge makes no runs", idle)
     if scheduler and jobs:
         raise UsageError("--scheduler and --jobs exclude each other: leave one of them out.")
 
