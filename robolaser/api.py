@@ -248,7 +248,7 @@ def import_files(*sources: str | Path, options: ImportOptions | None = None, kin
         kind: One of `robolaser list importers`; by default the one that recognises the files.
 
     Returns:
-        The data set; `robolaser.save` writes it.
+        The data set; `robolaser.save` writes it, but not images, which only `robolaser import` copies.
 
     Raises:
         DataError, UsageError: A file cannot be read, or information is missing.

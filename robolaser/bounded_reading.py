@@ -57,7 +57,7 @@ def opened(path: Path, most_bytes: int, *, text: bool = False, newline: str | No
     except OSError as error:
         raise unreadable(path, error.strerror or str(error)) from None
     except UnicodeDecodeError:
-        raise unreadable(path, f"byte {_undecodable(path)} is not UTF-8 text") from None
+        raise unreadable(path, f"byte {_undecodable(path)} is not UTF-8 text; save it as UTF-8") from None
 
 
 def read_bytes(path: Path, most_bytes: int = TEXT_BYTES) -> bytes:

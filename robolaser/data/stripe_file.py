@@ -31,13 +31,11 @@ def open_stripes(path: Path) -> Stripes:
     Raises:
         DataError: It is missing, cut off, no file of NumPy's, or holds another kind of array.
     """
-    try:
-        with opened(path, CLOUD_BYTES), warnings.catch_warnings(action="ignore"):  # of headers that an old Python wrote
+    with opened(path, CLOUD_BYTES), warnings.catch_warnings(action="ignore"):  # of headers that an old Python wrote
+        try:
             found = np.load(path, mmap_mode="r", allow_pickle=False)
-    except DataError:
-        raise
-    except Exception as error:  # of any type for a damaged header
-        raise unreadable(path, f"it is no whole file of NumPy's ({error})") from None
+        except Exception as error:  # of any type for a damaged header
+            raise unreadable(path, f"it is no whole file of NumPy's ({error})") from None
     if not isinstance(found, np.ndarray) or found.dtype != STRIPE or found.ndim != 1:
         raise DataError(
             f"{path} holds no line centres, {STRIPE} (n,). Write it again with `robolaser extract --force`.", file=path

@@ -50,12 +50,9 @@ def map_ply(path: Path) -> Vertices:
     Raises:
         DataError: It is no such file, or cut off.
     """
-    try:
-        with opened(path, CLOUD_BYTES) as file:
-            head = file.read(MOST_HEADER)
-            size = os.fstat(file.fileno()).st_size
-    except DataError as error:
-        raise _unreadable(path, str(error).rstrip(".")) from None
+    with opened(path, CLOUD_BYTES) as file:
+        head = file.read(MOST_HEADER)
+        size = os.fstat(file.fileno()).st_size
     lines, end, _ = head.partition(b"end_header\n")
     header = [line for line in lines.decode("ascii", "replace").splitlines() if not line.startswith("comment ")]
     counts = [line.split()[-1] for line in header if line.startswith("element vertex ")]

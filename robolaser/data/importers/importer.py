@@ -118,7 +118,7 @@ class Imported:
     images: Mapping[str, Contents] = field(default_factory=dict)  # each image's contents, by its path in the data set
 
     def checked(self) -> Dataset:
-        """The data set as `load` reads it back.
+        """The data set as `load` reads it back, in no folder.
 
         Raises:
             DataError: It violates the format.
@@ -126,7 +126,7 @@ class Imported:
         with TemporaryDirectory() as folder:
             save(self.dataset, folder)
             read = load(folder)
-        return replace(read, warnings=tuple(dict.fromkeys((*self.dataset.warnings, *read.warnings))))
+        return replace(read, folder=None, warnings=tuple(dict.fromkeys((*self.dataset.warnings, *read.warnings))))
 
     def write(self, folder: Path) -> None:
         """Write the data set with its images, completely or not at all.

@@ -151,12 +151,9 @@ def _readings(
         origin = f"tf, {base} to {flange}"
         T, known, away = bag.transforms().lookup(base, flange, at_s, tolerance)
     kept, without = with_readings(known, away, tolerance, file=bag.file, what=what, source=origin)
+    poses = Poses(("",) * len(at_s), at_s, q, qd, T).take(kept)
     names = tuple(f"{i:05d}" for i in range(1, len(kept) + 1))
-
-    def some(values: Array | None) -> Array | None:
-        return None if values is None else values[kept]
-
-    return origin, Poses(names, at_s[kept], some(q), some(qd), some(T)), kept, (*left_out, *without)
+    return origin, replace(poses, names=names), kept, (*left_out, *without)
 
 
 def _frame(option: str, options: ImportOptions, bag: Bag, which: str) -> str:
