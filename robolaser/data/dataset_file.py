@@ -47,6 +47,15 @@ class RobotTable:
 
 @final
 @dataclass(frozen=True)
+class RunTable:
+    """`[robot]` where flange poses were measured."""
+
+    time: Literal["seconds", "order"] = "seconds"
+    path: Literal["consecutive", "unknown"] = "consecutive"
+
+
+@final
+@dataclass(frozen=True)
 class SensorTable:
     """`[sensor]`, of a kind without options."""
 
@@ -98,7 +107,7 @@ class DatasetFile:
     name: str = ""
     source: str = ""
     licence: str = ""
-    robot: RobotTable | None = None
+    robot: dict[str, Any] | None = None
     sensor: dict[str, Any] = field(default_factory=dict)
     scanner: ScannerTable = ScannerTable()
     image: ImageTable | None = None
@@ -141,7 +150,8 @@ def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
     """A data set of one sensor."""
     read = typed(contents, DatasetFile, file=FILE)
     declared = sensor_format(read.sensor.get("kind", "stripe"))
-    _check(read, declared)
+    arm, run = _robot_table(read)
+    _check(read, arm, declared)
     own_keys = {key: value for key, value in read.sensor.items() if key != "kind"}
     options: Any = typed(own_keys, declared.options or SensorTable, file=FILE, at=("sensor",))
     image = read.image if "image" in declared.tables else None
@@ -151,21 +161,29 @@ def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
         licence=read.licence,
         kind=declared.kind,
         options=options if declared.options else None,
-        robot=None if read.robot is None else read_robot(read.robot, folder),
+        robot=None if arm is None else read_robot(arm, folder),
         poses=Poses(()),
         parameters=parameters_of(read.parameters, declared),
         stripe_axis=getattr(options, "stripe_axis", "u"),
         image_px=None if image is None else (image.width_px, image.height_px),
         board=read.board,
         noise=read.noise,
-        time_is_order=read.robot is not None and read.robot.time == "order",
-        path_known=read.robot is None or read.robot.path == "consecutive",
+        time_is_order=run.time == "order",
+        path_known=run.path == "consecutive",
         sessions=None if read.sessions is None else Sessions((), read.sessions.own),
         folder=folder,
         warnings=_unused(contents, declared),
         **vars(read.scanner),
         **vars(read.target),
     )
+
+
+def _robot_table(read: DatasetFile) -> tuple[RobotTable | None, RobotTable | RunTable]:
+    """The arm, if there is one, and how poses followed one another."""
+    if read.robot is None or (read.robot and read.robot.keys() <= RunTable.__annotations__.keys()):
+        return None, typed(read.robot or {}, RunTable, file=FILE, at=("robot",))
+    arm = typed(read.robot, RobotTable, file=FILE, at=("robot",))
+    return arm, arm
 
 
 def _unused(contents: Mapping[str, Any], declared: SensorFormat) -> tuple[str, ...]:
@@ -210,11 +228,11 @@ def check_rotation(
         )
 
 
-def _check(read: DatasetFile, declared: SensorFormat) -> None:
+def _check(read: DatasetFile, arm: RobotTable | None, declared: SensorFormat) -> None:
     check_rotation(read.scanner.bracket_quat, f"{FILE}, [scanner] bracket_quat", FILE)
-    if read.robot is not None and len(set(read.robot.joints)) < len(read.robot.joints):
-        raise wrong(FILE, ("robot", "joints"), list(read.robot.joints), "a list of different names")
-    if read.robot is None and declared.needs_robot:
+    if arm is not None and len(set(arm.joints)) < len(arm.joints):
+        raise wrong(FILE, ("robot", "joints"), list(arm.joints), "a list of different names")
+    if arm is None and declared.needs_robot:
         raise lacking(FILE, "[robot]", f": a {declared.title} needs joint angles")
     for table in declared.required:
         if getattr(read, table) is None:

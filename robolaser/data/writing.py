@@ -124,7 +124,7 @@ def _settings(dataset: Dataset) -> Iterator[tuple[str, Mapping[str, object]]]:
     own = None if dataset.sessions is None or dataset.sessions.own == OWN else dataset.sessions.own
     yield "", {"format": FORMAT, "name": dataset.name, "source": dataset.source, "licence": dataset.licence}
     path = {"time": "order" if dataset.time_is_order else None, "path": None if dataset.path_known else "unknown"}
-    yield "[robot]", robot_table(dataset.robot) | path if dataset.robot else {}
+    yield "[robot]", (robot_table(dataset.robot) if dataset.robot else {}) | path
     header, within = ("[[sensors]]", "sensors.") if dataset.members else ("[sensor]", "")
     for sensor in dataset.members or dataset.sensors:
         named = {"name": sensor.name, "points": sensor.file, "camera": sensor.camera} if dataset.members else {}

@@ -216,6 +216,20 @@ def test_whether_the_path_is_known_is_written(
     assert read(file, replace(said, path_known=known)).path_known is known
 
 
+def test_what_is_said_of_the_order_and_path_of_flange_poses_is_written_too(tmp_path: Path) -> None:
+    rows = [[f"{i}", 0.1 * i, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, "A", 1.0, 2.0, 3.0] for i in range(12)]
+    header = ["pose", "X", "Y", "Z", "qx", "qy", "qz", "qw", "point", "x", "y", "z"]
+    columns = {f"{table}.{axis}_m": name for table, names in (("poses", "XYZ"), ("points", "xyz")) for axis, name in
+               zip("xyz", names, strict=True)}  # fmt: skip
+    file = written(tmp_path / "log.csv", [header, *rows], separator=",", decimal=".")
+    for ordered, path_known in ((True, True), (False, False)):
+        options = ImportOptions(columns=columns, units=("m",), ordered=ordered, path_known=path_known)
+        dataset = read(file, options)
+        assert (dataset.time_is_order, dataset.path_known) == (ordered, path_known)
+        assert dataset.poses.qd is None  # a number of the row is no second
+        assert dataset.warnings == ()
+
+
 def test_a_row_with_too_few_cells_is_named(said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
     rows = log_rows(dataset)
     rows[5] = rows[5][:-1]
