@@ -63,10 +63,6 @@ class CsvTable:
         """Some of the rows, by their numbers."""
         return rows_of(self, rows)
 
-    def beside(self, columns: Mapping[str, Cells]) -> "CsvTable":
-        """The table with further columns."""
-        return replace(self, columns={**self.columns, **columns})
-
     def check_all_differ(self, keys: Sequence[object], what: Callable[[int], str]) -> None:
         """Check that no row has the key of an earlier one.
 

@@ -247,7 +247,7 @@ class Dataset:
 
         Raises:
             DataError: A column is missing or has a wrong value, as in a file; columns have different lengths.
-            UsageError: There is no such robot.
+            UsageError: There is no such robot, or the flange is of none that is read here.
 
         Examples:
             >>> poses = {f"q_{joint}": [0.1, 0.4, 0.9] for joint in robolaser.find_robot("ur5").joints}

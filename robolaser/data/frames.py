@@ -10,7 +10,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.importers.robots import find_robot
 from robolaser.data.loading import load
 from robolaser.data.writing import csv_text, robot_table, toml_text
-from robolaser.errors import DataError
+from robolaser.errors import DataError, UsageError
 from robolaser.robot.kinematics import Robot
 
 FrameColumns = Mapping[str, Iterable[Any]]
@@ -25,6 +25,8 @@ def dataset_of_frames(
     tables: Mapping[str, Mapping[str, Any]],
 ) -> Dataset:
     """See `Dataset.from_frames`; `tables` are those of dataset.toml except the robot's."""
+    if flange is not None and (robot is None or isinstance(robot, Robot)):
+        raise UsageError(f"flange {flange!r} is of a robot by name or file: state it in `find_robot`, or leave it out.")
     arm = robot if isinstance(robot, Robot) or robot is None else find_robot(robot, flange=flange)
     described = {f"[{table}]" if table else "": values for table, values in tables.items()}
     if arm is not None:

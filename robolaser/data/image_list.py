@@ -54,16 +54,15 @@ def images_of_poses(recording: Dataset) -> list[PoseImages]:
     shots: list[PoseImages] = []
     shown: dict[Path, str] = {}
     for row, pose in enumerate(poses.names):
-        lit = {column: paths[row] for column, paths in columns.items() if paths[row]}
+        lit = {column: file(column, paths[row]) for column, paths in columns.items() if paths[row]}
         if LIT in lit:
-            files = {column: file(column, path) for column, path in lit.items()}
-            for column, one in files.items():
+            for column, one in lit.items():
                 if one in shown:
                     message = f"pose {pose}: {one.name} is the image of pose {shown[one]} already. Name the image that"
                     how = "was taken here, or delete one of the two."
                     raise bad_row("poses.csv", row + 2, f"{message} {how}", column)
                 shown[one] = pose
-            shots.append(PoseImages(row, pose, (*files.values(),), file(UNLIT, unlit[row]) if unlit[row] else None))
+            shots.append(PoseImages(row, pose, (*lit.values(),), file(UNLIT, unlit[row]) if unlit[row] else None))
         elif lit or unlit[row]:
             message = f"pose {pose}: column {next(iter(lit), UNLIT)} names an image, but this one is empty."
             raise bad_row("poses.csv", row + 2, f"{message} Name the image with the laser on, or leave all empty.", LIT)

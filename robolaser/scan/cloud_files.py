@@ -12,7 +12,7 @@ from robolaser.arrays import Array
 from robolaser.data.result_folder import write_streamed, write_together
 from robolaser.errors import ScanError, unwritable
 from robolaser.plugins import extra
-from robolaser.scan.ply import COLOURS, NORMALS, VERTEX, Vertices, plain, positions_of, write_ply
+from robolaser.scan.ply import COLOURS, DIGITS, NORMALS, VERTEX, Vertices, plain, positions_of, write_ply
 
 NEIGHBOURS = 16  # points, with the point itself, whose plane gives its normal
 BLOCK = 100_000  # points whose neighbours are in memory at a time: 50 MB
@@ -132,7 +132,6 @@ class Subsample:
 LAS_STEP_M = 1e-6  # LAS stores whole numbers: of micrometres, which reach 2 km
 LAS_INTENSITY = 257  # LAS counts intensity and colours to 65535, an image to 255
 _PCD = {"f": "F", "i": "I", "u": "U"}
-_DIGITS = 20
 
 
 def write_cloud(path: Path, pieces: Iterable[Vertices], comments: Sequence[str]) -> int:
@@ -170,10 +169,10 @@ def _pcd(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype:
             f"SIZE {' '.join(str(kind.itemsize) for kind in kinds)}",
             f"TYPE {' '.join(_PCD[kind.kind] for kind in kinds)}",
             f"COUNT {' '.join('1' for _ in kinds)}",
-            f"WIDTH {count:0{_DIGITS}d}",
+            f"WIDTH {count:0{DIGITS}d}",
             "HEIGHT 1",
             "VIEWPOINT 0 0 0 1 0 0 0",
-            f"POINTS {count:0{_DIGITS}d}",
+            f"POINTS {count:0{DIGITS}d}",
             "DATA binary",
         ]
         return ("\n".join(lines) + "\n").encode("ascii")

@@ -21,7 +21,7 @@ COLOURS = [(name, "u1") for name in ("red", "green", "blue")]
 _STORED = [np.dtype([*VERTEX.descr, *normals, *colours]) for normals in ([], NORMALS) for colours in ([], COLOURS)]
 
 _TYPES = {"<f4": "float", "<i4": "int", "|u1": "uchar"}
-_DIGITS = 20  # of the largest count
+DIGITS = 20  # of the largest count
 LONGEST = 200  # of a comment
 MOST_HEADER = 1 << 16  # bytes in which the header of a cloud of ours ends
 
@@ -84,7 +84,7 @@ def _header(count: int, comments: Sequence[str], dtype: np.dtype[Any]) -> bytes:
     """The header; a comment pads it to the same length for every count."""
     first, second, *rest = _head(str(count), dtype)
     texts = [f"comment {plain(line)}" for line in comments]
-    rest[0:0] = [f"comment {'.' * (_DIGITS - len(str(count)))}"]
+    rest[0:0] = [f"comment {'.' * (DIGITS - len(str(count)))}"]
     return ("\n".join([first, second, *texts, *rest, "end_header"]) + "\n").encode("ascii")
 
 

@@ -9,7 +9,7 @@ import pytest
 import robolaser
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
-from robolaser.errors import DataError
+from robolaser.errors import DataError, UsageError
 from robolaser.simulation import simulate
 
 
@@ -62,6 +62,11 @@ def test_settings_may_be_numbers_and_arrays_of_numpy(measured: Dataset) -> None:
     dataset = Dataset.from_frames(poses, points, robot="ur5", **tables)
     assert (dataset.noise.point_m, dataset.placed, dataset.distances_m) == (1e-5, False, (("0", "1", 0.5),))
     assert dataset.parameters["base.x"].nominal == 1.5
+
+
+def test_a_flange_without_a_file_to_find_it_in_is_refused(measured: Dataset) -> None:
+    with pytest.raises(UsageError, match="flange 'tool0' is of a robot by name or file"):
+        Dataset.from_frames(*frames(measured), robot=measured.robot, flange="tool0")
 
 
 def test_columns_may_be_read_once_only(measured: Dataset) -> None:

@@ -78,7 +78,7 @@ class ColumnReader:
             quantity = self.quantities.get(column, TEXT)
             unit = unit_of(units, quantity or NONE, source)
             read_from[column] = f"{source} [{unit}{'/s' * column.startswith('qd_')}]" if unit else source
-            if quantity is TEXT:
+            if quantity is TEXT or not any(self.file.cells(source)):  # an empty one may be optional
                 columns[column] = self._texts(column, source)
                 continue
             numbers = (FACTORS[quantity][unit] if quantity else 1.0) * self._numbers(source)
@@ -153,7 +153,7 @@ def choose(
     shared = known[POSES].keys() & known[POINTS].keys() - {"pose"} if poses is points else set()
     for owner, file in files.items():
         for column in known[owner]:
-            if column in file and column not in shared and any(file.cells(column)):
+            if column in file and column not in shared:
                 chosen[owner].setdefault(column, column)
     if options.robot is not None:
         joints = options.robot.joints

@@ -151,7 +151,8 @@ def joined_by_time(
     kept, without = with_readings(found.near, found.away_s, tolerance, file=measured.file, what="row")
     times, number = np.unique(at_s[kept], return_inverse=True)
     poses = _readings(log.poses, match(readings_s, times, tolerance), times)
-    seen = measured.take(kept).beside({"pose": tuple(poses.names[i] for i in number.tolist())})
+    seen = measured.take(kept)
+    seen = replace(seen, columns={**seen.columns, "pose": tuple(poses.names[i] for i in number.tolist())})
     if "repeat" not in seen:
         shots = np.array([seen.cells("pose"), seen.texts("point")])
         _, first = np.unique(shots, axis=1, return_index=True)

@@ -152,6 +152,8 @@ def test_a_column_that_is_empty_throughout_is_not_there() -> None:
     lines = as_text(*measured()).splitlines()
     Path("log.csv").write_text("\n".join([f"temperature_c,{lines[0]}", *(f",{x}" for x in lines[1:])]))
     assert imported("log.csv").poses.temperature_c is None
+    Path("log.csv").write_text("\n".join([f"{lines[0]},time_s", *(f"{line}," for line in lines[1:])]))
+    assert main(["import", "log.csv", "--robot", "ur5", "--units", "mm,deg", "--output", "timed"]) == 1
 
 
 def test_each_file_may_have_units_of_its_own() -> None:
