@@ -144,7 +144,7 @@ def _tracking(
         deviations = whole.deviations(refined[number], joint)
         count = max(1.0, rows.count(joint))
         found = [_fitted(each, refined[number], deviations, one.model, count) for each in one.findings]
-        findings += [_within_rows(each, candidates[number], log.step_s) for each in found]
+        findings += [_with_twin(each, candidates[number], log) for each in found]
     findings = _distinguished_from_clocks(findings, len(rows.joints))
     if clocks is not None:
         findings.append(clocks.finding(log, rows.joints))
@@ -260,7 +260,7 @@ def _linear(
     floor, places = _left(after, white, patterns, of.log.joints)
     deviations = rows.deviations(selected.model)
     findings = [
-        one
+        _with_twin(one, candidates, of.log)
         for found in selected.findings
         for one in [_fitted(found, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))]
         if _helps(one, before, better)
@@ -297,12 +297,18 @@ def _helps(one: SelectedEffect, before: Array, better: Bools) -> bool:
     return bool(share[better].sum() >= share[~better].sum())
 
 
-def _within_rows(one: SelectedEffect, candidates: Sequence[At], step_s: float) -> SelectedEffect:
-    """The finding, with dead time as a rival of a lag that passes within two rows: these do not show its form."""
-    late = [at for at in candidates if at.effect.name == "dead_time"]
-    if one.at.effect.name != "lag" or one.numbers["time"][0] >= 2.0 * step_s or not late:
-        return one
-    return one.beside(late, EVEN)
+def _with_twin(one: SelectedEffect, candidates: Sequence[At], log: MotionLog) -> SelectedEffect:
+    """The finding, no likelier than another effect of which no such rows distinguish it.
+
+    These are a dead time, of a lag that passes within two rows; a dead zone, of play, which the loop's own encoder does
+    not show; and a payload, of the last link's masses: both are one body.
+    """
+    name = one.at.effect.name
+    is_short = name == "lag" and one.numbers["time"][0] < 2.0 * log.step_s
+    is_last = name == "link_inertia" and one.at.joint == log.robot.chain[-1]
+    twin = {"play": "dead_zone"}.get(name, "dead_time" if is_short else "payload" if is_last else "")
+    twins = [at for at in candidates if at.effect.name == twin]
+    return one.beside(twins, EVEN) if twins else one
 
 
 def _distinguished_from_clocks(findings: Sequence[SelectedEffect], joints: int) -> list[SelectedEffect]:

@@ -6,13 +6,14 @@ from itertools import count
 
 import numpy as np
 import pytest
-from moved_arms import simulated
+from moved_arms import JOINTS, simulated
 
 import robolaser
 from robolaser.motion.effect import At
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.evidence import Fitted
-from robolaser.motion.selection import search, side_by_side
+from robolaser.motion.kind_diagnoses import _with_twin
+from robolaser.motion.selection import SelectedEffect, search, side_by_side
 from robolaser.robot.by_name import find_robot
 
 FRICTION, LINK = (
@@ -76,3 +77,41 @@ def test_a_dead_time_of_less_than_half_a_row_is_no_longer_lag() -> None:
     assert (one["effect"], one["where"]) == ("dead_time", "elbow_joint")
     assert one["parameters"]["delay"]["value"] == pytest.approx(0.003, rel=1e-3)
     assert one["indistinguishable_from"] == [["lag", "elbow_joint"]]
+
+
+@pytest.mark.parametrize(
+    ("name", "joint", "number", "twin"),
+    [
+        ("play", 1, ("half_width", 0.005), "dead_zone"),
+        ("lag", 1, ("time", 0.015), "dead_time"),
+        ("lag", 1, ("time", 0.05), ""),
+        ("link_inertia", 3, ("mass", 1.0), "payload"),
+        ("link_inertia", 1, ("mass", 1.0), ""),
+    ],
+)
+def test_what_no_such_rows_distinguish_is_no_likelier_than_the_other(
+    name: str, joint: int, number: tuple[str, float], twin: str
+) -> None:
+    log = simulated(seconds=1.0, series=1)
+    candidates = [At(one, JOINTS[joint], joint) for one in MOTION_EFFECTS if not one.form and one.name != "clock_shift"]
+    at = next(at for at in candidates if at.effect.name == name)
+    numbers = {number[0]: (number[1], 1e-4, "")}
+    found = SelectedEffect(at, 0.99, 0.0, None, (), numbers)  # type: ignore[arg-type]
+    found = _with_twin(found, candidates, log)
+    assert found.probability == (0.5 if twin else 0.99)
+    assert [rival.effect.name for rival in found.rivals] == ([twin] if twin else [])
+
+
+def test_a_tool_whose_centre_is_off_its_flange_is_a_payload_or_a_change_of_the_last_link() -> None:
+    effects = {"payload:tool": 1.0, "payload:tool.mass_x": 0.2, **dict.fromkeys(LAST_TURNS, 0.04)}
+    log = simulated(seconds=5.0, rate_hz=50.0, series=6, effects=effects, seed=1)
+    none = np.full_like(log.q, np.nan)
+    found = robolaser.diagnose(replace(log, command=none, load=none), seed=0).to_dict()
+    (one,), (cause,) = found["effects"], found["classes"]
+    told = sorted([(one["effect"], one["where"]), *map(tuple, one["indistinguishable_from"])])
+    assert told == [("link_inertia", "wrist"), ("payload", "tool")]
+    assert one["probability"] <= 0.5
+    assert (cause["class"], cause["probability"]) == ("dynamics", pytest.approx(1.0, abs=1e-2))
+
+
+LAST_TURNS = ("link_inertia:wrist.yy", "link_inertia:wrist.zz")

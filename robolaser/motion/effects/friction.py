@@ -46,8 +46,10 @@ FRICTION = (
         columns=of_joint(lambda of: of.direction), rivals=("viscous_friction", "load_friction"),
     ),
     of_friction(
-        name="asymmetric_friction", clause="friction differs between the directions of motion",
+        name="asymmetric_friction",
+        clause="friction differs between the directions of motion, or the torques have an offset",
         numbers=(Number("torque", "Nm", 0.5),), reference="Bona, Indri 2005, CDC: friction compensation in robotics",
+        remedy="Record torques with the brakes on: what is read there is an offset, to be subtracted.",
         columns=of_joint(lambda of: np.abs(of.direction)), rivals=("link_inertia",),
     ),
     of_friction(

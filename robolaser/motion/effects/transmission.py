@@ -13,6 +13,7 @@ TUTTLE = "Tuttle, Seering 1996, IEEE Trans. Robotics and Automation 12: a nonlin
 CYCLES = tuple(sorted({1, 2, 4, 50, 101, 202, *range(8, 65, 4), *range(70, 331, 10)}))
 """Cycles of a ripple per turn of the joint: among them the ratios of strain wave gears, 50 to 160, and twice these."""
 SEEN_CYCLES = 2.0  # over the range of motion; fewer are indistinguishable from a smooth function
+OF_DISC = 2  # cycles of a disc or rings that are not centred; they bend a part of a turn, too, unlike a ratio
 
 
 def _late(quantities: Quantities, joint: int) -> Sequence[Array]:
@@ -35,7 +36,7 @@ def _lost(quantities: Quantities, joint: int) -> Sequence[Array]:
 
 def _ripple(quantities: Quantities, joint: int) -> Sequence[Array]:
     q = quantities.q[:, joint]
-    seen = [cycles for cycles in CYCLES if cycles * np.ptp(q) > SEEN_CYCLES * 2.0 * np.pi]
+    seen = [cycles for cycles in CYCLES if cycles <= OF_DISC or cycles * np.ptp(q) > SEEN_CYCLES * 2.0 * np.pi]
     waves = [np.stack([np.cos(cycles * q), np.sin(cycles * q)], axis=-1) for cycles in seen]
     return [at_joint(quantities, joint, wave) for wave in waves]
 
@@ -64,9 +65,10 @@ TRANSMISSION = (
         columns=_lost, rivals=("clock_shift",),
     ),
     of_gear(
-        name="gear_ripple", clause="the gear has a ripple",
+        name="gear_ripple", clause="the gear, or an encoder's disc, has a ripple",
         numbers=(Number("cosine", "rad", 1e-4), Number("sine", "rad", 1e-4)),
         remedy="Correct the reading by this wave, or replace the gear.", columns=_ripple, needs=_turns,
+        rivals=("gear_ratio", "gear_spring"),
     ),
     of_gear(
         name="gear_ratio", clause="the gear ratio is not as stated", numbers=(Number("factor", "", 1e-3),),
