@@ -90,7 +90,7 @@ def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) ->
         raise RobotError(
             f"{source} starts with <{str(root.tag)[:60]}>: expected a URDF, <robot>, or an MJCF, <mujoco>."
         )
-    joints = {where for _, where in numbers.at} - {"tool", "timing"}
+    joints = {where for _, where in numbers.at} - {"tool", "timing", "joints", "base"}
     there = writers[root.tag](root, numbers, joints)
     if joints and not there:
         raise RobotError(f"{source} has none of the joints of the result: {', '.join(sorted(joints))}.")

@@ -55,7 +55,6 @@ class MotionFile:
     source: str = ""
     licence: str = ""
     motion: dict[str, Any] = field(default_factory=dict)
-    noise: dict[str, Any] = field(default_factory=dict)
 
 
 def is_motion(folder: str | Path) -> bool:

@@ -137,6 +137,13 @@ def test_what_a_file_has_no_place_for_is_said() -> None:
     assert len(copy.contains) == len(FOUND) - 2
 
 
+@pytest.mark.parametrize("where", ["tool", "timing", "joints", "base"])
+def test_what_is_at_no_joint_is_lacking_also_where_it_is_alone(where: str) -> None:
+    assert motion_into(MJCF, [effect("torque_constant", where, factor=0.1)], "arm.xml").lacks == (
+        ("torque_constant", where),
+    )
+
+
 def test_an_actuator_of_another_kind_is_said_to_take_no_servo() -> None:
     general = MJCF.replace('<position joint="lift" kp="5"/>', '<general joint="lift" gainprm="5"/>')
     copy = motion_into(general, FOUND, "arm.xml")

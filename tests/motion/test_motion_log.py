@@ -146,6 +146,13 @@ def test_a_unit_that_is_neither_torque_nor_current_is_refused(log: MotionLog, tm
         reading(tmp_path, lambda one: replace(one, torque_unit="mNm"), log)
 
 
+def test_noise_that_nothing_would_read_is_refused(folder: Path) -> None:
+    with (folder / "dataset.toml").open("a", encoding="utf-8") as file:
+        file.write("\n[noise]\njoint_step_rad = 1e-3\n")
+    with pytest.raises(DataError, match=r"dataset.toml.* noise: this key is not known"):
+        load_motion(folder)
+
+
 def test_a_payload_of_no_series_is_refused(log: MotionLog, tmp_path: Path) -> None:
     with pytest.raises(DataError, match="no series 'run_9'"):
         reading(tmp_path, lambda one: replace(one, payload_kg={"run_9": 1.0}), log)
