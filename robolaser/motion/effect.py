@@ -95,6 +95,8 @@ class MotionEffect:
     rarity: float = 0.0  # twice the logarithm of how much rarer it is than the others
     # Of rows that are linear in its numbers: columns for some shapes of it, each (n, j, numbers), n rows of j joints.
     columns: Callable[["Quantities", int], Sequence[Array]] | None = None
+    # What differs between its shapes: a name, its unit, and the value of each.
+    shape: Callable[["Quantities", int], tuple[str, str, Sequence[float]]] | None = None
     # How large its numbers can be at all, (numbers,): one standard deviation before any row is seen.
     sizes: Callable[["Quantities", int], Array] | None = None
     # The least that its numbers can be, (numbers,), where that depends on the arm: no link has a negative mass.

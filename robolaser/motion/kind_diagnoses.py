@@ -260,7 +260,7 @@ def _linear(
     floor, places = _left(after, white, patterns, of.log.joints)
     deviations = rows.deviations(selected.model)
     findings = [
-        _with_twin(one, candidates, of.log)
+        _with_shape(_with_twin(one, candidates, of.log), selected.model, of)
         for found in selected.findings
         for one in [_fitted(found, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))]
         if _helps(one, before, better)
@@ -289,6 +289,15 @@ def _fitted(
     }
     gained = np.maximum(one.without.squares - model.squares, 0.0) / count
     return replace(one, numbers=numbers, gained=gained)
+
+
+def _with_shape(one: SelectedEffect, model: Fitted, of: Quantities) -> SelectedEffect:
+    """The finding with the value of its shape, such as the cycles of its wave."""
+    if one.at.effect.shape is None:
+        return one
+    name, unit, values = one.at.effect.shape(of, one.at.joint)
+    value = float(values[model.shapes[model.effects.index(one.at)]])
+    return replace(one, numbers={**one.numbers, name: (value, np.nan, unit)})
 
 
 def _helps(one: SelectedEffect, before: Array, better: Bools) -> bool:

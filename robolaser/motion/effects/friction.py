@@ -17,9 +17,13 @@ REMEDY = "Give the simulated joint this friction: MuJoCo's damping and frictionl
 
 def _stribeck(quantities: Quantities, joint: int) -> Sequence[Array]:
     speed, direction = quantities.speed[:, joint], quantities.direction[:, joint]
-    most = float(np.abs(speed).max(initial=1e-9))
-    falls = [np.exp(-((speed / (share * most)) ** 2)) for share in STRIBECK_SPEEDS]
+    falls = [np.exp(-((speed / fallen) ** 2)) for fallen in _fallen_at(quantities, joint)]
     return [at_joint(quantities, joint, direction * fall) for fall in falls]
+
+
+def _fallen_at(quantities: Quantities, joint: int) -> Sequence[float]:
+    most = float(np.abs(quantities.speed[:, joint]).max(initial=1e-9))
+    return [share * most for share in STRIBECK_SPEEDS]
 
 
 def _shared(quantities: Quantities, joint: int) -> Sequence[Array]:
@@ -54,7 +58,8 @@ FRICTION = (
     ),
     of_friction(
         name="stribeck_friction", clause="friction is larger at low speed", numbers=(Number("torque", "Nm", 0.5, 0.0),),
-        columns=_stribeck, rivals=("coulomb_friction", "viscous_friction"),
+        columns=_stribeck, shape=lambda of, joint: ("speed", "rad/s", _fallen_at(of, joint)),
+        rivals=("coulomb_friction", "viscous_friction"),
     ),
     of_friction(
         name="load_friction", clause="friction grows with the load", numbers=(Number("share", "", 0.05, 0.0, 1.0),),

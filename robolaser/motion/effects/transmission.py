@@ -10,10 +10,10 @@ from robolaser.motion.effect import TIMING, MotionEffect, Number
 from robolaser.motion.quantities import Quantities, at_joint, of_joint
 
 TUTTLE = "Tuttle, Seering 1996, IEEE Trans. Robotics and Automation 12: a nonlinear model of a harmonic drive"
-CYCLES = tuple(sorted({1, 2, 4, 50, 101, 202, *range(8, 65, 4), *range(70, 331, 10)}))
+CYCLES = tuple(sorted({4, 50, 101, 202, *range(8, 65, 4), *range(70, 331, 10)}))
 """Cycles of a ripple per turn of the joint: among them the ratios of strain wave gears, 50 to 160, and twice these."""
 SEEN_CYCLES = 2.0  # over the range of motion; fewer are indistinguishable from a smooth function
-OF_DISC = 2  # cycles of a disc or rings that are not centred; they bend a part of a turn, too, unlike a ratio
+OF_DISC = (1, 2)  # cycles of a disc or rings that are not centred; a part of a turn shows them beside a ratio
 
 
 def _late(quantities: Quantities, joint: int) -> Sequence[Array]:
@@ -36,9 +36,14 @@ def _lost(quantities: Quantities, joint: int) -> Sequence[Array]:
 
 def _ripple(quantities: Quantities, joint: int) -> Sequence[Array]:
     q = quantities.q[:, joint]
-    seen = [cycles for cycles in CYCLES if cycles <= OF_DISC or cycles * np.ptp(q) > SEEN_CYCLES * 2.0 * np.pi]
-    waves = [np.stack([np.cos(cycles * q), np.sin(cycles * q)], axis=-1) for cycles in seen]
+    waves = [np.stack([np.cos(cycles * q), np.sin(cycles * q)], axis=-1) for cycles in _seen(quantities, joint)]
     return [at_joint(quantities, joint, wave) for wave in waves]
+
+
+def _seen(quantities: Quantities, joint: int) -> Sequence[int]:
+    """Cycles of a ripple that a joint's motion shows, those of a disc last."""
+    turned = np.ptp(quantities.q[:, joint]) / (2.0 * np.pi)
+    return [*(cycles for cycles in CYCLES if cycles * turned > SEEN_CYCLES), *OF_DISC]
 
 
 def _turns(quantities: Quantities, joint: int) -> str:
@@ -68,7 +73,7 @@ TRANSMISSION = (
         name="gear_ripple", clause="the gear, or an encoder's disc, has a ripple",
         numbers=(Number("cosine", "rad", 1e-4), Number("sine", "rad", 1e-4)),
         remedy="Correct the reading by this wave, or replace the gear.", columns=_ripple, needs=_turns,
-        rivals=("gear_ratio", "gear_spring"),
+        rivals=("gear_ratio", "gear_spring"), shape=lambda of, joint: ("cycles", "", _seen(of, joint)),
     ),
     of_gear(
         name="gear_ratio", clause="the gear ratio is not as stated", numbers=(Number("factor", "", 1e-3),),
