@@ -103,5 +103,5 @@ def in_a_line(found: Mapping[str, Any]) -> str:
     ]
     if found["effects"] and found["next_poses"]:
         decides = ", ".join(f"{joint} {value:.2f}" for joint, value in found["next_poses"][0].items())
-        parts.append(f"would decide: {decides}")
+        parts.append(f"would decide: {decides} (rad or m)")
     return "; ".join(filter(None, parts))

@@ -25,12 +25,13 @@ COINCIDE: Final = 1e-6  # length of a link, below which it has none [m]. A judge
 NUMBERS: Final = ("theta", "d", "a", "alpha", "beta")
 HEADER: Final = ("joint", "number", "nominal", "corrected", "correction", "unit", "meaning")
 MEANING: Final = {
-    "theta": "zero of the joint: the joint is at what the controller shows, plus the correction",
+    "theta": "angle about the joint's axis to the next common normal",
     "d": "distance along the joint's axis to the next common normal",
     "a": "length of the link: distance between this joint's axis and the next one",
     "alpha": "twist of the link: angle of the next axis, about x",
     "beta": "tilt of the next axis, about y, where the arm is built with parallel axes",
 }
+ZERO: Final = "zero of the joint: the joint is at what the controller shows, plus the correction"
 SHOWN: Final = {"theta": (np.degrees(1.0), "deg"), "d": (1e3, "mm"), "a": (1e3, "mm"),
                 "alpha": (np.degrees(1.0), "deg"), "beta": (np.degrees(1.0), "deg")}  # fmt: skip
 OF_BASE: Final = ("theta", "d")
@@ -52,7 +53,7 @@ def controller_table(calibration: Calibration) -> str | None:
     step = calibration.model.dataset.noise.joint_step_rad
     rows = []
     for number, joint in enumerate(robot.chain):
-        name, moved = robot.joints[joint], there[number] - nominal[number]
+        name, moved, own = robot.joints[joint], there[number] - nominal[number], _moving(robot, joint)
         absent = OF_BASE if number == 0 else OF_TOOL if number == len(nominal) - 1 else ()
         for i, what in enumerate(NUMBERS):
             if what in absent or (what == "beta" and not there[number, i]):
@@ -61,8 +62,8 @@ def controller_table(calibration: Calibration) -> str | None:
             change = _turn(moved[i]) if unit == "deg" else moved[i]
             values = (nominal[number, i], nominal[number, i] + change, change)
             shown = (f"{round(scale * value, 6) + 0.0:.6f}" for value in values)
-            rows.append([name, what, *shown, unit, MEANING[what]])
-        if step and number and not robot.prismatic[joint]:
+            rows.append([name, what, *shown, unit, ZERO if what == own else MEANING[what]])
+        if step and number and own == "theta":
             ticks = _turn(moved[0]) / step
             rows.append([name, "zero", "", "", f"{ticks:.1f}", "encoder steps", "correction of theta, in steps"])
     return table_text(HEADER, rows)
@@ -100,9 +101,14 @@ def flange_by_table(text: str, robot: Robot, q: Array) -> Array:
     T = first
     for row, joint in zip(rows, robot.chain, strict=True):
         moved = np.tile(row, (len(q), 1))
-        moved[:, NUMBERS.index("d" if robot.prismatic[joint] else "theta")] += q[:, joint]
+        moved[:, NUMBERS.index(_moving(robot, joint))] += q[:, joint]
         T = T @ link(moved)
     return np.asarray(T @ end)
+
+
+def _moving(robot: Robot, joint: int) -> str:
+    """The number to which a joint's value is added."""
+    return "d" if robot.prismatic[joint] else "theta"
 
 
 def _turn(angle: float) -> float:

@@ -40,7 +40,7 @@ class Written:
 
 @final
 @dataclass(frozen=True)
-class _NumberSpans:
+class _Numbers:
     """The numbers of the effects at the joints of a moving arm, looked up by effect."""
 
     at: Mapping[Pair, Mapping[str, float]]
@@ -76,13 +76,13 @@ def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) ->
         RobotError: It is neither URDF nor MJCF, has none of the joints, or text where an actuator's number should be.
     """
     root = markup.read(text, source, ROBOT_BYTES)
-    numbers = _NumberSpans(
+    numbers = _Numbers(
         {
             (one["effect"], one["where"]): {name: each["value"] for name, each in one["parameters"].items()}
             for one in effects
         }
     )
-    writers: dict[str, Callable[[ET.Element, _NumberSpans, set[str]], set[str]]] = {
+    writers: dict[str, Callable[[ET.Element, _Numbers, set[str]], set[str]]] = {
         "robot": _urdf,
         "mujoco": partial(_mjcf, source=source),
     }
@@ -119,7 +119,7 @@ OF_POSITION: Final = {"kp": (1, "1"), "kv": (1, "0"), "ctrlrange": (2, "-7 7")}
 DEFAULT_STEP_S = "0.002"  # MuJoCo's
 
 
-def _urdf(robot: ET.Element, numbers: _NumberSpans, joints: set[str]) -> set[str]:
+def _urdf(robot: ET.Element, numbers: _Numbers, joints: set[str]) -> set[str]:
     there = {name: joint for joint in robot.findall("joint") if (name := joint.get("name", "")) in joints}
     for name, joint in there.items():
         if attributes := numbers.attributes(name, IN_URDF):
@@ -129,7 +129,7 @@ def _urdf(robot: ET.Element, numbers: _NumberSpans, joints: set[str]) -> set[str
     return set(there)
 
 
-def _mjcf(root: ET.Element, numbers: _NumberSpans, joints: set[str], *, source: str) -> set[str]:
+def _mjcf(root: ET.Element, numbers: _Numbers, joints: set[str], *, source: str) -> set[str]:
     there = {name: joint for joint in root.iter("joint") if (name := joint.get("name", "")) in joints}
     for name, joint in there.items():
         joint.attrib.update(numbers.attributes(name, IN_MJCF))
@@ -160,7 +160,7 @@ def _of_class(root: ET.Element, actuator: ET.Element, key: str) -> str | None:
 
 
 def _actuator(
-    actuator: ET.Element, joint: ET.Element, numbers: _NumberSpans, step: float, known: Mapping[str, Array]
+    actuator: ET.Element, joint: ET.Element, numbers: _Numbers, step: float, known: Mapping[str, Array]
 ) -> None:
     name, (kp,), (kv,) = joint.get("name", ""), known["kp"], known["kv"]
     found = [numbers.take("droop", name, number, above=0.0) for number in ("compliance", "torque_compliance")]

@@ -100,7 +100,9 @@ def test_a_noisy_problem_keeps_no_luckiest_sample_of_a_run_that_is_killed(monkey
 
 def test_the_exit_status_says_when_nothing_ran(tmp_path, capsys):
     assert main(["compare", "mine:Whole", "--algorithms", "de", "--output", str(tmp_path / "a")]) == 1
-    assert "No algorithm could be run" in capsys.readouterr().err
+    said = capsys.readouterr()
+    assert "No algorithm could be run" in said.err
+    assert "No algorithm could be run" in said.out
     typed = ["compare", "mine:Sphere", "--algorithms", "mine:raising", "--seeds", "1", "--output", str(tmp_path / "b")]
     assert main(typed) == 1
     assert "Every run failed" in capsys.readouterr().err

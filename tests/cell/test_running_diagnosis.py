@@ -49,7 +49,7 @@ def test_a_line_says_who_leads_how_sure_and_which_pose_would_decide() -> None:
     }
     assert in_a_line(found) == (
         "30 poses: explained; backlash at elbow 87%; error on new poses 0.4 mm, noise alone 0.35 mm;"
-        " would decide: elbow 1.50"
+        " would decide: elbow 1.50 (rad or m)"
     )
 
 

@@ -71,6 +71,19 @@ def test_the_zero_of_a_joint_has_the_sign_of_its_angle(found) -> None:
     assert abs(float(length["correction"])) > 0.3
 
 
+def test_the_zero_of_a_joint_that_slides_is_its_distance() -> None:
+    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    text = '<robot name="r"><link name="l0"/>'
+    for i, kind in enumerate(("revolute", "prismatic", "revolute"), 1):
+        placed = f'<parent link="l{i - 1}"/><child link="l{i}"/><origin xyz="0.3 0.1 0.1" rpy="0.2 {i} 0.1"/>'
+        text += f'<link name="l{i}"/><joint name="j{i}" type="{kind}">{placed}<axis xyz="0 0 1"/>{limit}</joint>'
+    robot = Robot.from_urdf(f"{text}</robot>", flange="l3")
+    data = simulate(robot, kind="point", poses=6, noise=Noise(point_m=1e-5, joint_step_rad=1e-5), seed=2).dataset
+    rows = csv.DictReader(io.StringIO(controller_table(bent(data, {"joint_offset:j2.offset": 0.002}))))
+    zeros = [(one["joint"], one["number"], one["correction"]) for one in rows if "zero" in one["meaning"]]
+    assert zeros == [("j2", "d", "2.000000"), ("j3", "theta", "0.000000")]
+
+
 def test_both_files_hold_the_corrected_arm(found) -> None:
     robot, corrected = found.model.dataset.robot, found.robot
     q = np.random.default_rng(1).uniform(-1.5, 1.5, (20, 6))

@@ -28,7 +28,8 @@ NOISY = "noisy: runs are ranked by their returned candidates, re-evaluated"
 def document(comparison: BenchmarkResult, judged: Sequence[Standings], *, brief: bool = False) -> Document:
     """The report, given the standings of each family of problems; in brief without the parts that only a page shows."""
     shown = judged if comparison.runs else ()
-    lead, sense = _parted(shown[0].order.answer if shown else "No run has finished yet.")
+    nothing = "No run has finished yet." if comparison.wanted else "No algorithm could be run on any of the problems."
+    lead, sense = _parted(shown[0].order.answer if shown else nothing)
     sections = [_family(comparison, one, i, brief=brief) for i, one in enumerate(shown)]
     sections += [] if brief else [section for one in shown for section in _problems(comparison, one)]
     sections += _conditions(comparison, shown)
