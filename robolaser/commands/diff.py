@@ -42,7 +42,8 @@ def diff(
 
     read = [first, second]
     writing = results_in(output, command="diff", files=FILES, inputs=read, force=force) if output else nullcontext()
-    names = (str(first), str(second)) if first.name == second.name else (first.name, second.name)
+    one, other = first.resolve().name, second.resolve().name  # of `.` too
+    names = (str(first), str(second)) if one == other else (one, other)
     with writing:
         found = difference(first, second)
         if output:

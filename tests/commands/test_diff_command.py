@@ -66,6 +66,14 @@ def test_people_see_a_table(folder: Path, capsys: pytest.CaptureFixture[str]) ->
     assert theta.count("°") == len(("first", "second", "change"))
 
 
+def test_a_result_in_the_current_folder_has_the_folders_name(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(folder / "plain")
+    assert main(["diff", ".", "../rolled"]) == 0
+    assert "plain beside rolled" in capsys.readouterr().out
+
+
 def test_the_page_is_written_where_it_was_asked_for(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "moved"
     asked = ["diff", str(folder / "plain"), str(folder / "rolled"), "--output", str(out), "--quiet"]
