@@ -118,8 +118,9 @@ def main() -> None:
     args = parser.parse_args()
     if not args.report:
         kinds = args.kinds.split(",") if args.kinds else KINDS
-        known = {kept["seed"] for kept in lines(args.output)}
-        new = [task for task in tasks(args.seed, args.rounds, kinds, withhold=args.withhold) if task.seed not in known]
+        known = {(kept["seed"], kept["kind"]) for kept in lines(args.output)}
+        every = tasks(args.seed, args.rounds, kinds, withhold=args.withhold)
+        new = [task for task in every if (task.seed, task.kind) not in known]
         with ProcessPoolExecutor(args.jobs) as pool:
             for done in as_completed([pool.submit(line, task) for task in new]):
                 with args.output.open("a") as out:

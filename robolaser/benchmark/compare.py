@@ -98,10 +98,11 @@ def compare(
         except (KeyboardInterrupt, CancelledError) as stopped:
             why = "Stopped" if isinstance(stopped, KeyboardInterrupt) else "The cluster is lost"
         result = journal.result(planned)
-    if folder is not None:
-        write(result, folder)
+    written = folder if "engine" in planned else None  # nothing, where it was stopped before it began
+    if written is not None:
+        write(result, written)
     if why:
-        where = f" They are in {folder}: continue with --resume." if folder else ""
+        where = f" They are in {written}: continue with --resume." if written else ""
         raise Interrupted(f"{why}, after {len(result.runs)} of {len(plan.tasks)} runs.{where}") from None
     return result
 

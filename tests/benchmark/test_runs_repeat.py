@@ -12,7 +12,7 @@ from pymoo.algorithms.soo.nonconvex.ga import GA
 import robolaser
 from robolaser import load_comparison
 from robolaser.cli import main
-from robolaser.errors import BenchmarkError, OutputError, UsageError
+from robolaser.errors import BenchmarkError, Interrupted, OutputError, UsageError
 from robolaser.problems.calibration_suite import DATA
 
 ASKED = {"seeds": 3, "budget": 100}
@@ -120,10 +120,18 @@ def test_a_merge_is_extended_by_further_folders(tmp_path):
     assert len(load_comparison(tmp_path / "all").runs) == 2
 
 
-def test_runs_are_replaced_only_once_others_can_be_made(tmp_path):
+def stopped(*_, **__):
+    raise KeyboardInterrupt
+
+
+def test_runs_are_replaced_only_once_others_can_be_made(tmp_path, monkeypatch):
     robolaser.compare("mine:Sphere", "random", output=tmp_path, **ASKED)
     with pytest.raises(UsageError, match="jobs is 0"):
         robolaser.compare("mine:Sphere", "random", output=tmp_path, force=True, jobs=0, **ASKED)
+    with monkeypatch.context() as patch:
+        patch.setattr("robolaser.benchmark.compare.engine_of", stopped)
+        with pytest.raises(Interrupted, match=r"Stopped, after 0 of 3 runs\.$"):
+            robolaser.compare("mine:Sphere", "random", output=tmp_path, force=True, **ASKED)
     assert len(load_comparison(tmp_path).runs) == 3
     robolaser.compare("mine:Sphere", "random", output=tmp_path, force=True, seeds=1, budget=100)
     assert len(load_comparison(tmp_path).runs) == 1
