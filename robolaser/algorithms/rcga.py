@@ -94,10 +94,7 @@ class RCGA(GeneticAlgorithm):
         True
     """
 
-    problem: Any
-    termination: Any
     archive: Any
-    is_initialized: bool
     _pop: Any
     _off: Any
     _opt: Any

@@ -93,13 +93,16 @@ def algorithm_named(text: str) -> Any:
     return maker_of(AlgorithmSpec.of(text))(1)
 
 
-def maker_of(spec: AlgorithmSpec, found: Any = None, expected: str = EXPECTED) -> Callable[[int], Any]:
+def maker_of(
+    spec: AlgorithmSpec, found: Any = None, *, expected: str = EXPECTED, known: Iterable[str] = ()
+) -> Callable[[int], Any]:
     """A factory of an algorithm, given the number of objectives.
 
     Args:
         spec: Its name and settings.
         found: Its class, an instance, or a function that returns one; the meaning of the name when absent.
         expected: What is expected, in the words of error messages.
+        known: Names for the error of an unknown one; by default those that `calibrate` knows.
 
     Raises:
         UsageError: There is no such algorithm or operator.
@@ -112,7 +115,8 @@ def maker_of(spec: AlgorithmSpec, found: Any = None, expected: str = EXPECTED) -
     elif found is None:
         found = pymoos("algorithms", spec.name)
     if found is None:
-        raise unknown_algorithm(spec.name, [SCREENING, *algorithms(), POLISH_ONLY])
+        near_ones = near(spec.name, known or [SCREENING, *algorithms(), POLISH_ONLY])
+        raise UsageError(f"No algorithm '{spec.name}'.{near_ones} One of your own is package.module:attribute.")
     if not callable(found):
         found = copies(spec, found)
     parts = {slot: _operator_maker(slot, one) for slot, one in spec.operators.items()}
@@ -213,8 +217,3 @@ def pymoos(package: str, name: str) -> type[Any] | None:
             found: type[Any] = getattr(module, name)
             return found
     return None
-
-
-def unknown_algorithm(name: str, known: Iterable[str]) -> UsageError:
-    """No algorithm has that name."""
-    return UsageError(f"No algorithm '{name}'.{near(name, known)} One of your own is package.module:attribute.")

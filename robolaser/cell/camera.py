@@ -246,13 +246,9 @@ def _open_stream(source: str) -> tuple[Any, bool]:
 
 
 def _captured(source: str) -> Any:
-    settings = {
-        cv2.CAP_PROP_OPEN_TIMEOUT_MSEC: OPENING_MS,
-        cv2.CAP_PROP_READ_TIMEOUT_MSEC: READING_MS,
-        cv2.CAP_PROP_N_THREADS: 1,  # each further one holds an image back
-    }
-    pairs = [number for setting in settings.items() for number in setting]
-    capture: Any = cv2.VideoCapture(source, cv2.CAP_FFMPEG, pairs)
+    limits = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, OPENING_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, READING_MS]
+    one_thread = [cv2.CAP_PROP_N_THREADS, 1]  # each further one holds an image back
+    capture: Any = cv2.VideoCapture(source, cv2.CAP_FFMPEG, limits + one_thread)
     if not capture.isOpened():
         raise cannot_open(source, "there is no stream")
     return capture

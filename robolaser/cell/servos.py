@@ -132,8 +132,6 @@ def crc16(data: bytes) -> int:
 
 
 SERVOS: Mapping[str, Dynamixel | Feetech] = {"dynamixel": Dynamixel(), "feetech": Feetech()}  # by the kind of arm
-
-
 MIDDLE = 2048
 QUIET_S = 0.25
 TRIES = 4

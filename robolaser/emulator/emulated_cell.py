@@ -101,8 +101,6 @@ LOOKS_A_S, MOST_LOOKS = 50.0, 400  # samples of the arm per second of its clock;
 BITS_A_BYTE = 10  # start, eight, stop
 LARGEST_READ = 4096
 MOST_PENDING = 65536  # bytes kept for a client that does not read; more are lost, as without flow control
-
-
 CONTROLLERS = ("acl", "dynamixel", "feetech", "lss")  # kinds of arms that are emulated
 
 

@@ -121,9 +121,9 @@ def check_operator(operator: Any, *, algorithms: Iterable[str] = STOCK_ALGORITHM
     return Compatibility(name, slot, {each: _outcome(operator, slot, each) for each in algorithms})
 
 
-def act(operator: Any, pop: Any, seed: int, *, problem: Any = None) -> Array:
+def _act(operator: Any, pop: Any, seed: int) -> Array:
     """One call, as by pymoo's algorithms -> its result: genes, or the indices of the selected."""
-    problem = Bowl() if problem is None else problem
+    problem = Bowl()
     given = {
         "random_state": np.random.default_rng(seed),
         "algorithm": SimpleNamespace(n_iter=3, termination=NoTermination()),
@@ -160,14 +160,14 @@ def _slot(operator: Any) -> str:
 
 def _repeats(operator: Any) -> str | None:
     pop = evaluated_population()
-    same = np.array_equal(act(operator, pop, 7), act(copy.deepcopy(operator), pop, 7))
+    same = np.array_equal(_act(operator, pop, 7), _act(copy.deepcopy(operator), pop, 7))
     return None if same else "gives another outcome with the same seed: draw from `random_state` alone"
 
 
 def _leaves_parents_alone(operator: Any) -> str | None:
     pop = evaluated_population()
     X, F = pop.get("X").copy(), pop.get("F").copy()
-    act(operator, pop, 7)
+    _act(operator, pop, 7)
     same = np.array_equal(pop.get("X"), X) and np.array_equal(pop.get("F"), F)
     return None if same else "changes the parents it is given: work on a copy"
 
@@ -176,7 +176,7 @@ def _keeps_to_the_bounds(operator: Any) -> str | None:
     problem, pop = Bowl(), evaluated_population()
     slot = _slot(operator)
     for seed in range(20):
-        found = act(operator, pop, seed)
+        found = _act(operator, pop, seed)
         if slot == "selection":
             if found.shape != (10, 2) or not np.issubdtype(found.dtype, np.integer):
                 return f"selects an array {found.shape} of {found.dtype}; expected were indices (n_select, n_parents)"

@@ -48,12 +48,11 @@ def find(given: Any, name: str = "") -> Solver:
         if spec.values:
             raise UsageError(f"{given}: {spec.name} has no settings, and its operators cannot be exchanged.")
         return replace(SEARCHES[spec.name], name=name)
-    if spec.name not in registry.algorithms() and registry.pymoos("algorithms", spec.name) is None:
-        raise registry.unknown_algorithm(spec.name, solver_titles())
+    make = registry.maker_of(spec, known=solver_titles())
     title = solver_titles().get(spec.name) or f"pymoo's {spec.name}"
     parts = [f"{one.text} as {slot}" for slot, one in spec.operators.items()]
     parts += [f"{key}={value}" for key, value in spec.settings.items() if name != given]
-    return pymoo_solver(name, f"{title} with {' and '.join(parts)}" if parts else title, registry.maker_of(spec))
+    return pymoo_solver(name, f"{title} with {' and '.join(parts)}" if parts else title, make)
 
 
 def _own(spec: AlgorithmSpec, found: Any, name: str = "") -> Solver:
@@ -62,7 +61,7 @@ def _own(spec: AlgorithmSpec, found: Any, name: str = "") -> Solver:
     if callable(found) and not inspect.isclass(found) and _needs(found) == ARGUMENTS:
         check_settings(spec, spec.values, found, ARGUMENTS)
         return Solver(name, title_of(found, name), partial(restarted, partial(found, **spec.values)))
-    make = registry.maker_of(spec, found, f"{registry.EXPECTED}, or a function search(evaluator, seed)")
+    make = registry.maker_of(spec, found, expected=f"{registry.EXPECTED}, or a function search(evaluator, seed)")
     return pymoo_solver(name, title_of(found, name), make)
 
 
