@@ -60,9 +60,9 @@ class Model:
         if not len(self.dataset.points):
             folder = self.dataset.folder
             raise DataError(
-                "points.csv has a header but no rows: there is nothing to calibrate from."
-                if folder and (folder / "points.csv").exists()
-                else f"{folder} has no points.csv yet. Run `robolaser extract {folder}` first, or measure points.",
+                f"{folder} has no points.csv yet. Run `robolaser extract {folder}` first, or measure points."
+                if folder and not (folder / "points.csv").exists()
+                else "There are no points, no rows of points.csv: there is nothing to calibrate from.",
                 file="points.csv",
             )
 

@@ -1,6 +1,7 @@
 """The paper's chain: its frames, its gauge, its poles, its limit cases."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from cells import project
 
 from robolaser.arrays import Array
 from robolaser.data.stated_noise import Noise
+from robolaser.errors import DataError
 from robolaser.geometry.camera import intersect, laser_plane, metric, rays, undistort
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, pose
 from robolaser.model.forward_model import Model
@@ -123,3 +125,23 @@ def test_an_unplaced_target_follows_in_closed_form(made: Simulated) -> None:
     x = np.array([[completed[name][0] for name in model.parameters.names]])
     assert np.abs(model.residuals(x)).max() < 1e-9
     assert model.cost(x[:0]).shape == (0,)
+
+
+@pytest.mark.parametrize(
+    ("files", "said"),
+    [
+        ((), r"cell has no points\.csv yet\. Run `robolaser extract .*cell` first"),
+        (("points.csv",), r"^There are no points"),
+        (None, r"^There are no points"),
+    ],
+)
+def test_without_points_the_way_to_some_is_named_where_there_is_one(
+    made: Simulated, tmp_path: Path, files: tuple[str, ...] | None, said: str
+) -> None:
+    folder = tmp_path / "cell"
+    folder.mkdir()
+    for file in files or ():
+        (folder / file).touch()
+    bare = replace(made.dataset, points=made.dataset.points.take(slice(0)), folder=None if files is None else folder)
+    with pytest.raises(DataError, match=said):
+        Model(bare)
