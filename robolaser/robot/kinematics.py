@@ -215,7 +215,7 @@ class Robot:
 
     @property
     def range(self) -> tuple[Array, Array]:
-        """Least and largest used value of each joint, (j,) and (j,) [rad] or [m]: its limits; continuous ones, ±π."""
+        """Least and largest used value of each joint, (j,) and (j,) [rad] or [m]: its limits, at most a turn."""
         lower = np.where(self.prismatic, self.lower, np.maximum(self.lower, np.minimum(-np.pi, self.upper - np.pi)))
         upper = np.where(self.prismatic, self.upper, np.minimum(self.upper, np.maximum(np.pi, lower + np.pi)))
         return lower, upper
