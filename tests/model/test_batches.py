@@ -8,6 +8,8 @@ from asked import simulate_as_asked
 
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
+from robolaser.data.board import Board
+from robolaser.data.several_sensors import with_points_of
 from robolaser.data.stated_noise import Noise
 from robolaser.estimation.folds import TOLERANCE, assign_folds, held_out
 from robolaser.estimation.noise_estimate import noise_of
@@ -119,3 +121,20 @@ def test_poses_of_one_row_err_as_a_whole_too_although_all_of_a_batch_have_one(mo
     whole = calibrate(dataset)
     monkeypatch.setattr("robolaser.model.batches.ROWS", 30)
     np.testing.assert_allclose(calibrate(dataset).std, whole.std, rtol=1e-6)
+
+
+@pytest.mark.parametrize("sessions", [1, 2])
+@pytest.mark.parametrize("weights", ["plain", "noise"])
+def test_a_batch_may_lack_the_sensor_of_the_longest_rows(weights, sessions, monkeypatch):
+    made = simulate_as_asked("ur5e", kind="stripe+camera", poses=16 // sessions, noise=NOISE, sessions=sessions, seed=1)
+    stripe, camera = made.dataset.sensors
+    early = stripe.data.points.take(stripe.data.points.pose < 8)
+    board = Board(7, 6, 0.02)
+    members = [replace(one, data=replace(one.data, board=board)) for one in (camera, stripe)]
+    dataset = with_points_of(replace(made.dataset, members=tuple(members), board=board), [camera.data.points, early])
+    plan = Plan(algorithm="gauss-newton", weights=weights)
+    whole = calibrate(dataset, plan)
+    monkeypatch.setattr("robolaser.model.batches.ROWS", 2 * SMALL)
+    parts = calibrate(dataset, plan)
+    assert parts.rms_m == pytest.approx(whole.rms_m, rel=1e-6)
+    assert parts.held_out_rms_m == pytest.approx(whole.held_out_rms_m, rel=1e-3)

@@ -80,7 +80,7 @@ def blocks_of(dataset: Dataset) -> tuple[Block, ...]:
 
 
 def _in_sessions(dataset: Dataset, seen: SensorData, sensor: Sensor) -> Iterator[Block]:
-    """Blocks of one sensor; their parameters have the sensor's own names."""
+    """Blocks of one sensor, also where it has no rows; their parameters have the sensor's own names."""
     rows, m, name, scale = seen.rows, len(dataset.points), seen.name, seen.metres_per_unit
     sessions = dataset.sessions
     if sessions is None:
@@ -89,7 +89,7 @@ def _in_sessions(dataset: Dataset, seen: SensorData, sensor: Sensor) -> Iterator
     of_row = dataset.session_of_pose[dataset.points.pose[rows]]
     for at, session in enumerate(sessions.names):
         there = np.flatnonzero(of_row == at)
-        if len(there):
+        if len(there) or not len(rows):
             points = sensor.dataset.points.take(there)
             one = type(sensor)(replace(sensor.dataset, points=points, sessions=None))
             yield Block(one, _own_names(one), rows[there], m, name, session, scale)

@@ -212,7 +212,7 @@ class Blocks:
 
     def together(self, parts: Sequence[A], axis: int = 1) -> A:
         """Rows of the blocks in the data set's order; some may have one candidate for all."""
-        if self._blocks[0].is_whole:
+        if len(self) == 1:
             return parts[0]
         before = np.broadcast_shapes(*(own.shape[:axis] for own in parts))
         after = np.max([own.shape[axis + 1 :] for own in parts], axis=0).astype(int)

@@ -32,8 +32,15 @@ def parameters_of(blocks: Blocks, T_base_flange: Array) -> Parameters:
 
 
 def _check_given(blocks: Blocks) -> None:
-    """Check that the data set gives, for the whole or per session, only parameters that its sensors have."""
+    """Check that each sensor has rows, and that all given parameters, of the whole or of a session, are theirs."""
     names, sessions = blocks.free + blocks.derived, blocks.dataset.sessions
+    for sensor in blocks.dataset.sensors:
+        if not len(sensor.rows):
+            raise DataError(
+                f"{sensor.file} has no rows: sensor {sensor.name} saw nothing. Add its points, or delete it from"
+                " [[sensors]].",
+                file=sensor.file,
+            )
     plain = {name.partition("@")[0] for name in names} if sessions else set()
     for name in blocks.dataset.parameters:
         if name not in names and name not in plain:

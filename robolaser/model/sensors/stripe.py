@@ -180,7 +180,7 @@ def pixel_moves(dataset: Dataset, values: Values, T_base_flange: Array, perturb:
 
     at: Any = Dual(pixel[None], np.broadcast_to(np.eye(2)[:, None, None], (2, 1, *pixel.shape)), (0, 1))
     seen: Any = scanner_geometry.in_base(dataset, values, T_base_flange, perturb, pixel=at)[0]
-    if dataset.board is None:
+    if dataset.board is None or not len(pixel):
         return np.asarray(-np.moveaxis(seen.slopes, 0, -1))
 
     centre = (T_base_flange @ scanner_geometry.mount(dataset, values, perturb))[0, :, :3, 3]

@@ -291,3 +291,9 @@ def test_a_tracker_that_turns_during_the_run_is_where_the_gap_lies(trackers: Dat
     assert found.where[0].site == "right.measuring_system"
     few = [kind for kind in EFFECTS if kind.name in ("joint_offset", "tracker_scale")]
     assert examine(trackers, few, seed=0).verdict == "no_gap"
+
+
+def test_a_sensor_that_saw_nothing_is_named(trackers: Dataset) -> None:
+    nothing = replace(trackers, points=trackers.points.take(trackers.sensor_of_row == 0))
+    with pytest.raises(DataError, match=r"right\.csv has no rows: sensor right saw nothing"):
+        calibrate(nothing)
