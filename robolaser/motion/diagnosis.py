@@ -13,7 +13,7 @@ from robolaser.motion.calibration import MotionFit, merged
 from robolaser.motion.checking import comparable
 from robolaser.motion.effect import MOVES_RAD
 from robolaser.motion.effects import library_of
-from robolaser.motion.gap import root_mean_squares_of_runs
+from robolaser.motion.gap import FEWEST_RUNS, root_mean_squares_of_runs
 from robolaser.motion.kind_diagnoses import parts_of
 from robolaser.motion.kind_diagnosis import KindDiagnosis
 from robolaser.motion.log import MotionLog, filled
@@ -132,7 +132,7 @@ def _remarks(log: MotionLog) -> list[str]:
     commands = log.command[:, log.has("command")]
     if commands.size and all((np.ptp(filled(commands[rows]), axis=0) < MOVES_RAD).all() for rows in log.rows_of_runs):
         remarks.append("The arm was commanded to stand still in all series: only constant errors can show.")
-    if len(log.series) < 4:
+    if len(log.series) < FEWEST_RUNS:
         remarks.append(
             f"Only {len(log.series)} series: blocks of rows are held out, so differences between series are not tested."
         )
