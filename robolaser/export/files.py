@@ -26,14 +26,11 @@ EXPORTED: Final[Mapping[str, Callable[[Calibration], str | None]]] = {  # functi
     "controller.csv": controller_table,
     "calibration.yaml": ur_calibration,
 }
-READ_BY: Final[Mapping[str, str]] = {"robot_corrected.xml": "mujoco"}
-"""The extra that reads a file back, by its name; others are read without one."""
 
 
 def missing_reader(file: str) -> str | None:
-    """The extra that would read a file back, where it is not installed; else None."""
-    extra = READ_BY.get(file)
-    return extra if extra and find_spec(extra) is None else None
+    """The extra that would read a file back, where it is not installed; None for the other files."""
+    return "mujoco" if file == "robot_corrected.xml" and find_spec("mujoco") is None else None
 
 
 def exported(calibration: Calibration) -> dict[str, str | None]:

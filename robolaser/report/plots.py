@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from textwrap import wrap
 from typing import Any, Final, final
 
-from robolaser.errors import DependencyMissing
+from robolaser.plugins import extra
 from robolaser.report.chart import CONFIG, PAPER, Chart, Spec
 
 STYLE: Final = "report/templates/style.css"
@@ -39,11 +39,8 @@ class Plots:
         Raises:
             DependencyMissing: vl-convert is not installed.
         """
-        if find_spec("vl_convert") is None:
-            raise DependencyMissing("Still pictures of charts need vl-convert: pip install 'robolaser[notebook]'.")
-        import vl_convert  # noqa: PLC0415 - a second that reports do without
-
-        drawn: str = vl_convert.vegalite_to_svg(self.spec, vl_version=DRAWN_BY)
+        missing = "Still pictures of charts need vl-convert: pip install 'robolaser[notebook]'."
+        drawn: str = extra("vl_convert", missing).vegalite_to_svg(self.spec, vl_version=DRAWN_BY)
         return drawn
 
     def __repr__(self) -> str:

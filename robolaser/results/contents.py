@@ -98,8 +98,9 @@ def run_in(folder: Path | None) -> dict[str, Any]:
 
 def _calibration_in(folder: Path | None) -> dict[str, Any]:
     """The contents of calibration.json in a folder; none where there is none."""
-    is_there = folder is not None and (folder / FILES[CALIBRATION]).is_file()
-    return read_result(folder, CALIBRATION)[0] if folder is not None and is_there else {}
+    if folder is None or not (folder / FILES[CALIBRATION]).is_file():
+        return {}
+    return read_result(folder, CALIBRATION)[0]
 
 
 def numbers_of(contents: Mapping[str, Any]) -> dict[str, Any]:

@@ -29,7 +29,7 @@ from robolaser.model.sensors import scanner_geometry
 from robolaser.report.cell_poses import CellPoses
 from robolaser.report.diagnosis.charts import steps
 from robolaser.report.diagnosis.page import document, figures, suspected
-from robolaser.report.diagnosis.rows import limit_table, untestable_table
+from robolaser.report.diagnosis.rows import gross_table, limit_table, untestable_table
 from robolaser.report.digits import millimetres, percent
 from robolaser.report.page import render
 from robolaser.robot.by_name import find_robot
@@ -111,7 +111,7 @@ def test_rivals_gross_errors_and_what_cannot_be_tested_are_listed(pages, made):
     dataset = made["explained"].dataset
     for row in made["explained"].outliers:
         pose, point = dataset.poses.names[dataset.points.pose[row]], dataset.points.names[row]
-        assert f"{pose} {point} {row + 1} " in words
+        assert f"{pose} {point} points.csv {row + 1} " in words
 
 
 def test_what_was_not_found_is_bounded_in_units_that_people_read(made):
@@ -189,6 +189,13 @@ def test_joints_and_points_have_names_under_the_pointer(pages):
     arrows = [shape for shape in scene["shapes"] if shape["kind"] == "arrows"]
     assert {shape["series"] for shape in arrows} == {"before", "after"}
     assert all("pose p" in name and "error" in name for shape in arrows for name in shape["names"])
+
+
+def test_a_gross_error_is_named_by_the_row_of_its_own_sensors_file(made):
+    cell = simulate("scorbot_er7", kind="stripe+camera", poses=5, points=6, seed=1).dataset
+    corner = int(cell.sensors[1].rows[3])
+    table = gross_table(replace(made["explained"], dataset=cell, outliers=np.array([2, corner])))
+    assert [row[-2:] for row in table.rows] == [("points.csv", "3"), ("corners.csv", "4")]
 
 
 def test_the_page_of_several_sessions_draws_what_each_tracker_saw_in_the_base_frame():

@@ -180,16 +180,17 @@ def pose_table(diagnosis: Diagnosis) -> Table:
 
 
 def gross_table(diagnosis: Diagnosis) -> Table:
-    """Gross errors: pose, point, the shot where shots were repeated, and the data row of points.csv, from 1."""
-    points, poses = diagnosis.dataset.points, diagnosis.dataset.poses
-    columns = [Column("Pose"), Column("Point")]
-    columns += [] if points.repeat is None else [Column("Repeat")]
+    """Gross errors: pose, point, the shot where shots were repeated, and the row, from 1, in the file of the sensor."""
+    dataset, points, poses = diagnosis.dataset, diagnosis.dataset.points, diagnosis.dataset.poses
+    shot = [] if points.repeat is None else [Column("Repeat")]
+    seen_by = [dataset.sensors[number] for number in dataset.sensor_of_row[diagnosis.outliers]]
     rows = [
         (poses.names[points.pose[row]], points.names[row],
-         *(() if points.repeat is None else (str(points.repeat[row]),)), str(row + 1))
-        for row in diagnosis.outliers.tolist()
+         *(() if points.repeat is None else (str(points.repeat[row]),)),
+         sensor.file, str(int(np.searchsorted(sensor.rows, row)) + 1))
+        for row, sensor in zip(diagnosis.outliers.tolist(), seen_by, strict=True)
     ]  # fmt: skip
-    columns.append(Column("Row of points.csv"))
+    columns = [Column("Pose"), Column("Point"), *shot, Column("File"), Column("Row")]
     return Table(columns, rows, "Gross errors", "Excluded from everything above.", FEW)
 
 

@@ -11,7 +11,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
-from robolaser.errors import DependencyMissing, RobolaserError
+from robolaser.errors import RobolaserError
+from robolaser.plugins import extra
 from robolaser.report.digits import millimetres
 from robolaser.report.viewer.scene import SceneNode, ShownCell, fixed_shapes, moving_shapes
 from robolaser.robot.collision_bodies import arm_length
@@ -221,12 +222,7 @@ def _rms_note(models: Iterable[ShownCell]) -> str:
 
 
 def _server(port: int | None) -> "ViserServer":
-    try:
-        import viser  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise DependencyMissing(
-            "viser is not installed, which shows the scene: pip install 'robolaser[view]'."
-        ) from None
+    viser = extra("viser", "viser is not installed, which shows the scene: pip install 'robolaser[view]'.")
     if port is not None:
         try:
             with socket.socket() as trial:

@@ -1,7 +1,7 @@
 """What `robolaser view` says before anything is to be seen."""
 
-import builtins
 import json
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -35,14 +35,7 @@ def test_a_port_that_there_is_not_is_wrong_usage(port, cell, capsys):
 
 
 def test_without_what_draws_the_scene_it_says_how_to_get_it(cell, monkeypatch, capsys):
-    take = builtins.__import__
-
-    def without(name, *rest):
-        if name == "viser":
-            raise ImportError(name)
-        return take(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setitem(sys.modules, "viser", None)
     assert main(["view", str(cell / "data"), "--no-browser"]) == 1
     assert "robolaser[view]" in capsys.readouterr().err
 
