@@ -1,7 +1,7 @@
 """Quantities for the columns of linear rows: speeds, directions, torques of the rigid arm."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
@@ -79,6 +79,16 @@ class Quantities:
         """Which joints move by more than their noise, (j,)."""
         return np.asarray(np.ptp(self.q, axis=0) > SPANS_RAD)
 
+    @cached_property
+    def rigid_rate(self) -> Array:
+        """Change of `rigid` with time, between the rows before and after [Nm/s]; 0 where the speed there is unknown."""
+        log, rows = self.log, self.rows
+        speed, acceleration, *_ = derivatives(log)
+        before, after = np.maximum(rows - 1, 0), np.minimum(rows + 1, len(log) - 1)
+        before, after = (np.where(log.run[near] == log.run[rows], near, rows) for near in (before, after))
+        earlier, later = (_rigid(log, near, speed, acceleration) for near in (before, after))
+        return np.nan_to_num((later - earlier) / (log.time_s[after] - log.time_s[before])[:, None])
+
     def regressor(self, joint: int) -> Array:
         """Torques for a unit of mass, first moments and inertia of the link behind a joint, (n, j, 10)."""
         arm = self.log.robot.by_pinocchio
@@ -101,9 +111,7 @@ class Quantities:
 
     def payload(self) -> Array:
         """Torques for a kilogram at the flange's origin and for its first moments in the flange frame, (n, j, 4)."""
-        arm = self.log.robot.by_pinocchio
-        of_tip = arm.torque_regressor(self.q, self.speed, self.acceleration, arm.tip)
-        return np.asarray(of_tip @ _of_point(arm.end))
+        return _payload(self.log.robot, self.q, self.speed, self.acceleration)
 
 
 def quantities(log: MotionLog, kind: str) -> Quantities:
@@ -119,16 +127,28 @@ def quantities(log: MotionLog, kind: str) -> Quantities:
     usable = inner & np.isfinite(speed + log.q).all(axis=1) & np.isfinite(measured).any(axis=1)
     number = np.flatnonzero(usable)
     number = number[:: max(1, -(-len(number) // MOST_ROWS))]
+    rigid = _rigid(log, number, speed, acceleration)
     q, speed, acceleration, measured = (values[number] for values in (log.q, speed, acceleration, measured))
-    rigid = log.robot.by_pinocchio.inverse_dynamics(q, speed, acceleration)
-    of = Quantities(
+    return Quantities(
         log, number, log.run[number], log.time_s[number], q, speed, acceleration, rigid, measured,
         _torque_noise(log.robot, q, noise), kind,
     )  # fmt: skip
+
+
+def _rigid(log: MotionLog, rows: Ints, speed: Array, acceleration: Array) -> Array:
+    """Torques of the rigid arm with the stated payload in some rows of a log, (n, j) [Nm]."""
+    motion = log.q[rows], speed[rows], acceleration[rows]
+    torques = log.robot.by_pinocchio.inverse_dynamics(*motion)
     if not log.payload_kg:
-        return of
-    stated = np.array([log.payload_kg.get(name, 0.0) for name in log.series])[of.run, None]
-    return replace(of, rigid=rigid + stated * of.payload()[..., 0])
+        return torques
+    stated = np.array([log.payload_kg.get(name, 0.0) for name in log.series])[log.run[rows], None]
+    return np.asarray(torques + stated * _payload(log.robot, *motion)[..., 0])
+
+
+def _payload(robot: Robot, q: Array, speed: Array, acceleration: Array) -> Array:
+    """Torques for a kilogram at the flange's origin and for its first moments in the flange frame, (n, j, 4)."""
+    arm = robot.by_pinocchio
+    return np.asarray(arm.torque_regressor(q, speed, acceleration, arm.tip) @ _of_point(arm.end))
 
 
 def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:

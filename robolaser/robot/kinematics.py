@@ -184,7 +184,7 @@ class Robot:
         other starts in the joints' range, the same in each call.
 
         Args:
-            T_base_flange: Poses, (n, 4, 4).
+            T_base_flange: Poses, (n, 4, 4); without that leading axis, as one pose, neither has the rest.
             start: Joint values where the search starts, (n, j) [rad] or [m]; absent, the middle of the joints' range.
 
         Returns:
@@ -192,6 +192,9 @@ class Robot:
             was reached, (n,): to 1e-9 m and rad. One that was not may, rarely, be reached from another start; arms of
             fewer than six joints reach few poses.
         """
+        if np.ndim(T_base_flange) == 2:
+            q, reached = self.inverse(T_base_flange[None], None if start is None else start[None])
+            return q[0], reached[0]
 
         def toward(goal: Array, start: Array) -> tuple[Array, Bools]:
             def missing(q: Array) -> tuple[Array, Array]:

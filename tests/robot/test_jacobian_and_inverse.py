@@ -62,6 +62,14 @@ def test_nearly_all_poses_that_an_arm_takes_are_reached_within_its_limits(name, 
     assert Rotation.from_matrix(off[:, :3, :3]).magnitude().max() < 1e-8
 
 
+def test_one_pose_gives_one_row(rng):
+    robot = find_robot("ur5e")
+    T = robot.forward(rng.uniform(-1.0, 1.0, 6))
+    every, reached = robot.inverse(T[None])
+    np.testing.assert_array_equal(robot.inverse(T)[0], every[0])
+    assert robot.inverse(T, every[0])[1] == reached[0]
+
+
 def test_a_start_near_a_solution_leads_to_that_one(rng):
     robot = find_robot("ur5e")
     q = rng.uniform(-1.5, 1.5, (20, 6))

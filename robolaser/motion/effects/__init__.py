@@ -5,12 +5,13 @@ from collections.abc import Sequence
 
 from robolaser.errors import UsageError, near
 from robolaser.motion.effect import MotionEffect
+from robolaser.motion.effects.clocks import CLOCKS
 from robolaser.motion.effects.dynamics import DYNAMICS
 from robolaser.motion.effects.friction import FRICTION
 from robolaser.motion.effects.servo import TRACKING
 from robolaser.motion.effects.transmission import TRANSMISSION
 
-MOTION_EFFECTS: tuple[MotionEffect, ...] = (*TRACKING, *FRICTION, *DYNAMICS, *TRANSMISSION)
+MOTION_EFFECTS: tuple[MotionEffect, ...] = (*TRACKING, *CLOCKS, *FRICTION, *DYNAMICS, *TRANSMISSION)
 """All effects that a diagnosis of a moving arm can name; in each kind of rows, clocks come first."""
 
 

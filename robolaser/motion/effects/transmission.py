@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.motion.effect import TIMING, MotionEffect, Number
+from robolaser.motion.effect import MotionEffect, Number
 from robolaser.motion.quantities import Quantities, at_joint, of_joint
 
 TUTTLE = "Tuttle, Seering 1996, IEEE Trans. Robotics and Automation 12: a nonlinear model of a harmonic drive"
@@ -14,11 +14,6 @@ CYCLES = tuple(sorted({4, 50, 101, 202, *range(8, 65, 4), *range(70, 331, 10)}))
 """Cycles of a ripple per turn of the joint: among them the ratios of strain wave gears, 50 to 160, and twice these."""
 SEEN_CYCLES = 2.0  # over the range of motion; fewer are indistinguishable from a smooth function
 OF_DISC = (1, 2)  # cycles of a disc or rings that are not centred; a part of a turn shows them beside a ratio
-
-
-def _late(quantities: Quantities, joint: int) -> Sequence[Array]:
-    speed = quantities.speed * np.isfinite(quantities.measured)
-    return [np.where(np.isfinite(speed), -speed, 0.0)[..., None]]
 
 
 def _wound(quantities: Quantities, joint: int) -> Sequence[Array]:
@@ -54,11 +49,6 @@ def _turns(quantities: Quantities, joint: int) -> str:
 of_gear = partial(MotionEffect, cause="transmission", rows="load", reference=TUTTLE)
 """Defaults of an effect of a gear."""
 TRANSMISSION = (
-    of_gear(
-        name="clock_shift", clause="the two encoders are not read at the same instant", cause="timing", site=TIMING,
-        numbers=(Number("delay", "s", 0.002),), remedy="Read both encoders at one instant, or correct for the delay.",
-        reference="Furgale, Rehder, Siegwart 2013, IROS: temporal calibration of sensors", columns=_late,
-    ),
     of_gear(
         name="gear_spring", clause="the gear winds up under torque", numbers=(Number("compliance", "rad/Nm", 1e-5),),
         remedy="Give the simulated joint this stiffness.",
