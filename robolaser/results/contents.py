@@ -26,7 +26,7 @@ class _Effect(TypedDict):
 
 class _Model(TypedDict, total=False):
     robot: str | None
-    flange: str
+    flange: str | None
     joints: list[str] | None
     gravity: list[float] | None
 
