@@ -192,3 +192,15 @@ def test_slow_motions_do_not_tell_an_arm_that_hangs_from_torques_of_the_wrong_si
     pairs = [tuple(at.pair) for at in (one.at, *one.rivals)]
     assert sorted(pairs) == [("gravity_direction", "base"), ("torque_constant", "joints")]
     assert one.probability == pytest.approx(0.5)
+
+
+def test_torques_that_pass_a_filter_are_late_and_no_friction_that_grows_with_speed() -> None:
+    tau, step = dry().tau.copy(), dry().step_s
+    for rows in dry().rows_of_runs:
+        for row in range(rows.start + 1, rows.stop):
+            tau[row] = tau[row - 1] + (tau[row] - tau[row - 1]) * step / (0.03 + step)
+    found = diagnose_motion(replace(dry(), tau=tau), seed=0)
+    assert {("clock_shift", "timing"), FRICTION} <= certain(found)
+    assert "viscous_friction" not in {effect for effect, _ in certain(found)}
+    (late,) = (one for one in found.fit.findings if one.at.where == "timing")
+    assert late.numbers["delay"][0] == pytest.approx(0.03, rel=0.15)
