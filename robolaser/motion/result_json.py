@@ -209,12 +209,12 @@ def sentence(found: MotionDiagnosis) -> str:
     gaps = "; ".join(_shrinks(gap) for gap in found.fit.gaps)
     if found.verdict == "no_gap":
         return f"There is no gap: the arm follows its model{_up_to(found.fit.gaps)}. On unseen motions: {gaps}."
-    clauses = {one.at.effect.name: one.at.effect.clause for one in found.fit.findings}
     parts = "".join(f" {remark}" for part in found.fit.parts for remark in part.remarks)
     whole = "The gap is explained" if found.verdict == "explained" else "A part of the gap is explained"
     if not found.fit.findings:
         return f"The gap has a cause that is not in the library. On unseen motions: {gaps}.{parts}"
     groups = _groups(found.fit, "name")
+    clauses = {name: _clause(group) for name, group in groups.items()}
     # certain effects first, and among these, those with a certain location
     sure = [(kind["probability"], max(one.probability for one in groups[kind["effect"]]), kind["effect"])
             for kind in kinds_json(found.fit)]  # fmt: skip
@@ -226,6 +226,11 @@ def sentence(found: MotionDiagnosis) -> str:
         place = found.places[0]
         rest = f" The remaining error is at {place.site}{f' ({place.coordinate})' if place.coordinate else ''}."
     return f"{whole}: {causes}. On unseen motions: {gaps}.{rest}{parts}"
+
+
+def _clause(group: Sequence[SelectedEffect]) -> str:
+    """What is said of an effect; of clocks, what is said of each in its kind of rows."""
+    return ", and ".join({one.at.effect.rows: one.at.effect.clause for one in group}.values())
 
 
 def _up_to(gaps: Sequence[KindGap]) -> str:

@@ -204,3 +204,12 @@ def test_torques_that_pass_a_filter_are_late_and_no_friction_that_grows_with_spe
     assert "viscous_friction" not in {effect for effect, _ in certain(found)}
     (late,) = (one for one in found.fit.findings if one.at.where == "timing")
     assert late.numbers["delay"][0] == pytest.approx(0.03, rel=0.15)
+
+
+def test_two_clocks_are_both_in_the_sentence() -> None:
+    log = record(World(), series=4, seconds=5.0, seed=5)
+    none = np.full_like(log.q, np.nan)
+    tau, load = np.roll(log.tau, 2, axis=0), np.roll(log.q, 1, axis=0)
+    said = sentence(diagnose_motion(replace(log, command=none, tau=tau, load=load), seed=0))
+    assert "torques are not read at the instant of the encoders" in said
+    assert "the two encoders are not read at the same instant" in said
