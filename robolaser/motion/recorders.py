@@ -54,9 +54,9 @@ class RecordedRun:
             DataError: There is none of that name, its rows are not so many, or a cell is no number.
         """
         if name not in self.columns:
-            raise DataError(f"{self.source} has no column '{name}'.{near(name, self.columns)}")
+            raise self.lacks(name)
         values = self.columns[name]
-        if len(values) != (len(values) if count is None else count):
+        if count is not None and len(values) != count:
             raise DataError(f"{self.source}, column {name}: it has not as many rows as there are times.")
         if values.dtype.kind != "U":
             return values
@@ -65,6 +65,10 @@ class RecordedRun:
                 where = f"column {name}, row {row} of series '{self.series}'"
                 raise DataError(f"{self.source}, {where}: {cell!r}, expected a number, or nothing.", file=self.source)
         return np.array(list(map(finite, values.tolist())))
+
+    def lacks(self, name: str) -> DataError:
+        """The error where there is no column of a name."""
+        return DataError(f"{self.source} has no column '{name}'.{near(name, self.columns)}")
 
 
 @final
@@ -151,21 +155,18 @@ def _by_series(run: RecordedRun, stated: str | None = None) -> list[RecordedRun]
     key = stated or next((name for name in (SERIES, "episode_index") if name in run.columns), None)
     if key is None:
         return [run]
-    values = run.columns[key] if key in run.columns else run.numbers(key)
-    names = [one if isinstance(one, str) else f"{one:.15g}".replace("nan", "") for one in values.tolist()]
+    if key not in run.columns:
+        raise run.lacks(key)
+    names = [one if isinstance(one, str) else f"{one:.15g}".replace("nan", "") for one in run.columns[key].tolist()]
     if not all(names):
         raise DataError(f"{run.source}, column {key}: row {names.index('') + 1} of the data names no series.")
-    return [
-        replace(
-            run,
-            series=f"{run.series}_{name}",
-            columns={
-                column: each[np.array(names) == name] if len(each) == len(names) else each[:0]
-                for column, each in run.columns.items()
-            },
-        )
-        for name in dict.fromkeys(names)
-    ]
+    known = {column: each if len(each) == len(names) else each[:0] for column, each in run.columns.items()}
+    of_row, parts = np.array(names), []
+    for name in dict.fromkeys(names):
+        own = of_row == name
+        columns = {column: each[own] if len(each) else each for column, each in known.items()}
+        parts.append(replace(run, series=f"{run.series}_{name}", columns=columns))
+    return parts
 
 
 def _named_by_rtde(run: RecordedRun) -> RecordedRun:
