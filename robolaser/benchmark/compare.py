@@ -74,7 +74,6 @@ def compare(
     Raises:
         RobolaserError: As `robolaser.compare`.
     """
-    problems, algorithms = ([some] if isinstance(some, str) else some for some in (problems, algorithms))
     terms = Terms(tuple(range(first_seed, first_seed + seeds)), budget, target, time_limit_s, on_error)
     folder = None if output is None else Path(output)
     if folder is not None:
