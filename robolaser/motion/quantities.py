@@ -32,15 +32,36 @@ class Quantities:
 
     log: MotionLog
     rows: Ints  # of the log, (n,)
-    run: Ints  # (n,)
-    time_s: Array  # (n,)
-    q: Array
-    speed: Array
-    acceleration: Array
+    turning: tuple[Array, Array]  # speeds and accelerations of all rows of the log
     rigid: Array  # torques of the URDF's rigid arm with the stated payload at the flange's origin [Nm]
     measured: Array  # values of the rows, NaN where nothing was recorded
     torque_noise: Array  # of `rigid`, from the readings that accelerations are computed from, (j,) [Nm]
     kind: str = "torque"  # of the rows
+
+    @cached_property
+    def run(self) -> Ints:
+        """The run of each row, (n,)."""
+        return self.log.run[self.rows]
+
+    @cached_property
+    def time_s(self) -> Array:
+        """Times, (n,) [s]."""
+        return self.log.time_s[self.rows]
+
+    @cached_property
+    def q(self) -> Array:
+        """Readings [rad]."""
+        return self.log.q[self.rows]
+
+    @cached_property
+    def speed(self) -> Array:
+        """Speeds [rad/s]."""
+        return self.turning[0][self.rows]
+
+    @cached_property
+    def acceleration(self) -> Array:
+        """Accelerations [rad/s²]."""
+        return self.turning[1][self.rows]
 
     @property
     def lacking(self) -> str:
@@ -83,10 +104,9 @@ class Quantities:
     def rigid_rate(self) -> Array:
         """Change of `rigid` with time, between the rows before and after [Nm/s]; 0 where the speed there is unknown."""
         log, rows = self.log, self.rows
-        speed, acceleration, *_ = derivatives(log)
         before, after = np.maximum(rows - 1, 0), np.minimum(rows + 1, len(log) - 1)
         before, after = (np.where(log.run[near] == log.run[rows], near, rows) for near in (before, after))
-        earlier, later = (_rigid(log, near, speed, acceleration) for near in (before, after))
+        earlier, later = (_rigid(log, near, *self.turning) for near in (before, after))
         return np.nan_to_num((later - earlier) / (log.time_s[after] - log.time_s[before])[:, None])
 
     def regressor(self, joint: int) -> Array:
@@ -128,11 +148,8 @@ def quantities(log: MotionLog, kind: str) -> Quantities:
     number = np.flatnonzero(usable)
     number = number[:: max(1, -(-len(number) // MOST_ROWS))]
     rigid = _rigid(log, number, speed, acceleration)
-    q, speed, acceleration, measured = (values[number] for values in (log.q, speed, acceleration, measured))
-    return Quantities(
-        log, number, log.run[number], log.time_s[number], q, speed, acceleration, rigid, measured,
-        _torque_noise(log.robot, q, noise), kind,
-    )  # fmt: skip
+    noise = _torque_noise(log.robot, log.q[number], noise)
+    return Quantities(log, number, (speed, acceleration), rigid, measured[number], noise, kind)
 
 
 def _rigid(log: MotionLog, rows: Ints, speed: Array, acceleration: Array) -> Array:

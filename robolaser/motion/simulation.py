@@ -66,7 +66,7 @@ def simulate_motion(
     )  # fmt: skip
     speed, acceleration, _, noise = derivatives(log)
     rigid = robot.by_pinocchio.inverse_dynamics(q, speed, acceleration)
-    of = Quantities(log, np.arange(len(run)), run, log.time_s, q, speed, acceleration, rigid, rigid, noise)
+    of = Quantities(log, np.arange(len(run)), (speed, acceleration), rigid, rigid, noise)
     tau = rigid + _added(of, requested["torque"])
     load = q + _added(of, requested["load"])
     q, tau, load = (values + sigma * rng.normal(size=q.shape) for values, sigma in
