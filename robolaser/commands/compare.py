@@ -136,6 +136,6 @@ def _write(
         files |= {f"iohprofiler/{name}": text for name, text in iohprofiler_files(result).items()}
     if latex:
         files[FILE] = latex_tables(result, compared.standings)
-    with results_in(folder, command="compare", files=list(files), force=True):
-        write_results(folder, files)
+    with results_in(folder, command="compare", files=list(files), force=True) as claim:
+        write_results(folder, {**dict.fromkeys(claim(())), **files})
     terminal.show(str(files["comparison.json"]), lambda: compared.print(folder))

@@ -122,12 +122,15 @@ def scan(
     from robolaser.scan.cloud_files import Subsample, write_cloud
     from robolaser.scan.quality import measure
 
-    files, inputs = [output, *([output.with_suffix(".html")] if report else [])], [calibration, recording, *more]
+    page, is_replaced, inputs = output.with_suffix(".html"), output.exists(), [calibration, recording, *more]
     if kept.region is not None:
         region_of(kept.region)
     made = _prepared(calibration, [recording, *more], terminal, nominal=nominal)
+    files = [output, page] if report else [output]
     names = [file.name for file in files]
-    with results_in(output.parent, command="scan", files=names, inputs=inputs, force=force):
+    with results_in(output.parent, command="scan", files=names, inputs=inputs, force=force) as claim:
+        if is_replaced and page.name in claim(()):
+            names.append(page.name)  # of the earlier cloud
         sample, cloud = Subsample(), output.with_name(f"{STAGED}{output.name}")
         with terminal.progress() as progress:
             count = write_cloud(cloud, kept.of(made.cloud, sample, progress), made.comments())
@@ -135,10 +138,10 @@ def scan(
             terminal.print(f"{count} of {made.cloud.counts.points} points are kept.")
         try:
             quality = measure(sample.vertices, plane=plane, step_m=step, sphere_m=sphere)
-            shown = {files[1].name: render(document(made, quality), typed)} if report else {}
-            write_results(output.parent, {output.name: cloud, **shown})
+            shown = {page.name: render(document(made, quality), typed)} if report else {}
+            write_results(output.parent, {**dict.fromkeys(names), output.name: cloud, **shown})
         except KeyboardInterrupt:
-            write_results(output.parent, {output.name: cloud})
+            write_results(output.parent, {**dict.fromkeys(names), output.name: cloud})
             raise Interrupted(
                 f"Stopped. {output} was written, but not what is measured on it: run the command again with --force."
             ) from None

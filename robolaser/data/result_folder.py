@@ -140,6 +140,9 @@ def json_text(contents: Mapping[str, Any]) -> str:
     return json.dumps(contents, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
+Claim = Callable[[Iterable[str]], list[str]]
+
+
 @contextmanager
 def results_in(
     folder: Path,
@@ -150,10 +153,11 @@ def results_in(
     inputs: Sequence[Path] = (),
     over: Sequence[str] = (),
     force: bool = False,
-) -> Iterator[Callable[[Iterable[str]], None]]:
+) -> Iterator[Claim]:
     """Lock a folder for one command while it runs, and note the files that it writes as its own.
 
-    Yields a function that claims further files, whose names the command learns later.
+    Yields a function that claims further files, whose names the command learns later. It returns the names of the other
+    files of earlier results.
 
     Args:
         folder: Created if it does not exist.
@@ -174,7 +178,7 @@ def results_in(
         known, own = _manifest(folder), dict[str, str]()
         cleared = set[Path]()
 
-        def claim(names: Iterable[str]) -> None:
+        def claim(names: Iterable[str]) -> list[str]:
             new = dict.fromkeys(names, command)
             homes = {folder, *((folder / name).parent for name in new)} - cleared
             for left in (left for home in homes for left in home.glob(f"{STAGED}*")):
@@ -188,6 +192,7 @@ def results_in(
                         raise output_exists(folder / name)
             _note(folder, known | own | new)
             own.update(new)
+            return [name for name, owner in known.items() if owner in (command, *over) and name not in own]
 
         claim((*files, *state))
         try:
@@ -199,7 +204,7 @@ def results_in(
 
 
 def write_results(folder: Path, contents: Mapping[str, str | Contents | None]) -> None:
-    """Write files by their names over an earlier result; those that are None are deleted if they belong to it.
+    """Write files by their names over an earlier result; those that are None are deleted, with folders left empty.
 
     A full disk leaves the earlier result; a kill never leaves files of both. The last file, which may name the others,
     is deleted first and written last.
@@ -212,6 +217,9 @@ def write_results(folder: Path, contents: Mapping[str, str | Contents | None]) -
     for home in {(folder / name).parent for name in files}:
         make_folder(home)
     write_together(folder, files, list(contents)[::-1])
+    for name in contents.keys() - files.keys():
+        with suppress(OSError):  # its folder is not empty
+            os.removedirs((folder / name).parent)
 
 
 def _refuse_input(folder: Path, files: Sequence[str], inputs: Sequence[Path]) -> None:

@@ -97,8 +97,8 @@ class Result(ABC):
             OutputError: The folder cannot be written to, or a file of that name is not an earlier result.
         """
         files, path = self.files(), Path(folder)
-        with results_in(path, command=self.command, files=list(files), force=True):
-            write_results(path, files)
+        with results_in(path, command=self.command, files=list(files), force=True) as claim:
+            write_results(path, {**dict.fromkeys(claim(())), **files})
 
     def report(self, path: str | Path) -> None:
         """Write the report, one HTML page.

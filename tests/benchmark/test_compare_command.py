@@ -93,6 +93,14 @@ def test_the_tables_for_a_paper_name_every_algorithm(result):
     assert all(name.replace("_", r"\_") in text for name in ALGORITHMS.split(","))
 
 
+def test_exports_of_an_earlier_result_are_not_left_beside_a_new_one(at_home, tmp_path):
+    few = ["compare", "pymoo:sphere-2", "--algorithms", "random", "--seeds", "1", "--budget", "50", "--jobs", "1"]
+    assert main([*few, "--output", str(tmp_path), "--iohprofiler", "--latex"]) == 0
+    before = {file.name for file in tmp_path.iterdir()}
+    assert main([*few, "--output", str(tmp_path), "--force"]) == 0
+    assert before - {file.name for file in tmp_path.iterdir()} == {"iohprofiler", "tables.tex"}
+
+
 def test_one_process_gives_what_two_give_to_the_last_bit(result, at_home, tmp_path):
     assert main([*ASKED, "--output", str(tmp_path), "--jobs", "1"]) == 0
     assert outcomes(tmp_path) == outcomes(result)

@@ -58,6 +58,11 @@ def test_a_cloud_that_is_there_stays_unless_forced_and_is_then_the_same(cell, tm
     assert "--force" in capsys.readouterr().err
     assert scan(cell, tmp_path / "cloud.ply", "--force") == 0
     assert (tmp_path / "cloud.ply").read_bytes() == first
+    assert scan(cell, tmp_path / "cloud.ply", "--force", "--report") == 0
+    assert scan(cell, tmp_path / "cloud.pcd") == 0
+    assert (tmp_path / "cloud.html").exists()
+    assert scan(cell, tmp_path / "cloud.ply", "--force") == 0
+    assert not (tmp_path / "cloud.html").exists()
     (tmp_path / "scan.ply").write_text("mine")
     assert scan(cell, tmp_path / "scan.ply", "--force") == 1
     assert (tmp_path / "scan.ply").read_text() == "mine"
