@@ -1,6 +1,7 @@
 """robolaser challenge: blind data sets whose truth is kept apart, and the score of a diagnosis on them."""
 
 import re
+import shlex
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
@@ -81,7 +82,7 @@ def new(
     )
     sources: list[Robot | Dataset] = [load(path) for path in like]
     sources += [find_robot(name, flange=flange) for name in robot or (() if sources else (USUAL_ARM,))]
-    kept = "" if truth is None else f" --truth {truth}"
+    kept = [] if truth is None else ["--truth", str(truth)]
     truth = truth or trial.truth_beside(folder)
     if truth.resolve().is_relative_to(folder.resolve()):
         raise UsageError(f"--truth {truth} is in {folder} and would be given away with it. Keep it elsewhere.")
@@ -90,7 +91,7 @@ def new(
 
     def print_names() -> None:
         say(f"{len(names)} blind data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
-        say(f"robolaser challenge score {folder}{kept}")
+        say(shlex.join(["robolaser", "challenge", "score", str(folder), *kept]))
         say(f"Keep {truth} to yourself: it holds the truth.")
 
     terminal.show({"folder": str(folder), "datasets": names}, print_names)

@@ -6,7 +6,7 @@ The truth is in a separate folder, under the SHA-256 that the trial states from 
 import hashlib
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,7 +18,7 @@ from robolaser.arrays import Progress
 from robolaser.bounded_reading import read_bytes, read_json, read_text
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
-from robolaser.data.result_folder import json_text, make_folder, write_results, write_together
+from robolaser.data.result_folder import Claim, json_text, make_folder, write_results, write_together
 from robolaser.data.writing import FOLDER, texts_of
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import FORMAT, diagnosis_json
@@ -33,8 +33,6 @@ from robolaser.trials.score import compile_score, outcome
 DIAGNOSIS = "diagnosis/diagnosis.json"
 TRUTH = "robolaser-truth/1"
 SEAL = "seal.txt"  # of a trial: the SHA-256 of its truth, which has those of its data
-
-Claim = Callable[[Iterable[str]], None]  # receives the names of all files that will be written to a folder
 
 
 @final
@@ -72,7 +70,7 @@ def new(
         tracked = any(isinstance(source, Dataset) and source.kind == "point" for source in sources)
         kinds = {kind: share for kind, share in USUAL.items() if not (tracked and kind in IN_IMAGES)}
     names = [f"world-{i:03d}" for i in range(plan.count)]
-    claim([SEAL, *(f"{name}/{file}" for name in names for file in (*FOLDER, DIAGNOSIS))])
+    earlier = claim([SEAL, *(f"{name}/{file}" for name in names for file in (*FOLDER, DIAGNOSIS))])
     rng = np.random.default_rng(plan.seed)
     patterns = [reference_of(source, seed=plan.seed) if isinstance(source, Dataset) else source for source in sources]
     dealt = deal(kinds, plan.count, rng)
@@ -86,7 +84,7 @@ def new(
     seal = keep_truth(truth, truths, files, rng)
     written = {f"{name}/{file}": text for name in names for file, text in files[name].items()}
     diagnoses = {f"{name}/{DIAGNOSIS}": None for name in names}  # of the worlds that were here before
-    write_results(folder, {**written, **diagnoses, SEAL: seal})
+    write_results(folder, {**dict.fromkeys(earlier), **written, **diagnoses, SEAL: seal})
     return names
 
 

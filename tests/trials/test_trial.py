@@ -11,9 +11,9 @@ import pytest
 
 from robolaser.cli import main
 from robolaser.data.loading import load
-from robolaser.data.result_folder import results_in
+from robolaser.data.result_folder import MANIFEST, results_in
 from robolaser.errors import TrialError
-from robolaser.trials.trial import DIAGNOSIS, truth_beside, unseal
+from robolaser.trials.trial import DIAGNOSIS, SEAL, truth_beside, unseal
 
 KINDS = "none, outliers"
 NEW = ("--kinds", KINDS, "--count", "2", "--poses", "8-9", "--points", "4", "--seed", "5")
@@ -150,6 +150,16 @@ def test_a_diagnosis_of_the_world_before_is_not_scored_and_somebodys_own_stays(t
             (trial / name).write_bytes(kept[trial / name])
     assert main(["challenge", "new", str(trial), *NEW, "--force"]) == 0
     assert not list(trial.rglob(Path(DIAGNOSIS).name))
+
+
+def test_a_smaller_trial_leaves_no_world_or_score_of_the_one_before(made, tmp_path, capsys):
+    folder = tmp_path / "my trial"
+    shutil.copytree(made, folder)
+    with results_in(folder, command="challenge score", files=["score.json"]):
+        (folder / "score.json").touch()
+    assert main(["challenge", "new", str(folder), *NEW[:2], "--count", "1", *NEW[4:], "--force"]) == 0
+    assert {file.name for file in folder.iterdir()} == {MANIFEST, SEAL, "world-000"}
+    assert f"robolaser challenge score '{folder}'\n" in capsys.readouterr().out
 
 
 def test_the_same_seed_makes_the_same_trial_to_the_bit(made, tmp_path):
