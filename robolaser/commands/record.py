@@ -159,7 +159,7 @@ def record(
         writer = RecordingWriter(described, output, waypoints or (), route.repeats or 1)
     _print_plan(described, writer.remaining, terminal)
     if dry_run or not writer.remaining:
-        terminal.show({"recording": None, "poses": 0, "planned": len(writer.remaining)}, lambda: None)
+        terminal.show(_state(writer), lambda: None)
         return
     if not move:
         raise UsageError(
@@ -243,7 +243,6 @@ def _record(
     from robolaser.cell.session import Session
     from robolaser.commands.running_diagnosis import RunningDiagnosis
 
-    planned = len(writer.waypoints)
     with ExitStack() as at_end:
         running = RunningDiagnosis(writer.folder, terminal.print) if diagnose else None
         if running is not None:
@@ -251,7 +250,7 @@ def _record(
         with _opened(cell, terminal) as (arm, camera, clock, progress):
 
             def report(what: str) -> None:
-                progress(what, writer.done / planned)
+                progress(what, writer.done / len(writer.waypoints))
 
             def recorded(waypoint: "Waypoint") -> None:
                 report(waypoint.name)
@@ -263,10 +262,15 @@ def _record(
         if running is not None:
             running.finish()
     terminal.show(
-        {"recording": str(writer.folder), "poses": writer.done, "planned": planned}
-        | ({"diagnosis": running.latest} if running is not None else {}),
-        lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}"),
+        _state(writer) | ({"diagnosis": running.latest} if running is not None else {}),
+        lambda: say(f"Wrote {writer.done} of {len(writer.waypoints)} poses to {writer.folder}"),
     )
+
+
+def _state(writer: "RecordingWriter") -> dict[str, object]:
+    """What is on the disk of a recording, and how many poses are planned in all, as JSON."""
+    folder = str(writer.folder) if writer.begun else None
+    return {"recording": folder, "poses": writer.done, "planned": len(writer.waypoints)}
 
 
 def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:

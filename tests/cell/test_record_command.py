@@ -1,5 +1,6 @@
 """robolaser record on an emulated cell."""
 
+import json
 import re
 import signal
 import subprocess
@@ -234,6 +235,8 @@ def test_a_recording_that_is_finished_moves_nothing(
     monkeypatch.setattr(SerialLine, "open", lambda *_: pytest.fail("a port was opened"))
     assert acl.record("--resume", "--move", port="nowhere") == 0
     assert "No pose remains." in capsys.readouterr().out
+    assert acl.record("--resume", "--move", "--json", port="nowhere") == 0
+    assert json.loads(capsys.readouterr().out) == {"recording": str(acl.out), "poses": 3, "planned": 3}
     assert (acl.out / "poses.csv").read_bytes() == before
 
 
