@@ -63,7 +63,7 @@ def poses_of(table: CsvTable, folder: Path, robot: Robot | None) -> tuple[Poses,
     )
     warnings: list[str] = []
     if robot is None:
-        poses = replace(poses, T_base_flange=_flange(table))
+        poses = replace(poses, T_base_flange=motions_of(table))
     else:
         joints = robot.joints
         q_columns, qd_columns = ([f"{q}_{joint}" for joint in joints] for q in ("q", "qd"))
@@ -113,7 +113,12 @@ def _stated(table: CsvTable, column: str) -> Array | None:
     return table.numbers([column])[:, 0] if is_stated else None
 
 
-def _flange(table: CsvTable) -> Array:
+def motions_of(table: CsvTable) -> Array:
+    """The rigid motions of a table's rows, by their columns `x_m` to `qw`, (rows, 4, 4).
+
+    Raises:
+        DataError: A cell is no number, a position is too far away, or a quaternion's length is not one.
+    """
     numbers = table.numbers(FLANGE_COLUMNS)
     _not_too_far(table, numbers[:, :3])
     _check_quaternions(table, numbers[:, 3:])

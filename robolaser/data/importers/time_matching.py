@@ -10,11 +10,11 @@ from scipy.signal import correlate
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.csv_tables import CsvTable, finite, numbers
-from robolaser.data.data_tables import points_of
+from robolaser.data.data_tables import motions_of, points_of
 from robolaser.data.dataset import COMMAND, Dataset, Poses
-from robolaser.data.sensor_format import QUATERNION, XYZ
+from robolaser.data.sensor_format import QUATERNION
 from robolaser.errors import DataError, UsageError
-from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, log_so3, pose
+from robolaser.geometry.rigid_motion import exp_so3, log_so3, pose
 
 TOLERANCE: Final = "tolerance_s"  # option with the largest time between a reading and a measurement
 LONGEST_S = 10.0
@@ -186,7 +186,7 @@ def _clock(
     if stated not in (None, "differ"):
         raise UsageError(f"--set {CLOCKS}={stated}: expected differ, or nothing where both files have one clock.")
     order = _increasing(at_s)
-    T = pose(from_quaternion(measured.numbers(QUATERNION)[order]), measured.numbers(XYZ)[order])
+    T = motions_of(measured)[order]
     assert log.poses.time_s is not None
     found = _clock_offset(log.poses.time_s, log.flange(), at_s[order], T)
     if found is None:

@@ -77,6 +77,14 @@ def test_a_difference_of_clocks_is_told_in_python_too(tmp_path: Path) -> None:
     assert "--set clocks=differ" in " ".join(warnings)
 
 
+def test_a_quaternion_of_zeros_is_an_error_with_its_row(tmp_path: Path) -> None:
+    paths = logs(tmp_path)
+    head, first, *others = paths[1].read_text().splitlines()
+    paths[1].write_text("\n".join([head, ",".join([*first.split(",")[:4], "0,0,0,0"]), *others]))
+    with pytest.raises(DataError, match=r"tracker\.csv, row 2, columns qx qy qz qw: .* length 0"):
+        Tables().read(paths, options())
+
+
 def test_points_by_themselves_show_no_clock(tmp_path: Path) -> None:
     assert len(Tables().read(logs(tmp_path, bodies=False), options("point")).dataset.points) > 600
     with pytest.raises(UsageError, match="points have no orientation"):
