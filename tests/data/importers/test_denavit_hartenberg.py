@@ -96,6 +96,7 @@ def test_joints_and_limits_are_those_of_the_table(tmp_path: Path) -> None:
         ([{**PLAIN, "kind": "prismatic"}], "'a' slides without limits"),
         ([{**PLAIN, "lower": -1.0}], "'a' has one limit only. State its lower and upper limit"),
         ([{**PLAIN, "lower": 1.0, "upper": -1.0}], "lower limit 1 above its upper limit -1"),
+        ([{**PLAIN, "mass_kg": -3.0}], "row 1, column mass_kg: -3, expected zero or more"),
         ([PLAIN, {**PLAIN, "name": "t", "kind": "fixed", "mass_kg": 1.0}], "row 2 is fixed and has a mass"),
     ],
 )

@@ -105,6 +105,8 @@ def _row(cells: Mapping[str, object], number: int, units: Mapping[str, str], fil
     row: dict[str, Any] = {f"{name}_{'m' if of == LENGTH else 'rad'}": found[name] for name, of in QUANTITIES.items()}
     joint, stated = str(cells.get("name") or f"joint_{number}"), cells.get("mass_kg")
     mass = 0.0 if stated in (None, "") else _number(stated, f"{where}, column mass_kg")
+    if mass < 0:
+        raise RobotError(f"{where}, column mass_kg: {mass:g}, expected zero or more.")
     if kind == "fixed":
         if mass > 0:
             raise RobotError(f"{where} is fixed and has a mass. Add it to the link of the joint before.")
