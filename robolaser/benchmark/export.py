@@ -74,7 +74,10 @@ def runs_csv(result: BenchmarkResult) -> str:
 
 def iohprofiler_files(result: BenchmarkResult) -> dict[str, str]:
     """Contents of the files of all runs, also without a result, by their names in the export's folder."""
-    files: dict[str, str] = {}
+    files, homes = dict[str, str](), dict[str, str]()
+    for algorithm in result.solvers:
+        plain = _plain(algorithm)
+        homes[algorithm] = f"{plain}~{len(homes) + 1}" if plain in homes.values() else plain  # `a b` and `a/b`
     for number, problem in enumerate(result.problems, start=1):
         for algorithm, title in result.solvers.items():
             runs = [run for run in result.runs if run.key[:2] == (problem.name, algorithm)]
@@ -82,7 +85,7 @@ def iohprofiler_files(result: BenchmarkResult) -> dict[str, str]:
                 continue
             runs.sort(key=lambda run: run.seed)
             name = f"{number}_{_plain(problem.name)}"
-            home = Path(_plain(algorithm))
+            home = Path(homes[algorithm])
             table = Path(f"data_f{name}") / f"IOHprofiler_f{number}_DIM{problem.dimension}.dat"
             header = _about(problem, number, algorithm, title, table, runs)
             files[str(home / f"IOHprofiler_f{name}.json")] = json.dumps(header, indent=1) + "\n"

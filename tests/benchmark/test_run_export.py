@@ -25,6 +25,12 @@ def test_runs_that_found_nothing_are_exported():
     assert len(result.to_frame()) == 6
 
 
+def test_algorithms_with_similar_names_have_folders_of_their_own():
+    result = robolaser.compare(["pymoo:sphere-2"], {"a b": "random", "a/b": "de"}, seeds=1, budget=50)
+    headers = {name: text for name, text in iohprofiler_files(result).items() if name.endswith(".json")}
+    assert [json.loads(text)["algorithm"]["name"] for text in headers.values()] == ["a b", "a/b"]
+
+
 def test_iohinspector_reads_every_run(tmp_path):
     inspector = pytest.importorskip("iohinspector")
     result = robolaser.compare(["pymoo:sphere-2", "pymoo:g5"], ["random"], seeds=3, budget=100)
