@@ -29,6 +29,8 @@ TEST_FUNCTIONS = ("ackley", "griewank", "rastrigin", "rosenbrock", "schwefel", "
 """pymoo's test functions of any dimension whose lowest cost is known."""
 DIMENSION = 10  # variables of a test function, unless its name states them
 FRONT_POINTS = 500  # points of a known front for distances
+COUNTS = ("n_var", "n_obj")  # settings of test functions that count something
+UNKNOWN = re.compile(r"unexpected keyword argument '(\w+)'")  # Python's words for a setting that a function lacks
 RANGE = re.compile(r":instance=(\d+)\.\.(\d+)")
 
 
@@ -151,6 +153,9 @@ def _function(text: str, name: str) -> ProblemSpec:
     elif not (typed.isdecimal() and int(typed) > 1):
         raise UsageError(f"{text}: '{typed}' variables, expected a whole number of at least 2: {suite}{function}-14.")
     settings: dict[str, Any] = dict(spec.values)
+    for key, value in settings.items():
+        if key in COUNTS and (type(value) is not int or value < 1):
+            raise UsageError(f"{text}: {key} is {value}, expected a whole number of at least 1.")
     if typed:
         settings["n_var"] = int(typed)
     if suite == BBOB or function in TEST_FUNCTIONS:
@@ -241,6 +246,8 @@ def _pymoos(text: str, function: str, settings: Mapping[str, Any]) -> Any:
     except Exception as error:
         if str(error) == "Problem not found.":
             raise _unknown(PYMOO + function) from None
+        if unknown := UNKNOWN.search(str(error)):
+            raise UsageError(f"{PYMOO}{function} has no setting '{unknown[1]}'. Leave it out.") from None
         raise UsageError(
             f"{text} cannot be made ({type(error).__name__}: {error}). Give it other arguments."
         ) from error
