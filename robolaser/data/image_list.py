@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from robolaser.data.csv_tables import bad_row
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.dataset_file import inside
+from robolaser.errors import DataError
 
 LIT = "image"  # column of poses.csv with the first image taken with the laser on
 UNLIT = "image_off"  # column with the image taken with the laser off
@@ -58,12 +58,16 @@ def images_of_poses(recording: Dataset) -> list[PoseImages]:
         if LIT in lit:
             for column, one in lit.items():
                 if one in shown:
-                    message = f"pose {pose}: {one.name} is the image of pose {shown[one]} already. Name the image that"
-                    how = "was taken here, or delete one of the two."
-                    raise bad_row("poses.csv", row + 2, f"{message} {how}", column)
+                    message = f"{one.name} is the image of pose {shown[one]} already. Name the image that was taken"
+                    raise _wrong(column, pose, f"{message} here, or delete one of the two.")
                 shown[one] = pose
             shots.append(PoseImages(row, pose, (*lit.values(),), file(UNLIT, unlit[row]) if unlit[row] else None))
         elif lit or unlit[row]:
-            message = f"pose {pose}: column {next(iter(lit), UNLIT)} names an image, but this one is empty."
-            raise bad_row("poses.csv", row + 2, f"{message} Name the image with the laser on, or leave all empty.", LIT)
+            message = f"column {next(iter(lit), UNLIT)} names an image, but this one is empty."
+            raise _wrong(LIT, pose, f"{message} Name the image with the laser on, or leave all empty.")
     return shots
+
+
+def _wrong(column: str, pose: str, what: str) -> DataError:
+    """The error of a pose's cell; its row is not known any more."""
+    return DataError(f"poses.csv, column {column}: pose {pose}: {what}", file="poses.csv", column=column)
