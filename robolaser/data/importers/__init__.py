@@ -37,10 +37,12 @@ def importer_for(paths: Sequence[Path], kind: str | None = None) -> Importer:
 
     Raises:
         DataError: A file is not there.
-        UsageError: There is no such importer, or more than one.
+        UsageError: There is no such importer, or more than one; or no file is named.
         PluginError: An installed package's importer cannot be used.
     """
     known = importers()
+    if not paths:
+        raise UsageError("Name a file or folder to import.")
     for path in paths:
         if not path.exists():
             raise unreadable(path, "no such file or folder")

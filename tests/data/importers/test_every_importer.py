@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 
 from examples import EXAMPLES
-from robolaser import load
+from robolaser import import_files, load
 from robolaser.cli import main
 from robolaser.data.dataset import Dataset
 from robolaser.data.importers import importer_for, importers
 from robolaser.diagnosis import gross_mistakes
+from robolaser.errors import UsageError
 
 
 @dataclass
@@ -59,6 +60,11 @@ def mistakes_are_sought_once(case: Case, monkeypatch: pytest.MonkeyPatch) -> Non
         return SOUGHT[case.kind]
 
     monkeypatch.setattr(gross_mistakes, "gross_mistakes", remembered)
+
+
+def test_without_a_file_there_is_nothing_to_import(case: Case) -> None:
+    with pytest.raises(UsageError, match="Name a file or folder"):
+        import_files(kind=case.kind)
 
 
 def test_it_recognises_its_files_and_nothing_that_is_not_there(case: Case, tmp_path: Path) -> None:
