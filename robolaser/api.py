@@ -15,7 +15,7 @@ from robolaser.data.loading import load as load_dataset
 from robolaser.diagnosis.data_check import DataCheck, check_data
 from robolaser.diagnosis.pipeline import examine
 from robolaser.diagnosis.pose_plan import PosePlan, examine_plan
-from robolaser.errors import UsageError
+from robolaser.errors import UsageError, check_seed
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import Effect
 from robolaser.motion.log import MotionLog
@@ -125,7 +125,8 @@ def diagnose(
 
     Raises:
         DataError: The data set has too few data, or other data are of another arm or kind of sensor.
-        UsageError: There is no effect of that name, or other data are given to a moving arm's.
+        UsageError: There is no effect of that name, other data are given to a moving arm's, or
+            the seed is negative.
 
     Examples:
         >>> why = robolaser.diagnose(dataset, effects=["laser_roll", "target_scale"], seed=1)
@@ -133,6 +134,7 @@ def diagnose(
         'no_gap'
     """
     seed, without = 1 if seed is None else seed, _names(_effects(without))
+    check_seed(seed)
     others = _listed(validate)
     if _is_motion(data):
         from robolaser.motion.diagnosis import diagnose_motion  # noqa: PLC0415 - measured poses need none of it
@@ -211,6 +213,7 @@ def plan(data: Data, *, points: int | None = None, seed: int = 1) -> PosePlan:
         >>> len(robolaser.plan(dataset).limits) > 10
         True
     """
+    check_seed(seed)
     return examine_plan(_data_set(data), points=points, seed=seed)
 
 

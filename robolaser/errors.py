@@ -1,6 +1,7 @@
 """Errors that a program may catch, and messages that several files use."""
 
 import difflib
+import operator
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -99,6 +100,20 @@ class PluginError(RobolaserError):
 
 class Interrupted(RobolaserError):
     """It was stopped, by the user or by a failure; the message states where earlier work is kept."""
+
+
+def check_seed(seed: int) -> None:
+    """Refuse what NumPy's generators would not take.
+
+    Raises:
+        UsageError: A seed is no whole number, or negative.
+    """
+    try:
+        is_seed = operator.index(seed) >= 0
+    except TypeError:
+        is_seed = False
+    if not is_seed:
+        raise UsageError(f"seed is {seed!r}, expected a whole number of at least 0.")
 
 
 def near(name: str, known: Iterable[str], most: int | None = None) -> str:

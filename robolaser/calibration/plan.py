@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, final
 
-from robolaser.errors import UsageError, near
+from robolaser.errors import UsageError, check_seed, near
 from robolaser.model.effects.effect import Effect
 
 GENERATIONS = 500
@@ -28,7 +28,7 @@ class Plan:
         generations: Number of generations, for searches that have any.
 
     Raises:
-        UsageError: The weights are unknown or would not be used, or there are no generations.
+        UsageError: The weights are unknown or would not be used, there are no generations, or the seed is negative.
 
     Examples:
         >>> robolaser.Plan(effects=("laser_roll",)).weights
@@ -46,6 +46,7 @@ class Plan:
         given: Any = self.effects
         if isinstance(given, str | type):
             object.__setattr__(self, "effects", (given,))
+        check_seed(self.seed)
         if self.weights not in WEIGHTS:
             raise UsageError(f"No weights '{self.weights}'.{near(self.weights, WEIGHTS)}")
         if self.weights != "plain" and not self.polish:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.errors import UsageError, near
+from robolaser.errors import UsageError, check_seed, near
 from robolaser.motion.effect import At, MotionEffect, RowKind
 from robolaser.motion.effects import library_of
 from robolaser.motion.linear_rows import LinearRows
@@ -46,6 +46,7 @@ def simulate_motion(
     Raises:
         UsageError: There is no such effect, location or number, or the size is out of bounds.
     """
+    check_seed(seed)
     rng = np.random.default_rng(seed)
     n = round(DURATION_S * RATE_HZ)
     time = np.arange(n) / RATE_HZ

@@ -12,7 +12,7 @@ from robolaser.data.importers.robots import find_robot
 from robolaser.data.joining import join_sessions
 from robolaser.data.sessions import Sessions
 from robolaser.data.stated_noise import Noise
-from robolaser.errors import EffectError, UsageError
+from robolaser.errors import EffectError, UsageError, check_seed
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.outliers import NAME as OUTLIERS
 from robolaser.model.effects.outliers import WHERE as OF_OUTLIERS
@@ -91,6 +91,7 @@ def simulate(
         >>> made.dataset
         <Dataset simulated-ur5e: ball in fixed sockets, robot ur5e, 20 points in 20 poses>
     """
+    check_seed(seed)
     options = options or CellOptions()
     with_corners = kind == "stripe+camera"
     sensor_type = simulated_sensor("stripe" if with_corners else kind)

@@ -1,11 +1,12 @@
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from asked import simulate_as_asked
 
+import robolaser
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.stated_noise import Noise
@@ -15,6 +16,7 @@ from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import Effect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors import scanner_geometry
+from robolaser.motion.simulation import simulate_motion
 from robolaser.robot.by_name import RobotEntry, find_robot, known_robots
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation import Simulated, paper, simulate, sizes_of
@@ -295,6 +297,15 @@ def test_what_cannot_be_is_refused_with_a_reason(
 ) -> None:
     with pytest.raises(error, match=message):
         simulate_as_asked(robot, **{"poses": 4, "points": 2, "seed": 1} | demand)
+
+
+def test_what_is_no_seed_is_refused_wherever_one_is_taken(robot: Robot) -> None:
+    of_robot = [partial(made, robot) for made in (simulate, simulate_motion)]
+    of_data = [partial(made, plain_cell("point")) for made in (robolaser.diagnose, robolaser.plan)]
+    for seeded in (*of_robot, *of_data, robolaser.Plan):
+        for seed in (-1, 1.5):
+            with pytest.raises(UsageError, match=f"seed is {seed}, expected a whole number"):
+                seeded(seed=seed)
 
 
 def test_sizes_are_read_as_they_are_typed() -> None:
