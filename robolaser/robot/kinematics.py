@@ -69,8 +69,12 @@ class Robot:
         Raises:
             RobotError: The text is no robot; there is no such flange or no such moving joint; a joint is listed twice;
                 or none of the joints moves the flange.
+            UsageError: The gravity is not three numbers.
         """
-        x, y, z = (float(g) for g in gravity)
+        try:
+            x, y, z = map(float, np.asarray_chkfinite(gravity, dtype=float))
+        except (TypeError, ValueError):
+            raise UsageError(f"gravity is {gravity!r}, expected three numbers [m/s²].") from None
         arm, name = read_arm(text, flange=flange, joints=joints, source=source)
         arm.model.gravity.linear = np.array([x, y, z])
         lower, upper = (limit[arm.columns] for limit in arm.limits)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import final
+from typing import final, get_args
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.importers.robots import find_robot
 from robolaser.data.joining import join_sessions
+from robolaser.data.sensor_format import Mount
 from robolaser.data.sessions import Sessions
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import EffectError, UsageError, check_seed
@@ -28,6 +29,7 @@ from robolaser.simulation.setup import CellOptions, RandomStreams, SensorSetup
 TRAVEL = 0.3  # fastest joint's mean speed between poses [rad/s or m/s]
 PAUSE_S = 30.0  # time spent at each pose
 EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, for an effect of the timing [rad/s or m/s]
+WORDS = {"stripe_axis": ("u", "v"), "mount": get_args(Mount)}  # what options may be
 MOST_GROSS = 0.5  # of the rows: beyond, gross errors are the rule
 
 
@@ -107,6 +109,9 @@ def simulate(
         with_corners=with_corners,
     )
     _check_noise(cell.noise)
+    for what, known in WORDS.items():
+        if (word := getattr(options, what)) not in known:
+            raise impossible(what, word, " or ".join(known))
     if options.sessions < 1:
         raise impossible("number of sessions", options.sessions, "1 or more")
     first = cell.session(seed, {})

@@ -28,12 +28,12 @@ def test_repeats_come_in_their_order_and_the_dark_image_last(tmp_path):
 
 @pytest.mark.parametrize("column", ["image_2", "image_off"])
 def test_a_pose_with_other_images_names_the_first_too(column, tmp_path):
-    with pytest.raises(DataError, match=f"^poses.csv, column image: pose p1: column {column}"):
+    with pytest.raises(DataError, match=rf"^poses\.csv, column image: pose p1: column {column}"):
         images_of_poses(recording(tmp_path, ("a", ""), **{column: ("", "b")}))
 
 
 def test_an_image_is_of_one_pose(tmp_path):
-    with pytest.raises(DataError, match="^poses.csv, column image: pose p2: a is the image of pose p0 already"):
+    with pytest.raises(DataError, match=r"^poses\.csv, column image: pose p2: a is the image of pose p0 already"):
         images_of_poses(recording(tmp_path, ("a", "b", "a")))
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from screws import Screws, origin
 
-from robolaser.errors import RobotError
+from robolaser.errors import RobotError, UsageError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 from robolaser.robot.kinematics import Robot
 
@@ -100,6 +100,12 @@ def test_joints_bear_the_weight_that_screws_say(robot, rng):
     _, torques = screws_say(CHAIN, q)
     np.testing.assert_allclose(robot.gravity_torques(q), torques, rtol=0, atol=1e-12)
     assert robot.has_masses
+
+
+@pytest.mark.parametrize("gravity", [(0, 0), "down", (0, 0, np.nan), 9.81, None])
+def test_a_gravity_that_is_not_three_numbers_is_refused(gravity):
+    with pytest.raises(UsageError, match="expected three numbers"):
+        Robot.from_urdf(MIXED, flange="flange", gravity=gravity)
 
 
 def test_on_a_wall_gravity_pulls_sideways(rng):

@@ -282,6 +282,8 @@ def test_every_robot_that_is_known_can_be_simulated(entry: RobotEntry, kind: str
     [
         ({"kind": "sonar"}, UsageError, "point or pose or profile or socket or stripe"),
         ({"poses": 0}, UsageError, "number of poses 0"),
+        ({"stripe_axis": "x"}, UsageError, "stripe_axis 'x': expected u or v"),
+        ({"kind": "profile", "mount": "foo"}, UsageError, "mount 'foo': expected flange or base"),
         ({"kind": "socket", "repeats": 2}, UsageError, "number of repeats"),
         ({"kind": "socket", "poses": 2, "points": 3}, UsageError, "each of 3 sockets"),
         ({"effects": {"joint_offset:joint_2": 0.5}}, UsageError, "Are these degrees"),
