@@ -241,9 +241,13 @@ def zeros_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) -> 
         source: Name of the file in error messages.
 
     Raises:
-        DataError: It is no such file, lacks a joint, or has no room for the change; no zero is wrong.
+        DataError: It is no such file, lacks a joint, or has no room for the change; no zero is wrong, or by an unknown
+            angle.
     """
-    offsets = {one["where"]: one["parameters"]["offset"]["value"] for one in effects if one["effect"] == "joint_offset"}
+    own = {one["where"]: one["parameters"] for one in effects if one["effect"] == "joint_offset"}
+    offsets = {joint: found["offset"]["value"] for joint, found in own.items() if "offset" in found}
+    if lost := [joint for joint in own if offsets.get(joint) is None]:
+        raise DataError(f"The joint_offset of {lost[0]} has no offset in the result. Is its file complete?")
     if not offsets:
         raise DataError("The result names no joint with a wrong zero (joint_offset): there is nothing to write.")
     servos = read_servos(text, list(offsets), source)

@@ -42,6 +42,7 @@ def test_lerobot_then_reads_what_the_joint_was_found_to_be_at(angle: float) -> N
         ('{"elbow_flex": {"deep": ' + "[" * 100_000, [offset(0.05)], "no calibration file of LeRobot"),
         ('{"elbow_flex": {"id": 3}}', [offset(0.05)], "homing_offset"),
         (json.dumps(CALIBRATION), [offset(0.05, "shoulder_pan")], "lacks shoulder_pan"),
+        (json.dumps(CALIBRATION), [{**offset(0.05), "parameters": {}}], "joint_offset of elbow_flex has no offset"),
         (json.dumps(CALIBRATION), [PLAY], "no joint with a wrong zero"),
         (json.dumps({"elbow_flex": {**SERVO, "homing_offset": -2040}}), [offset(0.05)], "would become -2073"),
     ],
