@@ -73,7 +73,7 @@ def headline(log: MotionLog) -> str:
 def _figures(fit: MotionFit) -> list[Figure]:
     rows = []
     for gap in fit.gaps:
-        largest = max(gap.whole("calibrated"), gap.whole("after")) or 1.0
+        largest = max(map(gap.whole, ("calibrated", "after", "noise_floor"))) or 1.0
         for kind, label, name in (("", "before", "calibrated"), ("held-out", "with the effects", "after"),
                                   ("noise", "noise alone", "noise_floor")):  # fmt: skip
             value = gap.whole(name)
