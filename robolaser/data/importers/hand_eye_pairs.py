@@ -98,6 +98,9 @@ def seen_by_tags(dataset: Dataset) -> Dataset:
     """The poses of tags in a camera on the flange, as poses of the camera in each tag: a sensor for each.
 
     They share the hand-eye parameters `tool.camera.*`; each tag has its own `TAG.base.*`.
+
+    Raises:
+        DataError: Two tags would be one sensor.
     """
     points, tags = dataset.points, tuple(dict.fromkeys(dataset.points.names))
     T = inverse(pose(from_quaternion(points["quaternion"]), points["xyz"]))
@@ -106,8 +109,13 @@ def seen_by_tags(dataset: Dataset) -> Dataset:
     if len(tags) == 1:
         return replace(dataset, points=of_camera)
     alone = replace(dataset, poses=Poses(()), points=of_camera.take(slice(0, 0)), robot=None, warnings=())
-    names = (re.sub(r"[^A-Za-z0-9_-]", "_", tag) for tag in tags)
-    members = tuple(SensorData(name, alone, f"points_{name}.csv") for name in names)
+    tag_of = dict[str, str]()
+    for tag in tags:
+        name = re.sub(r"[^A-Za-z0-9_-]", "_", tag)
+        if (first := tag_of.setdefault(name, tag)) != tag:
+            how = "Rename one with other letters a to z, digits, _ or -."
+            raise DataError(f"The tags {first!r} and {tag!r} would both be called {name!r}. {how}")
+    members = tuple(SensorData(name, alone, f"points_{name}.csv") for name in tag_of)
     return with_points_of(
         replace(dataset, members=members), [of_camera.take(points.number == number) for number in range(len(tags))]
     )

@@ -264,7 +264,9 @@ def test_a_robot_described_by_a_table_of_dh_numbers_is_a_urdf_in_the_data_set(tm
 
 
 @pytest.mark.parametrize("mount", ["flange", "base"])
-def test_a_camera_that_sees_several_tags_is_calibrated_from_their_poses(mount: str, arm: Robot, tmp_path: Path) -> None:
+def test_a_camera_that_sees_several_tags_is_calibrated_from_their_poses(
+    mount: str, arm: Robot, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     rng = np.random.default_rng(5)
     q = random_configurations(arm, 15, rng)
     T_base_flange, T_flange, T_base = arm.forward(q[None])[0], _somewhere(rng, 2), _somewhere(rng, 2)
@@ -285,6 +287,10 @@ def test_a_camera_that_sees_several_tags_is_calibrated_from_their_poses(mount: s
         file.write_text("\n".join(lines))
     typed = ["import", *map(str, files), "--robot", arm.name, "--sensor", "pose", "--units", "m,rad", "--quiet"]
     assert main([*typed, "--set", f"mount={mount}", "--output", str(tmp_path / "cell")]) == 0
+    if mount == "flange":  # each tag is a sensor, whose name is that of a file
+        files[1].write_text("\n".join(tags).replace("left", "ä").replace("right", "ö"))
+        assert main([*typed, "--set", "mount=flange", "--output", str(tmp_path / "other")]) == 1
+        assert "The tags 'ä' and 'ö' would both be called '_'." in capsys.readouterr().err
     found = calibrate(load(tmp_path / "cell"))
     values = {name: np.array([value]) for name, value in zip(found.model.parameters.names, found.x, strict=True)}
     for place, T in expected.items():
