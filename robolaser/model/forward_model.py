@@ -192,7 +192,7 @@ class Model:
         return there
 
     def completed(self, values: Values, known: Collection[str] = ()) -> Values:
-        """Values with the parameters added that follow from the others in closed form.
+        """Values with the parameters added that follow from the others in closed form, else at their nominal values.
 
         Args:
             values: Known values, (c,) each.
@@ -205,7 +205,9 @@ class Model:
         others = {name: value for name, value in values.items() if name not in follow}
         perturb = self.perturb(values)
         found = initialize(self.blocks, others, self.flange(values, perturb), perturb)
-        return {**values, **{name: found[name] for name in follow}}
+        count = max(map(len, others.values()), default=1)
+        nominal = {item.name: np.full(count, item.nominal) for item in self.sensor_parameters.items}
+        return {**values, **{name: found.get(name, nominal[name]) for name in follow}}
 
     def fix_gauge(self, x: Array) -> Array:
         """An equivalent model for any data, with the fixed parameters at their nominal values, (d,)."""

@@ -126,10 +126,11 @@ def _initialized(
 def initialize(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Perturbation) -> dict[str, Array]:
     """Start values of the derived parameters, for each candidate, (c,) by name.
 
-    Sensors with the most rows come first; the others keep their values. Arguments as for a sensor's.
+    Sensors with the most rows come first; the others keep their values. Arguments as for a sensor's. A sample may have
+    too few rows for some of them.
 
     Raises:
-        EstimationError: No sensor could find a parameter.
+        EstimationError: No sensor could find any.
     """
     found: dict[str, Array] = {}
     failed: list[EstimationError] = []
@@ -138,7 +139,7 @@ def initialize(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Pe
             found = _initialized(of_sensor, {**values, **found}, T_base_flange, perturb) | found
         except EstimationError as error:  # few rows of it, as of a sample: another sensor may find the same
             failed.append(error)
-    if failed and not all(name in found for name in blocks.derived):
+    if failed and not found:
         raise failed[0]
     return {name: value for name, value in found.items() if name in blocks.derived}
 

@@ -73,6 +73,15 @@ def test_with_sessions_nothing_needs_to_be_given_either() -> None:
     assert {"target.x@session-1", "target.x@session-2", "theta"} <= set(found.model.parameters.names)
 
 
+def test_in_a_session_the_camera_alone_may_see_the_board() -> None:
+    """The few corners of a pose that are searched on do not place it."""
+    dataset = scanner(sessions=2).dataset
+    kept = (dataset.sensor_of_row == 1) | (dataset.session_of_pose[dataset.points.pose] == 0)
+    found = calibrate(replace(dataset, points=dataset.points.take(np.flatnonzero(kept))))
+    assert found.rms_m < 1e-6
+    assert {"target.x@session-1", "target.x@session-2", "theta"} <= set(found.model.parameters.names)
+
+
 def test_where_the_target_is_known_nothing_needs_to_be_given_either() -> None:
     placed = simulate(find_robot("panda"), kind="stripe+camera", poses=16, seed=2).dataset
     found = calibrate(with_nothing_given(placed))
