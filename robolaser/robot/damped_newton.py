@@ -8,10 +8,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array, Bools, Ints
 
-Missing = Callable[[Array], tuple[Array, Array]]
-"""Joint values (n, j) to the goal less what they reach, (n, k), and the derivatives of the latter, (n, k, j)."""
+Missing = Callable[[Array, Ints], tuple[Array, Array]]
+"""Joint values (m, j), and of which goals, (m,), to these less what they reach, (m, k), and derivatives, (m, k, j)."""
 
 STEPS = 60
 STRIDE = 0.5  # at most, in a joint [rad or m]
@@ -28,14 +28,17 @@ def solve(missing: Missing, start: Array, limits: tuple[Array, Array], reached: 
         limits: Least and largest value of each joint, (j,) or (n, j) each [rad or m].
         reached: Distance from a goal up to which it is reached [m or rad].
     """
-    q = np.clip(start, *limits)
-    for _ in range(STEPS):
-        miss, J = missing(q)
-        if (np.abs(miss) < reached).all():
+    lower, upper = (np.broadcast_to(limit, start.shape) for limit in limits)
+    q, sought = np.clip(start, lower, upper), np.arange(len(start))
+    for left in reversed(range(STEPS + 1)):
+        miss, J = missing(q[sought], sought)
+        far = ~(np.abs(miss) < reached).all(axis=1)
+        sought, miss, J = sought[far], miss[far], J[far]
+        if not left or not len(sought):
             break
         Jt = np.swapaxes(J, -1, -2)
         damping = LEAST_DAMPING + DAMPING * (miss**2).sum(axis=1)[:, None, None]
         step = (Jt @ np.linalg.solve(J @ Jt + damping * np.eye(J.shape[1]), miss[..., None]))[..., 0]
         step *= np.minimum(1.0, STRIDE / np.maximum(np.abs(step).max(axis=1), 1e-12))[:, None]
-        q = np.clip(q + step, *limits)
-    return q, np.asarray((np.abs(missing(q)[0]) < reached).all(axis=1))
+        q[sought] = np.clip(q[sought] + step, lower[sought], upper[sought])
+    return q, ~np.isin(np.arange(len(q)), sought)

@@ -1,7 +1,5 @@
 """Postures that bring a point on the flange to given positions, in any configuration of the arm."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
@@ -10,8 +8,6 @@ from robolaser.geometry.rigid_motion import apply
 from robolaser.robot.damped_newton import solve
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, limits, most_crowded, random_configurations
-
-Forward = Callable[[Array], Array]  # joint values (n, j) to T_base_flange (n, 4, 4), effects included
 
 REACHED_M = 1e-12
 ATTEMPTS = 10
@@ -26,29 +22,27 @@ def touching(
     q: Array,
     *,
     still: Bools | None = None,
-    forward: Forward | None = None,
 ) -> tuple[Array, Bools]:
     """Bring a point on the flange to given positions, the orientation free.
 
-    The nominal arm's Jacobian suffices: effects change it little.
-
     Args:
-        robot: The nominal arm.
+        robot: Any arm.
         tool: In the flange frame, (3,) or (n, 3) [m].
         goal: In the base frame, (n, 3) [m].
         q: Where to start, (n, j).
         still: Joints that stay where they start, (j,).
-        forward: The arm as it is; the nominal one when absent.
 
     Returns:
         Joint values (n, j), and whether each is within the limits with the point at its goal, (n,).
     """
     fixed = np.zeros(q.shape[1], dtype=bool) if still is None else still
 
-    def missing(values: Array) -> tuple[Array, Array]:
+    tools = np.broadcast_to(tool, goal.shape)
+
+    def missing(values: Array, which: Ints) -> tuple[Array, Array]:
         motion = robot.motion(values[None], by_placements=False)
-        point = apply(forward(values) if forward else motion.T_base_flange[0], tool)
-        return goal - point, np.where(fixed, 0.0, motion.jacobian(point[None])[0, :, :3])
+        point = apply(motion.T_base_flange[0], tools[which])
+        return goal[which] - point, np.where(fixed, 0.0, motion.jacobian(point[None])[0, :, :3])
 
     lower, upper = (np.where(fixed, q, limit) for limit in limits(robot))
     return solve(missing, q, (lower, upper), REACHED_M)

@@ -7,7 +7,7 @@ from typing import Any, Self, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.duals import bare, is_dual
 from robolaser.errors import UsageError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, log_so3, pose
@@ -201,11 +201,11 @@ class Robot:
             return q[0], reached[0]
 
         def toward(goal: Array, start: Array) -> tuple[Array, Bools]:
-            def missing(q: Array) -> tuple[Array, Array]:
-                motion = self.motion(q[None], by_placements=False)
+            def missing(q: Array, which: Ints) -> tuple[Array, Array]:
+                motion, wanted = self.motion(q[None], by_placements=False), goal[which]
                 T = motion.T_base_flange[0]
-                turn = log_so3(goal[:, :3, :3] @ np.swapaxes(T[:, :3, :3], -1, -2))
-                return np.concatenate([goal[:, :3, 3] - T[:, :3, 3], turn], axis=-1), motion.jacobian()[0]
+                turn = log_so3(wanted[:, :3, :3] @ np.swapaxes(T[:, :3, :3], -1, -2))
+                return np.concatenate([wanted[:, :3, 3] - T[:, :3, 3], turn], axis=-1), motion.jacobian()[0]
 
             return damped_newton.solve(missing, start, self.range, REACHED)
 

@@ -118,18 +118,6 @@ def test_the_ball_comes_to_its_place_from_many_sides(robot: Robot) -> None:
     assert (np.trace(turned[1:8, :3, :3], axis1=1, axis2=2) < 2.9).all()
 
 
-def test_a_bent_arm_reaches_as_exactly_as_a_straight_one(robot: Robot) -> None:
-    rng = np.random.default_rng(4)
-    ball = np.array([0.0, 0.0, 0.1])
-    goals = within_reach(robot, ball, 1, rng)
-    start = random_configurations(robot, 30, rng)
-    bent = lambda q: robot.forward((q + 0.02 * np.sin(q))[None])[0]  # noqa: E731
-    q, good = touching(robot, ball, np.tile(goals, (30, 1)), start, forward=bent)
-    assert good.sum() > 5
-    seat = apply(bent(q), ball)
-    np.testing.assert_allclose(seat[good], np.tile(goals, (good.sum(), 1)), atol=1e-11)
-
-
 def test_a_joint_that_is_held_stays_while_the_others_reach_the_place() -> None:
     robot, rng = find_robot("ur5"), np.random.default_rng(4)
     goals = within_reach(robot, np.zeros(3), 1, rng)

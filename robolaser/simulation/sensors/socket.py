@@ -9,16 +9,18 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
+from robolaser.geometry.rigid_motion import apply
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import named_parts, vector
 from robolaser.parameters import Values
-from robolaser.robot.inverse_kinematics import reaching, touching, within_reach
+from robolaser.robot.inverse_kinematics import REACHED_M, reaching, touching, within_reach
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, impossible, moved_within
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
 BALL_M = (0.03, -0.02, 0.12)  # of the ball in the flange frame
 TOLERANCE_M = 0.002  # largest distance of the ball from nominal along each axis
+ROUNDS = 10  # of aiming
 GROSS_RAD = (0.01, 0.05)  # of one joint in a pose whose ball is not seated [rad or m]
 
 
@@ -69,10 +71,16 @@ class SimulatedSockets(SimulatedSensor):
         def at(q: Array) -> Dataset:
             return replace(dataset, poses=replace(dataset.poses, q=q))
 
-        def forward(q: Array) -> Array:
-            return np.asarray(Model(at(q), tuple(candidate_effects)).flange(values)[0])
-
-        q, good = touching(robot, vector(values, "tool.ball")[0], self.sockets[of], q, forward=forward)
+        tool, sockets = vector(values, "tool.ball")[0], self.sockets[of]
+        aim = sockets
+        for _ in range(ROUNDS):  # the nominal arm aims beside the socket by what its errors move the ball
+            T = Model(at(q), tuple(candidate_effects)).flange(values)[0]
+            short = sockets - apply(T, tool)
+            good = np.asarray((np.abs(short) < REACHED_M).all(axis=1))
+            if good.all():
+                break
+            aim = aim + short
+            q, _ = touching(robot, tool, aim, q)
         return at(q), good
 
     @classmethod
