@@ -49,7 +49,7 @@ SLIPS: dict[str, tuple[Callable[[Array], Array], str]] = {
 
 def on_flange_poses(dataset: Dataset) -> Dataset:
     """The same without joints: half as many other readings are tried."""
-    return replace(dataset, robot=None, poses=Poses(dataset.poses.names, T_base_flange=dataset.flange()))
+    return replace(dataset, robot=None, poses=replace(dataset.poses, q=None, qd=None, T_base_flange=dataset.flange()))
 
 
 def slipped(dataset: Dataset, slip: str) -> tuple[Dataset, str]:
@@ -58,9 +58,9 @@ def slipped(dataset: Dataset, slip: str) -> tuple[Dataset, str]:
     return replace(dataset, poses=replace(dataset.poses, q=change(q))), said.format(*robot.joints)
 
 
-@pytest.mark.parametrize(("slip", "kind"), [*((slip, "socket") for slip in SLIPS), ("exchanged", "stripe")])
+@pytest.mark.parametrize(("slip", "kind"), [("exchanged", "stripe"), *((slip, "socket") for slip in [*SLIPS][1:])])
 def test_the_slip_is_found_by_what_it_does_to_the_fit(slip: str, kind: str) -> None:
-    sound = simulate("scorbot_er7", kind=kind, poses=12, effects={"joint_offset:joint_2": 0.002})
+    sound = simulate("scorbot_er7", kind=kind, poses=10, effects={"joint_offset:joint_2": 0.002})
     wrong, said = slipped(sound.dataset, slip)
     found = misread(Model(wrong), rms_m=0.1)
     assert found is not None
@@ -90,7 +90,7 @@ def test_millimetres_are_no_sign_of_it_and_nothing_is_tried() -> None:
 
 
 def test_a_calibration_warns_of_it_first() -> None:
-    wrong, said = slipped(simulate("scorbot_er7", kind="socket", poses=15).dataset, "exchanged")
+    wrong, said = slipped(simulate("scorbot_er7", kind="socket", poses=10).dataset, "exchanged")
     assert said in calibrate(wrong, Plan()).warnings[0]
 
 
@@ -145,8 +145,8 @@ def test_where_a_pose_or_an_image_was_lost_is_named(kind: str, shift: int, lost:
     noise = Noise(point_m=3e-5, pixel_px=0.1, angle_rad=1e-4)
     data = simulate(find_robot("ur5"), kind=kind, poses=20, noise=noise, seed=1).dataset
     kept = np.flatnonzero((data.points.pose != lost) | (shift < 0))
-    moved = with_rows_moved(replace(data, parameters={}, points=data.points.take(kept)), -shift, lost)
-    found = misread(Model(on_flange_poses(moved)), rms_m=0.5)
+    moved = on_flange_poses(with_rows_moved(replace(data, parameters={}, points=data.points.take(kept)), -shift, lost))
+    found = misread(Model(moved), rms_m=0.5)
     assert found is not None
     assert found.shift == shift
     first = found.sentence.partition("From pose ")[2].partition(" on, ")[0]
@@ -156,7 +156,7 @@ def test_where_a_pose_or_an_image_was_lost_is_named(kind: str, shift: int, lost:
 
 
 def test_inverse_flange_poses_are_named() -> None:
-    data = simulate("scorbot_er7", kind="camera", poses=12, noise=Noise(pixel_px=0.1), seed=1).dataset
+    data = simulate("scorbot_er7", kind="camera", poses=10, points=8, noise=Noise(pixel_px=0.1), seed=1).dataset
     T = np.linalg.inv(data.flange())
     wrong = replace(data, robot=None, poses=Poses(data.poses.names, T_base_flange=T))
     found = misread(Model(wrong), rms_m=0.5)
@@ -165,7 +165,7 @@ def test_inverse_flange_poses_are_named() -> None:
 
 
 def test_a_camera_at_the_other_end_is_named() -> None:
-    data = simulate("scorbot_er7", kind="camera", poses=12, noise=Noise(pixel_px=0.1), seed=1).dataset
+    data = simulate("scorbot_er7", kind="camera", poses=10, points=8, noise=Noise(pixel_px=0.1), seed=1).dataset
     wrong = replace(data, options=Mounting("base"), parameters={}, placed=False)
     found = misread(Model(wrong), rms_m=0.5)
     assert found is not None
@@ -178,7 +178,6 @@ def mirrored(values: Array) -> Array:
 
 TRACKED = {
     "in inches": (lambda xyz: xyz / 0.0254, "in inches"),
-    "in feet": (lambda xyz: xyz / 0.3048, "in feet"),
     "in millimetres": (lambda xyz: xyz * 1e3, "in millimetres"),
     "in inches, read as millimetres": (lambda xyz: xyz / 25.4, "in inches, read as millimetres"),
     "in millimetres, read as inches": (lambda xyz: xyz * 25.4, "in millimetres, read as inches"),
@@ -188,7 +187,7 @@ ALIKE = ["in inches, read as millimetres", "in millimetres, read as inches", "in
 """What flange poses read otherwise explain as well."""
 
 
-@pytest.mark.parametrize("slip", ["in inches", "in feet", "left-handed"])
+@pytest.mark.parametrize("slip", ["in inches", "left-handed"])
 def test_points_in_another_unit_or_frame_are_named(slip: str) -> None:
     sound = simulate("scorbot_er7", kind="point", poses=10, noise=Noise(point_m=3e-5), seed=1).dataset
     change, said = TRACKED[slip]
@@ -247,7 +246,7 @@ def inches() -> Array:
 
 @pytest.mark.parametrize("slip", FLANGE)
 def test_flange_poses_in_another_form_are_named(slip: str) -> None:
-    sound = simulate("ur5", kind="camera", poses=14, seed=2).dataset
+    sound = simulate("ur5", kind="camera", poses=10, points=8, seed=2).dataset
     T = FLANGE[slip](np.asarray(sound.flange()))
     wrong = replace(sound, robot=None, poses=Poses(sound.poses.names, T_base_flange=T))
     found = misread(Model(wrong), rms_m=0.5)
@@ -257,16 +256,17 @@ def test_flange_poses_in_another_form_are_named(slip: str) -> None:
 
 def test_rows_that_slipped_in_one_of_two_sessions_are_told_by_its_pose() -> None:
     options, noise = CellOptions(sessions=2), Noise(point_m=3e-5)
-    both = simulate("scorbot_er7", kind="point", poses=20, options=options, noise=noise).dataset
+    both = on_flange_poses(simulate("scorbot_er7", kind="point", poses=19, options=options, noise=noise).dataset)
     second = np.flatnonzero(both.session_of_pose[both.points.pose] == 1)
-    found = misread(Model(with_rows_moved(both, 1, 20, second)), rms_m=0.1)
+    found = misread(Model(with_rows_moved(both, 1, 19, second)), rms_m=0.1)
     assert found is not None
     expected = "From pose session-2/0 on, the points, or images, seem to belong to the pose before theirs"
     assert expected in found.sentence
 
 
 def test_rows_that_lie_at_other_poses_without_order_end_a_diagnosis_soon() -> None:
-    made = simulate("scorbot_er7", kind="stripe", poses=14, noise=Noise(pixel_px=0.2), seed=3).dataset
+    made = simulate("scorbot_er7", kind="stripe", poses=10, points=4, noise=Noise(pixel_px=0.2), seed=3).dataset
     shuffled = np.random.default_rng(1).permutation(len(made.poses))
-    found = examine(replace(made, points=replace(made.points, pose=shuffled[made.points.pose])))
+    wrong = replace(made, points=replace(made.points, pose=shuffled[made.points.pose]))
+    found = examine(on_flange_poses(wrong))
     assert (found.verdict, found.findings) == ("unexplained", ())
