@@ -28,7 +28,13 @@ POINTS = {"camera": 12, "point": 3, "stripe": 6}
 @cache
 def measured(kind: str, **offset: float) -> Dataset:
     effects = {f"joint_offset:{joint}": size for joint, size in offset.items()}
-    return simulate(ARM, kind=kind, poses=20, points=POINTS[kind], noise=NOISE[kind], effects=effects, seed=3).dataset
+    made = simulate(ARM, kind=kind, poses=20, points=POINTS[kind], noise=NOISE[kind], effects=effects, seed=3).dataset
+    return on_flange_poses(made) if kind == "camera" else made
+
+
+def on_flange_poses(dataset: Dataset) -> Dataset:
+    """The same without joints, whose readings are not tried in other ways then."""
+    return replace(dataset, robot=None, poses=replace(dataset.poses, q=None, qd=None, T_base_flange=dataset.flange()))
 
 
 def moved(dataset: Dataset, to: dict[int, int]) -> Dataset:
@@ -47,9 +53,9 @@ def why_of(kind: str) -> DiagnosisResult:
     return robolaser.diagnose(dataset, effects=None if kind == "point" else FEW, seed=0)
 
 
-@pytest.mark.parametrize(("kind", "to"), EXCHANGED.items(), ids=EXCHANGED)
-def test_exchanged_poses_are_named_and_no_row_is_lost(kind: str, to: dict[int, int]) -> None:
-    why = why_of(kind)
+@pytest.mark.parametrize("kind", ["camera", "point"])
+def test_exchanged_poses_are_named_and_no_row_is_lost(kind: str) -> None:
+    why, to = why_of(kind), EXCHANGED[kind]
     (found,) = why.effects
     assert (found.effect, found.where, found.parameters["poses"].value) == ("mispaired", "image", len(to))
     assert all(str(pose) in why.sentence for pose in to)
@@ -60,14 +66,14 @@ def test_exchanged_poses_are_named_and_no_row_is_lost(kind: str, to: dict[int, i
 def test_exchanged_poses_are_named_across_sessions_too() -> None:
     options = CellOptions(sessions=2)
     made = simulate(ARM, kind="point", poses=12, points=3, noise=NOISE["point"], options=options, seed=3).dataset
-    why = robolaser.diagnose(moved(made, {5: 19, 19: 5}), effects=FEW, seed=0)
+    why = robolaser.diagnose(moved(on_flange_poses(made), {5: 19, 19: 5}), effects=FEW, seed=0)
     assert [one.effect for one in why.effects] == ["mispaired"]
     assert why.verdict == "no_gap"
 
 
 def test_exchanged_poses_are_named_though_each_has_a_copy_that_is_right() -> None:
-    once = simulate(ARM, kind="camera", poses=18, points=12, noise=NOISE["camera"], seed=2).dataset
-    twice = join_sessions({"one": once, "two": once}, name="twice")
+    once = simulate(ARM, kind="point", poses=18, points=3, noise=NOISE["point"], seed=2).dataset
+    twice = on_flange_poses(join_sessions({"one": once, "two": once}, name="twice"))
     why = robolaser.diagnose(moved(twice, {5: 26, 26: 5}), effects=FEW, seed=0)
     assert [one.effect for one in why.effects] == ["mispaired"]
     assert (why.verdict, why.gross_errors) == ("no_gap", [])
