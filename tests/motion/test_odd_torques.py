@@ -136,7 +136,8 @@ def test_a_wrong_sign_is_found_on_an_arm_that_hangs_too(joint: str) -> None:
 
 def test_a_payload_is_as_heavy_where_torques_are_per_cent_of_rated_ones() -> None:
     rated_nm = np.array([150.0, 150.0, 100.0, 30.0])
-    found = diagnose_motion(replace(loaded(), tau=loaded().tau / rated_nm * 100.0), seed=0)
+    per_cent = replace(loaded(), tau=loaded().tau / rated_nm * 100.0)
+    found = diagnose_motion(per_cent, ["torque_constant", "payload", "coulomb_friction"], seed=0)
     assert found.verdict == "explained"
     assert number(found, "payload", "tool", "mass") == pytest.approx(1.5, rel=0.03)
     factors = np.zeros(len(JOINTS))
@@ -180,7 +181,8 @@ def test_the_error_at_the_flange_is_as_large_where_a_joint_turns_against_its_axi
     log = record(World(dry={"elbow": 4.0}, zero={"elbow": 0.01}), series=4, seconds=5.0, seed=5)
     side = np.where(np.arange(len(JOINTS)) == LIFT, -1.0, 1.0)
     turned = replace(log, command=side * log.command, q=side * log.q, tau=side * log.tau)
-    whole, found = (diagnose_motion(one, seed=0).fit.gap_mm for one in (log, turned))
+    effects = ["offset", "coulomb_friction", "torque_constant"]
+    whole, found = (diagnose_motion(one, effects, seed=0).fit.gap_mm for one in (log, turned))
     assert all(found[name] == pytest.approx(whole[name], rel=1e-9) for name in ("nominal", "calibrated", "after"))
 
 
@@ -210,6 +212,6 @@ def test_two_clocks_are_both_in_the_sentence() -> None:
     log = record(World(), series=4, seconds=5.0, seed=5)
     none = np.full_like(log.q, np.nan)
     tau, load = np.roll(log.tau, 2, axis=0), np.roll(log.q, 1, axis=0)
-    said = sentence(diagnose_motion(replace(log, command=none, tau=tau, load=load), seed=0))
+    said = sentence(diagnose_motion(replace(log, command=none, tau=tau, load=load), ["clock_shift"], seed=0))
     assert "torques are not read at the instant of the encoders" in said
     assert "the two encoders are not read at the same instant" in said
