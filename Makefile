@@ -43,10 +43,14 @@ lint: build/lint/installed
 
 test: lint pytest
 
+# Compiles libraries and tests once, and not in each worker at the same time; errors are shown by the tests.
+build/collected.txt: .venv/developing
+	@mkdir -p build
+	-.venv/bin/pytest --collect-only --quiet > $@
+
 # A third of the time is spent waiting for arms, cameras and processes: three files at a time keep two cores busy.
 # build/durations.txt lists the slowest tests.
-pytest: .venv/developing
-	@mkdir -p build
+pytest: build/collected.txt
 	set -o pipefail; .venv/bin/pytest -n 3 --dist loadfile --durations 25 --junitxml build/durations.xml | tee build/durations.txt
 
 # Python 3.11 to 3.13, newest and lowest declared versions, each with a built wheel in a fresh environment. Takes an hour.
