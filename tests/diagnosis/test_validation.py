@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from asked import simulate_as_asked
+from few_files import untried
 
 from robolaser.cli import main
 from robolaser.data.joining import check_same_arm
@@ -123,6 +124,7 @@ def monday():
         find_robot("ur5"),
         kind="camera",
         poses=20,
+        points=15,
         noise=Noise(pixel_px=0.05),
         options=CellOptions(mount="base", placed=False),
         seed=3,
@@ -173,7 +175,8 @@ def test_the_command_writes_the_validation_and_shows_it_on_the_page(tmp_path, ca
     for seed in (1, 2):
         save(campaign(seed), tmp_path / f"campaign-{seed}")
     typed = ["diagnose", str(tmp_path / "campaign-1"), "--output", str(tmp_path / "why"), "--quiet"]
-    assert main([*typed, "--validate", str(tmp_path / "campaign-2")]) == 0
+    with untried():
+        assert main([*typed, "--validate", str(tmp_path / "campaign-2")]) == 0
     (validation,) = json.loads((tmp_path / "why" / "diagnosis.json").read_text())["validation"]
     assert validation["dataset"] == "campaign-2"
     assert validation["after_mm"] < validation["calibrated_mm"]
