@@ -168,7 +168,9 @@ def is_the_same(read: Any, made: Any, folder: Path, kind: str) -> None:
 
 def test_a_loaded_result_replaces_all_files_of_an_earlier_one(tmp_path: Path, dataset: Dataset) -> None:
     shifted = simulate("scorbot_er7", kind="point", poses=20, effects={"joint_offset:joint_2": 0.01}, seed=1).dataset
-    robolaser.calibrate(shifted, effects=["joint_offset:joint_2"]).save(tmp_path / "one")
+    with only("robot_corrected.urdf"):
+        robolaser.calibrate(shifted, effects=["joint_offset:joint_2"]).save(tmp_path / "one")
+    assert (tmp_path / "one" / "robot_corrected.urdf").exists()
     robolaser.calibrate(dataset).save(tmp_path / "plain")
     robolaser.load_calibration(tmp_path / "plain").save(tmp_path / "one")
     assert not (tmp_path / "one" / "robot_corrected.urdf").exists()
