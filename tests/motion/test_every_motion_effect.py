@@ -65,7 +65,7 @@ def test_it_is_found_where_it_is_simulated(effect: MotionEffect) -> None:
     else:
         log = simulated(seconds=2.5, rate_hz=50.0, series=8, effects=asked, seed=1)
     alike = [one for one in MOTION_EFFECTS if one.cause == effect.cause or one.name in effect.rivals]
-    names = list({one.name for one in alike if one.rows == effect.rows})
+    names = list(dict.fromkeys(one.name for one in alike if one.rows == effect.rows))
     found = motion_json(diagnose_motion(of_one_kind(log, effect.rows), names, seed=0))
     told = {(one["effect"], one["where"]): one["probability"] for one in found["effects"]}
     rivals = {tuple(rival) for one in found["effects"] for rival in one["indistinguishable_from"]}
