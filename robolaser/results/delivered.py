@@ -37,8 +37,8 @@ PLACING_POSES: Final = 60  # to which base and tool are fitted: few files have t
 PLACING_SESSION: Final = 12  # of these at least, in each session with unseen poses, whose base is its own. A judgement.
 ALIKE: Final = 1e-7  # up to which two files have the flange at one place: tables have six digits of a millimetre [m, 1]
 BEFORE: Final = 3  # poses before each: after a move shorter than its play, a joint stays where an earlier move left it
-BEYOND_PLAY: Final = 0.03  # move of a joint larger than any play: earlier positions no longer matter [rad, m]
-WAY_S: Final = 0.6  # in which MuJoCo drives an arm with play from one pose to the next. A judgement.
+BEYOND_PLAY: Final = 0.03  # end of a joint's move, longer than any play: earlier positions do not matter [rad, m]
+WAY_S: Final = 0.1  # in which MuJoCo drives the ends of an arm's moves. A judgement: faster, a link slips in its play.
 REST_S: Final = 0.3  # in which MuJoCo's springs come to rest. A judgement.
 
 
@@ -273,8 +273,10 @@ def _simulated(model: Any, data: Dataset, held: Bools) -> Array:
     paths = np.swapaxes(np.concatenate([_before(data), q[None]])[:, held], 0, 1)
     for T, path in zip(found, paths, strict=True):
         mujoco.mj_resetData(model, state)
-        (known,) = np.nonzero(np.abs(np.diff(path, axis=0)).min(axis=1) > BEYOND_PLAY)
-        way, goal = path[known.max(initial=0) :], path[-1]
+        moves, goal = np.diff(path, axis=0), path[-1]
+        (known,) = np.nonzero(np.abs(moves).min(axis=1) > BEYOND_PLAY)
+        moves = np.clip(moves, -BEYOND_PLAY, BEYOND_PLAY)[known.max(initial=0) :]
+        way = goal - np.concatenate([np.cumsum(moves[::-1], axis=0)[::-1], np.zeros((1, len(goal)))])
         qpos[columns] = way[0]
         for now in np.concatenate([before + shares * (then - before) for before, then in pairwise(way)]):
             qvel[columns] = (now - qpos[columns]) / step_s

@@ -138,8 +138,8 @@ def test_a_calibration_with_effects_of_the_arm_says_likewise_what_its_files_deli
 
 def test_play_is_replayed_along_the_path() -> None:
     pytest.importorskip("mujoco")
-    noise, play = Noise(point_m=3e-5), {"backlash:elbow_joint": 3e-3}
-    data = simulate(find_robot("ur5"), kind="point", poses=41, noise=noise, effects=play, seed=3).dataset
+    noise, play = Noise(point_m=3e-5), {"backlash:elbow_joint": 2e-3, "backlash:wrist_2_joint": 3e-3}
+    data = simulate(find_robot("ur5"), kind="point", poses=41, noise=noise, effects=play, seed=2).dataset
     data = data.of_poses(np.arange(41) > 0)  # where the arm came from to its first pose is not known
     with only("corrected.py", "robot_corrected.xml"):
         found = robolaser.calibrate(data, effects=list(play), weights="noise", seed=0)
