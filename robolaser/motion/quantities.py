@@ -177,45 +177,46 @@ def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
         Both (n, j), NaN in runs that are too short and at pauses; which rows are away from the ends
         of their runs, (n,); and the noise of the accelerations, (j,) [rad/s²].
     """
-    from scipy.signal import savgol_coeffs, savgol_filter  # noqa: PLC0415 - takes seconds to import, and only some rows need it
-
     width = max(5, smoothed_rows(log.step_s))
     edge = max(width, round(EDGE_S / max(log.step_s, 1e-4)))
     speed, acceleration = (np.full_like(log.q, np.nan) for _ in range(2))
     inner, rough = np.zeros(len(log), dtype=bool), np.full_like(log.q, np.nan)
+    about = np.arange(width) - width // 2
+    even = _weights(np.linspace(about[0], about[-1], width)[None] * log.step_s, log.step_s)[0]
     for rows in log.stretches:
         if rows.stop - rows.start <= 2 * edge:
             continue
         q = np.nan_to_num(log.q[rows])  # of joints that were never read
-        read = [savgol_filter(q, width, 3, deriv=n, delta=log.step_s, axis=0) for n in range(3)]
+        last = len(q) - 1
+        read = np.stack([[np.convolve(joint, one[::-1], "same") for joint in q.T] for one in even]).swapaxes(1, 2)
         late = np.diff(log.time_s[rows], prepend=log.time_s[rows.start]) > MISSES * log.step_s
         odd = np.flatnonzero(np.convolve(late, np.ones(width), "same") > 0.5)
         odd = odd[(odd >= edge) & (odd < len(q) - edge)]
-        for some in np.array_split(odd, 1 + len(odd) // MOST_ROWS):
-            around = some[:, None] + np.arange(-(width // 2), width // 2 + 1)
-            along = _along_stamps(log.time_s[rows][around] - log.time_s[rows][some, None], q[around], log.step_s)
-            for values, better in zip(read, along, strict=True):
-                values[some] = better
+        ends = np.flatnonzero(np.minimum(np.arange(len(q)), last - np.arange(len(q))) < width // 2)
+        for which, time_s in ((odd, log.time_s[rows]), (ends, log.step_s * np.arange(len(q)))):
+            for some in np.array_split(which, 1 + len(which) // MOST_ROWS):
+                around = np.clip(some, width // 2, last - width // 2)[:, None] + about
+                read[:, some] = np.moveaxis(_weights(time_s[around] - time_s[some, None], log.step_s) @ q[around], 1, 0)
         smooth, speed[rows], acceleration[rows] = read
         rough[rows] = q - smooth
         inner[rows.start + edge : rows.stop - edge] = True
     inner &= ~_jerks(rough, width)
-    kept, bend = savgol_coeffs(width, 3), savgol_coeffs(width, 3, deriv=2, delta=log.step_s)
-    noise = root_mean_squares(rough[inner]) / np.sqrt(1.0 - kept.max()) * np.linalg.norm(bend)
+    noise = root_mean_squares(rough[inner]) / np.sqrt(1.0 - even[0].max()) * np.linalg.norm(even[2])
     return speed, acceleration, inner, noise
 
 
-def _along_stamps(time_s: Array, q: Array, step_s: float) -> tuple[Array, Array, Array]:
-    """Values and derivatives at time zero of the cubics through readings (n, w, j) at times (n, w), (n, j) each.
+def _weights(time_s: Array, step_s: float) -> Array:
+    """Weights of readings at times (n, w) in the value of the cubic through them at time zero, its slope and its bend.
 
-    NaN where they span twice the time of as many even steps: a cubic does not know the motion between these.
+    Returns:
+        (n, 3, w); NaN where the readings span twice the time of as many even steps: a cubic does not know the motion
+        between these.
     """
-    width = q.shape[1]
-    reach = 0.5 * (width - 1) * step_s
-    powers = (time_s / reach)[..., None] ** np.arange(4)
-    coefficients = np.linalg.pinv(powers) @ q
-    coefficients[np.ptp(time_s, axis=1) > 4.0 * reach] = np.nan
-    return coefficients[:, 0], coefficients[:, 1] / reach, 2.0 * coefficients[:, 2] / reach**2
+    reach = 0.5 * (time_s.shape[1] - 1) * step_s
+    weights = np.linalg.pinv((time_s / reach)[..., None] ** np.arange(4))[:, :3] / reach ** np.arange(3)[:, None]
+    weights[:, 2] *= 2.0
+    weights[np.ptp(time_s, axis=1) > 4.0 * reach] = np.nan
+    return np.asarray(weights)
 
 
 def smoothed_rows(step_s: float) -> int:

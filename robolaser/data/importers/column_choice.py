@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import Cells, CsvTable, bad_cell, finite
@@ -259,6 +258,8 @@ def with_quaternions(table: CsvTable, sequence: str | None) -> CsvTable:
         UsageError: There are Euler angles, and the sequence is invalid.
     """
     if EULER[0] in table:
+        from scipy.spatial.transform import Rotation  # noqa: PLC0415 - slow to import
+
         try:
             angles = table.numbers(EULER)  # older versions of SciPy refuse none
             R = Rotation.from_euler(sequence or "", angles).as_matrix() if len(angles) else np.empty((0, 3, 3))

@@ -5,8 +5,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Final, final
 
 import numpy as np
-from scipy.optimize import minimize_scalar
-from scipy.signal import correlate
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.csv_tables import CsvTable, finite, numbers
@@ -242,6 +240,9 @@ def _clock_offset(to_s: Array, T_to: Array, from_s: Array, T_from: Array) -> tup
         The offset and its standard error [s]; None where the streams are too short or turn too little, or do not turn
         alike at any offset.
     """
+    from scipy.optimize import minimize_scalar  # noqa: PLC0415 - both take seconds to import, and few files have two clocks
+    from scipy.signal import correlate  # noqa: PLC0415
+
     if min(len(to_s), len(from_s)) < FEWEST:
         return None
     longest = max(np.ptp(to_s), np.ptp(from_s))
