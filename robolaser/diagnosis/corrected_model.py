@@ -7,6 +7,7 @@ import numpy as np
 from robolaser.arrays import Bools
 from robolaser.calibration.calibrate import bound_warnings
 from robolaser.calibration.result import Calibration, as_json
+from robolaser.diagnosis.gross_errors import counted
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.estimation.fisher_information import Information
 from robolaser.estimation.identifiability import unidentifiable
@@ -31,8 +32,8 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
     warnings = bound_warnings(diagnosis.model, on_bound)
     if len(diagnosis.outliers):
         warnings.append(
-            f"{len(diagnosis.outliers)} rows of points.csv are gross errors: they count in objective_m2, rms_m and"
-            " max_m, but the parameters are those of the others. diagnosis.json lists them."
+            f"{counted(diagnosis.dataset, diagnosis.outliers)}: objective_m2, rms_m and max_m include all rows, but the"
+            " parameters are those of the others. See gross_errors in diagnosis.json."
         )
     model = Model(diagnosis.dataset, diagnosis.model.effects)
     stated = np.array([item.fixed for item in parameters.items])

@@ -62,10 +62,13 @@ def gross_sentence(dataset: Dataset, rows: Ints) -> str:
             f" All points of {whose} {shortened(poses)} are off together, and excluded: either {are} wrong, or a cause"
             f" that only {they} is present."
         )
-    what = "One row of points.csv is a gross error"
-    if len(rows) > 1:
-        what = f"{len(rows)} rows of points.csv are gross errors"
-    return f" {what}, listed and excluded."
+    return f" {counted(dataset, rows)}, listed and excluded."
+
+
+def counted(dataset: Dataset, rows: Ints) -> str:
+    """How many rows of which files are gross errors."""
+    files = listed([one.file for one in dataset.sensors if np.isin(one.rows, rows).any()])
+    return f"{len(rows)} rows of {files} are gross errors" if len(rows) > 1 else f"One row of {files} is a gross error"
 
 
 def _uneven(final: Fit) -> str:

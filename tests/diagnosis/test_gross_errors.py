@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from several import two_trackers
 from worlds import kinds
 
 from robolaser.calibration.calibrate import calibrate
@@ -85,6 +86,13 @@ def test_a_reflector_that_slipped_on_the_flange_is_named_though_noise_of_rows_co
     found = examine(replace(made, points=replace(made.points, xyz=xyz)), FEW, seed=0)
     assert (found.verdict, len(found.outliers)) == ("unexplained", 0)
     assert "Nearly all of the error is in the rows of point 1: has it moved?" in found.sentence
+
+
+def test_of_several_sensors_the_file_is_named_that_holds_the_rows() -> None:
+    both = two_trackers(4)
+    first = np.array([sensor.rows[0] for sensor in both.sensors])
+    assert "One row of right.csv is a gross error" in gross_sentence(both, first[1:])
+    assert "2 rows of left.csv and right.csv are gross errors" in gross_sentence(both, first)
 
 
 def test_nothing_is_said_without_gross_errors(sound: Dataset) -> None:
