@@ -156,8 +156,8 @@ def _function(text: str, name: str) -> ProblemSpec:
     for key, value in settings.items():
         if key in COUNTS and (type(value) is not int or value < 1):
             raise UsageError(f"{text}: {key} is {value}, expected a whole number of at least 1.")
-    if typed:
-        settings["n_var"] = int(typed)
+    if typed and settings.setdefault("n_var", int(typed)) != int(typed):
+        raise UsageError(f"{text}: {typed} and {settings['n_var']} variables. State one number.")
     if suite == BBOB or function in TEST_FUNCTIONS:
         dimension = settings.setdefault("n_var", DIMENSION)
         others = "".join(f":{key}={value}" for key, value in settings.items() if key != "n_var")

@@ -85,6 +85,7 @@ def test_what_cannot_be_exchanged_is_said(text, said):
         (find, "mine:halving:crossover=SBX", "no setting 'crossover'"),
         (specs_of, ["pymoo:sphere-2:crossover=SBX"], "pymoo:sphere has no setting 'crossover'"),
         (specs_of, ["pymoo:bnh:n_var=5"], "pymoo:bnh has no setting 'n_var'"),
+        (specs_of, ["pymoo:sphere-5:n_var=6"], "5 and 6 variables. State one number"),
         (specs_of, ["pymoo:sphere:n_var=2.5"], "n_var is 2.5, expected a whole number"),
         (specs_of, ["mine:Sphere:crossover=SBX"], "no setting 'crossover'"),
         (specs_of, ["mine:SPHERE:offset=1"], "an instance has its settings already"),
