@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any, Final, final
 
 import numpy as np
@@ -28,6 +27,7 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.mechanism import Play
 from robolaser.model.effects.run import Course, Run
 from robolaser.model.forward_model import Model
+from robolaser.results.in_mujoco import flange_in_mujoco
 from robolaser.robot.kinematics import Robot
 
 Writer = Callable[[Calibration], str | None]
@@ -37,9 +37,6 @@ PLACING_POSES: Final = 60  # to which base and tool are fitted: few files have t
 PLACING_SESSION: Final = 12  # of these at least, in each session with unseen poses, whose base is its own. A judgement.
 ALIKE: Final = 1e-7  # up to which two files have the flange at one place: tables have six digits of a millimetre [m, 1]
 BEFORE: Final = 3  # poses before each: after a move shorter than its play, a joint stays where an earlier move left it
-BEYOND_PLAY: Final = 0.03  # end of a joint's move, longer than any play: earlier positions do not matter [rad, m]
-WAY_S: Final = 0.1  # in which MuJoCo drives the ends of an arm's moves. A judgement: faster, a link slips in its play.
-REST_S: Final = 0.3  # in which MuJoCo's springs come to rest. A judgement.
 
 
 @final
@@ -241,55 +238,9 @@ def _flange_by_urdf(text: str, robot: Robot, q: Array) -> Array:
 
 
 def _by_mujoco(text: str, data: Dataset, held: Bools) -> Array:
-    """The same where MuJoCo comes to rest; with play, on a path through the poses before.
-
-    NaN where the simulation diverges: MuJoCo would reset, and would report that on the terminal and in a file of the
-    current folder.
-    """
-    import mujoco  # noqa: PLC0415 - an extra
-
-    previous = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda text: None)
-    try:
-        return _simulated(mujoco.MjModel.from_xml_string(text), data, held)
-    finally:
-        mujoco.set_mju_user_warning(previous)
-
-
-def _simulated(model: Any, data: Dataset, held: Bools) -> Array:
-    """Flange poses of a MuJoCo model at the held poses."""
-    import mujoco  # noqa: PLC0415 - an extra
-
-    bad = [getattr(mujoco.mjtWarning, f"mjWARN_BAD{what}") for what in ("QPOS", "QVEL", "QACC")]
+    """The same by MuJoCo at rest; with play, on a path through the poses before."""
     robot, q = data.arm
-    state = mujoco.MjData(model)
-    columns = [int(model.joint(name).qposadr[0]) for name in robot.joints]
-    model.dof_armature[columns] = 1e6
-    step_s, qpos, qvel = model.opt.timestep, state.qpos, state.qvel  # views, which take longer to get than to fill
-    steps, rest = (round(duration / step_s) for duration in (WAY_S, REST_S))
-    shares = (1.0 - np.cos(np.pi * np.arange(1, steps + 1) / steps))[:, None] / 2.0
-    shares = shares if model.ntendon else shares[:0]
-    flange, found = model.body(robot.flange).id, np.tile(np.eye(4), (int(held.sum()), 1, 1))
-    paths = np.swapaxes(np.concatenate([_before(data), q[None]])[:, held], 0, 1)
-    for T, path in zip(found, paths, strict=True):
-        mujoco.mj_resetData(model, state)
-        moves, goal = np.diff(path, axis=0), path[-1]
-        (known,) = np.nonzero(np.abs(moves).min(axis=1) > BEYOND_PLAY)
-        moves = np.clip(moves, -BEYOND_PLAY, BEYOND_PLAY)[known.max(initial=0) :]
-        way = goal - np.concatenate([np.cumsum(moves[::-1], axis=0)[::-1], np.zeros((1, len(goal)))])
-        qpos[columns] = way[0]
-        for now in np.concatenate([before + shares * (then - before) for before, then in pairwise(way)]):
-            qvel[columns] = (now - qpos[columns]) / step_s
-            mujoco.mj_step(model, state)
-        for _ in range(rest if model.nv > len(columns) else 0):
-            qpos[columns], qvel[columns] = goal, 0.0
-            mujoco.mj_step(model, state)
-        qpos[columns] = goal
-        mujoco.mj_forward(model, state)
-        T[:3, :3], T[:3, 3] = state.xmat[flange].reshape(3, 3), state.xpos[flange]
-        if any(state.warning[one].number for one in bad):
-            return np.full_like(found, np.nan)
-    return found
+    return flange_in_mujoco(text, robot, np.swapaxes(np.concatenate([_before(data), q[None]])[:, held], 0, 1))
 
 
 def _since_beginning(data: Dataset) -> Array:

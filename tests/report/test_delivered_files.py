@@ -149,6 +149,16 @@ def test_play_is_replayed_along_the_path() -> None:
     assert delivered["robot_corrected.xml"] < 1.1 * delivered["corrected.py"] < 0.3e3 * without.held_out_rms_m
 
 
+def test_a_heavy_arm_on_a_soft_gear_is_at_rest_where_its_file_is_tested() -> None:
+    pytest.importorskip("mujoco")
+    noise, soft = Noise(point_m=2e-5), {"joint_compliance:shoulder_lift_joint": 1e-4}
+    data = simulate("ur10", kind="point", poses=20, noise=noise, effects=soft, seed=3).dataset
+    with only("corrected.py", "robot_corrected.xml"):
+        found = robolaser.calibrate(data, effects=list(soft), seed=0)
+    delivered = {one["file"]: one["held_out_mm"] for one in found["files"]}
+    assert delivered["robot_corrected.xml"] < 2.0 * delivered["corrected.py"]
+
+
 def test_the_path_of_each_session_is_its_own() -> None:
     play, options = {"backlash:elbow_joint": 3e-3}, CellOptions(sessions=2)
     noise = Noise(point_m=3e-5)
