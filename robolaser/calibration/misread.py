@@ -68,7 +68,8 @@ def _tried(model: Model, *, in_every_way: bool) -> Misread | None:
     if not readings:
         return None
     as_read = _error(few)
-    errors = np.array([_error(reading.dataset) for reading in readings])
+    scales = np.array([reading.scale for reading in readings])
+    errors = np.array([_error(reading.dataset) for reading in readings]) / scales
     order = np.argsort(errors)
     found, best = readings[int(order[0])], errors[order[0]]
     is_alike = np.array([one is found or (found.alike != "" and one.alike == found.alike) for one in readings])
@@ -77,10 +78,11 @@ def _tried(model: Model, *, in_every_way: bool) -> Misread | None:
         return None
     instead = f" instead of {_millimetres(as_read)}" if np.isfinite(as_read) else ""
     fault, *others = dict.fromkeys(readings[i].fault for i in np.flatnonzero(is_alike).tolist())
+    corrected_m = (errors * scales)[is_alike].min()
     either = "".join(f", or {other[0].lower()}{other[1:]}" for other in others)
     where = "one of the two" if others else found.where
     return Misread(
-        f"{fault}{either}: with that corrected, the error is {_millimetres(best)}{instead}. Correct {where}.",
+        f"{fault}{either}: with that corrected, the error is {_millimetres(corrected_m)}{instead}. Correct {where}.",
         found.shift,
         float(1.0 - (best / as_read) ** 2),
     )

@@ -55,6 +55,7 @@ class Hypothesis:
     # shared with hypotheses that no data can distinguish from it, as points in inches and flange poses in an inch
     # of metres have; "": nothing
     alike: str = ""
+    scale: float = 1.0  # of the measured points, by which all errors shrink, also without reason
 
 
 def read_otherwise(dataset: Dataset) -> Iterator[Hypothesis]:
@@ -132,7 +133,7 @@ def _of_lengths(dataset: Dataset) -> Iterator[Hypothesis]:
         for unit, factor in LENGTHS.items():
             scaled = replace(points, xyz=points.xyz * factor)
             fault = f"The points seem to be {unit}"
-            yield Hypothesis(replace(dataset, points=scaled), fault, file, alike=f"{factor:.6g}")
+            yield Hypothesis(replace(dataset, points=scaled), fault, file, alike=f"{factor:.6g}", scale=factor)
         mirrored = replace(points, xyz=points.xyz * (1.0, -1.0, 1.0))
         fault = "The points seem to be in a left-handed frame, one axis mirrored"
         yield Hypothesis(replace(dataset, points=mirrored), fault, file, alike=MIRRORED)

@@ -197,6 +197,14 @@ def test_points_in_another_unit_or_frame_are_named(slip: str) -> None:
     assert f"The points seem to be {said}" in found.sentence
 
 
+def test_points_that_fit_no_pose_are_not_in_a_smaller_unit_although_all_errors_would_shrink() -> None:
+    wrist = find_robot("scorbot_er7", flange="flange", joints=("joint_4", "joint_5"))  # axes that meet: no length
+    sound = simulate(wrist, kind="point", poses=12, noise=Noise(point_m=3e-5), seed=1).dataset
+    shuffled = np.random.default_rng(1).permutation(len(sound.poses))
+    moved = replace(sound.points, pose=shuffled[sound.points.pose])
+    assert misread(Model(replace(sound, points=moved)), rms_m=0.5) is None
+
+
 @pytest.mark.parametrize("slip", ALIKE)
 def test_where_flange_poses_explain_it_as_well_as_points_both_are_named(slip: str) -> None:
     sound = simulate("scorbot_er7", kind="point", poses=10, noise=Noise(point_m=3e-5), seed=1).dataset
