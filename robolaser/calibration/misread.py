@@ -124,20 +124,22 @@ def _short_fit(dataset: Dataset) -> tuple[Model, Array] | None:
 def _slipped(dataset: Dataset) -> Iterator[Hypothesis]:
     """All rows from some pose on moved by one pose, either way: a pose was lost there or counted twice.
 
-    Each session is tried by itself, since placements differ between sessions.
+    Or to some pose, where the opposite happened. Each session is tried by itself, since placements differ between them.
     """
     session = dataset.session_of_pose
     for number in np.unique(session):
         own = np.flatnonzero(session == number)
         rows = np.flatnonzero(session[dataset.points.pose] == number)
-        for shift, at in _slips(dataset.of_poses(session == number)):
-            name = dataset.poses.names[own[at]]
-            fault = f"From pose {name} on, the points, or images, seem to belong to the pose {SHIFTS[shift]} theirs"
-            yield Hypothesis(with_rows_moved(dataset, shift, own[at], rows), fault, ROWS, shift)
+        for shift, *ends in _slips(dataset.of_poses(session == number)):
+            first, last = own[ends[0]], own[ends[1]] if ends[1:] else None
+            until = " on" if last is None else f" to pose {dataset.poses.names[last]}"
+            whose = f"the points, or images, seem to belong to the pose {SHIFTS[shift]} theirs"
+            fault = f"From pose {dataset.poses.names[first]}{until}, {whose}"
+            yield Hypothesis(with_rows_moved(dataset, shift, first, last, of=rows), fault, ROWS, shift)
 
 
-def _slips(dataset: Dataset) -> Iterator[tuple[int, int]]:
-    """By how many poses the rows of one session may have slipped, and from which pose on.
+def _slips(dataset: Dataset) -> Iterator[tuple[int, ...]]:
+    """By how many poses the rows of one session may have slipped, from which pose on, and to which, if not to the end.
 
     The first third of the poses is fitted as read, the last third as shifted: one of the two is entirely on one side
     of the slip. By either fit, the slip is at the pose that minimises the errors of all poses.
@@ -151,9 +153,12 @@ def _slips(dataset: Dataset) -> Iterator[tuple[int, int]]:
         moved = with_rows_moved(dataset, shift)
         fits = of_first, _short_fit(_of(moved, poses[-third:] + shift))
         found = [_likeliest(dataset, moved, shift, *fit) for fit in fits if fit is not None]
-        gain, first = max(found, default=(0.0, 0))
-        if gain > 0.0 and (first > poses[0] or dataset.sessions is not None):  # other sessions may be right
-            yield shift, first
+        for kind in zip(*found, strict=True):
+            gain, *ends = max(kind)
+            moves_all = ends == [poses[0]] and dataset.sessions is None  # other sessions may be right
+            ends_before = len(ends) == 1 or ends[1] < poses[-1]
+            if gain > 0.0 and ends_before and not moves_all:
+                yield shift, *ends
 
 
 def _of(dataset: Dataset, poses: Ints) -> Dataset:
@@ -167,13 +172,19 @@ def _names_differ(dataset: Dataset, poses: Ints) -> bool:
     return any(set(names) != set(dataset.points.names) for names in ends)
 
 
-def _likeliest(as_read: Dataset, moved: Dataset, shift: int, model: Model, x: Array) -> tuple[float, int]:
-    """By how much a slip lowers the errors, as a sum of logarithms over the poses, and the first pose after it."""
+def _likeliest(as_read: Dataset, moved: Dataset, shift: int, model: Model, x: Array) -> list[tuple[float, ...]]:
+    """The slips that lower the errors most, to the end and to some pose: by how much, and the poses where each ends.
+
+    The errors are lowered by a sum of logarithms over the poses.
+    """
     count = len(as_read.poses)
     here, there = (_errors(of_data(model, each), x, count) for each in (as_read, moved))
-    ratio = np.nan_to_num(np.log(here) - np.log(np.roll(there, -shift)))
-    gains = np.cumsum(ratio[::-1])[::-1]
-    return float(gains.max()), int(np.argmax(gains))
+    gains = np.cumsum(np.nan_to_num(np.log(here) - np.log(np.roll(there, -shift)))[::-1])[::-1]
+    after = np.append(gains[1:], 0.0)
+    between = gains - np.minimum.accumulate(after[::-1])[::-1]
+    first = int(np.argmax(between))
+    last = count - 1 - int(np.argmin(after[first:][::-1]))
+    return [(float(gains.max()), int(np.argmax(gains))), (float(between[first]), first, last)]
 
 
 def _errors(model: Model, x: Array, count: int) -> Array:

@@ -110,13 +110,15 @@ def _of_rows_and_ends(dataset: Dataset) -> Iterator[Hypothesis]:
         yield Hypothesis(swapped, fault, "mount under [sensor] in dataset.toml")
 
 
-def with_rows_moved(dataset: Dataset, shift: int, first: int = 0, of: Ints | None = None) -> Dataset:
-    """Rows from a first pose on, moved by so many poses, without rows that leave their session.
+def with_rows_moved(
+    dataset: Dataset, shift: int, first: int = 0, last: int | None = None, *, of: Ints | None = None
+) -> Dataset:
+    """Rows from a first to a last pose, or to the end, moved by so many poses, without rows that leave their session.
 
     Only rows with the numbers `of` move; None: all.
     """
     points, session = dataset.points, dataset.session_of_pose
-    moves = points.pose >= first
+    moves = (points.pose >= first) & (points.pose <= (len(session) if last is None else last))
     if of is not None:
         moves &= np.isin(np.arange(len(points)), of)
     pose = points.pose + shift * moves

@@ -155,6 +155,17 @@ def test_where_a_pose_or_an_image_was_lost_is_named(kind: str, shift: int, lost:
         assert not Preparation.of(moved, 0).belongs
 
 
+def test_rows_that_slipped_and_slipped_back_are_named_from_pose_to_pose() -> None:
+    data = simulate("scorbot_er7", kind="point", poses=24, noise=Noise(point_m=3e-5), seed=1).dataset
+    lost = replace(data, points=data.points.take(np.flatnonzero(data.points.pose != 8)))
+    found = misread(Model(on_flange_poses(with_rows_moved(lost, -1, 9, 15))), rms_m=0.5)
+    assert found is not None
+    first, last = found.sentence.partition("From pose ")[2].partition(", ")[0].split(" to pose ")
+    assert abs(data.poses.names.index(first) - 8) <= 1
+    assert abs(data.poses.names.index(last) - 14) <= 1
+    assert found.shift == 1
+
+
 def test_inverse_flange_poses_are_named() -> None:
     data = simulate("scorbot_er7", kind="camera", poses=10, points=8, noise=Noise(pixel_px=0.1), seed=1).dataset
     T = np.linalg.inv(data.flange())
@@ -266,7 +277,7 @@ def test_rows_that_slipped_in_one_of_two_sessions_are_told_by_its_pose() -> None
     options, noise = CellOptions(sessions=2), Noise(point_m=3e-5)
     both = on_flange_poses(simulate("scorbot_er7", kind="point", poses=19, options=options, noise=noise).dataset)
     second = np.flatnonzero(both.session_of_pose[both.points.pose] == 1)
-    found = misread(Model(with_rows_moved(both, 1, 19, second)), rms_m=0.1)
+    found = misread(Model(with_rows_moved(both, 1, 19, of=second)), rms_m=0.1)
     assert found is not None
     expected = "From pose session-2/0 on, the points, or images, seem to belong to the pose before theirs"
     assert expected in found.sentence
