@@ -13,7 +13,6 @@ from robolaser.data.stated_noise import Noise
 from robolaser.data.subsampling import MAX_POSES, chosen_rows
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.data_check import check_data
-from robolaser.diagnosis.findings import not_testable
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
@@ -60,11 +59,6 @@ def answer(dataset, effects=TESTED):
 
 def reasons(found):
     return {entry["effect"]: entry["reason"] for entry in found["not_testable"]}
-
-
-def lacking(dataset):
-    """The same as a diagnosis has it, without one."""
-    return not_testable(TESTED, dataset, [], enough=True)
 
 
 def only(dataset, poses):
@@ -116,19 +110,19 @@ def test_without_an_order_nothing_that_needs_it_is_tested():
 
 
 def test_without_a_known_path_no_backlash_is_tested():
-    assert "path" in lacking(replace(recorded(), path_known=False))["backlash"]
+    assert "path" in reasons(answer(replace(recorded(), path_known=False)))["backlash"]
 
 
 def test_without_velocities_no_latency_is_tested():
     dataset = recorded()
-    assert "velocities" in lacking(replace(dataset, poses=replace(dataset.poses, qd=None)))["latency"]
+    assert "velocities" in reasons(answer(replace(dataset, poses=replace(dataset.poses, qd=None))))["latency"]
 
 
 def test_a_robot_without_masses_has_no_compliance_to_test():
     dataset = recorded()
     urdf = re.sub(r"<inertial>.*?</inertial>", "", dataset.robot.urdf, flags=re.DOTALL)
     light = Robot.from_urdf(urdf, flange=dataset.robot.flange, joints=dataset.robot.joints)
-    assert "masses" in lacking(replace(dataset, robot=light))["joint_compliance"]
+    assert "masses" in reasons(answer(replace(dataset, robot=light)))["joint_compliance"]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -142,7 +136,7 @@ def test_measured_flange_poses_speak_for_no_joint(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_part_is_missed_that_a_sensor_of_the_kind_cannot_have(kind):
     dataset = only(recorded(kind), 3)
-    untestable = set(not_testable(EFFECTS, dataset, [], enough=False))
+    untestable = set(reasons(diagnosis_json(examine(dataset, EFFECTS, seed=0))))
     assert ("laser_roll" in untestable) == (kind == "stripe")
     assert ("target_warp" in untestable) == (kind in {"stripe", "camera"})
     assert ("tracker_scale" in untestable) == (kind in {"point", "pose", "profile"})
@@ -162,8 +156,7 @@ def test_one_point_a_pose_is_enough_for_an_answer(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_noise_that_nobody_stated_is_estimated(kind):
     noise = replace(NOISE, target_m=None) if kind == "camera" else NOISE  # its board's errors are those of all images
-    effects = [kind for kind in TESTED if kind.name == "joint_offset"]
-    found = answer(recorded(kind, poses=24, noise=noise, stated=Noise()), effects)
+    found = answer(recorded(kind, poses=24, noise=noise, stated=Noise()))
     assert found["verdict"] == "no_gap"
     assert all(np.isfinite(source["value"]) for source in found["noise"].values())
 

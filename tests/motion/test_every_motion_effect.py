@@ -51,7 +51,6 @@ def test_its_rivals_are_effects_on_the_same_rows(effect: MotionEffect) -> None:
 
 
 def test_it_is_found_where_it_is_simulated(effect: MotionEffect) -> None:
-    """Among effects of its class and its rivals: arms of `test_blind_motion.py` meet the whole library."""
     first = next((one for one in effect.numbers if one.name == TELLING.get(effect.name)), effect.numbers[0])
     size = SIZES.get(effect.name, 2.0 * first.usual)
     place = effect.site if effect.site != "joint" else "lift"
@@ -64,9 +63,7 @@ def test_it_is_found_where_it_is_simulated(effect: MotionEffect) -> None:
         log = replace(log, **{late: np.roll(getattr(log, late), 2, axis=0)})
     else:
         log = simulated(seconds=2.5, rate_hz=50.0, series=8, effects=asked, seed=1)
-    alike = [one for one in MOTION_EFFECTS if one.cause == effect.cause or one.name in effect.rivals]
-    names = list(dict.fromkeys(one.name for one in alike if one.rows == effect.rows))
-    found = motion_json(diagnose_motion(of_one_kind(log, effect.rows), names, seed=0))
+    found = motion_json(diagnose_motion(of_one_kind(log, effect.rows), seed=0))
     told = {(one["effect"], one["where"]): one["probability"] for one in found["effects"]}
     rivals = {tuple(rival) for one in found["effects"] for rival in one["indistinguishable_from"]}
     assert told.get((effect.name, place), 0.0) >= 0.5 or (effect.name, place) in rivals

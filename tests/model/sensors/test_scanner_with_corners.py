@@ -164,7 +164,7 @@ def test_units_stay_those_of_each_sensor(found: Calibration) -> None:
     assert rows[1]["rms"] == pytest.approx(0.1 * np.sqrt(2.0), rel=0.1)
 
 
-FEW = [one for one in EFFECTS if one.name in ("joint_offset", "laser_roll", "laser_curvature")]
+FEW = [one for one in EFFECTS if one.name in ("joint_offset", "link_geometry", "laser_roll", "laser_curvature")]
 
 
 @pytest.mark.parametrize(
@@ -174,7 +174,7 @@ def test_an_arm_that_is_off_is_told_from_a_laser_that_is_off(effects: dict[str, 
     made = simulate(
         find_robot("scorbot_er7"),
         kind="stripe+camera",
-        poses=12,
+        poses=16,
         options=CellOptions(placed=False),
         seed=2,
         noise=Noise(pixel_px=0.1),
