@@ -131,15 +131,15 @@ def _slipped(dataset: Dataset) -> Iterator[Hypothesis]:
         own = np.flatnonzero(session == number)
         rows = np.flatnonzero(session[dataset.points.pose] == number)
         for shift, *ends in _slips(dataset.of_poses(session == number)):
-            first, last = own[ends[0]], own[ends[1]] if ends[1:] else None
-            until = " on" if last is None else f" to pose {dataset.poses.names[last]}"
+            first, last = own[ends]
+            until = " on" if last == own[-1] else f" to pose {dataset.poses.names[last]}"
             whose = f"the points, or images, seem to belong to the pose {SHIFTS[shift]} theirs"
             fault = f"From pose {dataset.poses.names[first]}{until}, {whose}"
             yield Hypothesis(with_rows_moved(dataset, shift, first, last, of=rows), fault, ROWS, shift)
 
 
-def _slips(dataset: Dataset) -> Iterator[tuple[int, ...]]:
-    """By how many poses the rows of one session may have slipped, from which pose on, and to which, if not to the end.
+def _slips(dataset: Dataset) -> Iterator[tuple[int, int, int]]:
+    """By how many poses the rows of one session may have slipped, from which pose on, and to which, or the last.
 
     The first third of the poses is fitted as read, the last third as shifted: one of the two is entirely on one side
     of the slip. By either fit, the slip is at the pose that minimises the errors of all poses.
@@ -153,12 +153,10 @@ def _slips(dataset: Dataset) -> Iterator[tuple[int, ...]]:
         moved = with_rows_moved(dataset, shift)
         fits = of_first, _short_fit(_of(moved, poses[-third:] + shift))
         found = [_likeliest(dataset, moved, shift, *fit) for fit in fits if fit is not None]
-        for kind in zip(*found, strict=True):
-            gain, *ends = max(kind)
-            moves_all = ends == [poses[0]] and dataset.sessions is None  # other sessions may be right
-            ends_before = len(ends) == 1 or ends[1] < poses[-1]
-            if gain > 0.0 and ends_before and not moves_all:
-                yield shift, *ends
+        for gain, first, last in dict.fromkeys(max(likeliest) for likeliest in zip(*found, strict=True)):
+            moves_all = first <= poses[0] and last >= poses[-1]
+            if gain > 0.0 and not (moves_all and dataset.sessions is None):  # other sessions may be right
+                yield shift, first, last
 
 
 def _of(dataset: Dataset, poses: Ints) -> Dataset:
@@ -172,8 +170,8 @@ def _names_differ(dataset: Dataset, poses: Ints) -> bool:
     return any(set(names) != set(dataset.points.names) for names in ends)
 
 
-def _likeliest(as_read: Dataset, moved: Dataset, shift: int, model: Model, x: Array) -> list[tuple[float, ...]]:
-    """The slips that lower the errors most, to the end and to some pose: by how much, and the poses where each ends.
+def _likeliest(as_read: Dataset, moved: Dataset, shift: int, model: Model, x: Array) -> list[tuple[float, int, int]]:
+    """The slips that lower the errors most, to the end and to any pose: by how much, their first pose, and their last.
 
     The errors are lowered by a sum of logarithms over the poses.
     """
@@ -184,7 +182,7 @@ def _likeliest(as_read: Dataset, moved: Dataset, shift: int, model: Model, x: Ar
     between = gains - np.minimum.accumulate(after[::-1])[::-1]
     first = int(np.argmax(between))
     last = count - 1 - int(np.argmin(after[first:][::-1]))
-    return [(float(gains.max()), int(np.argmax(gains))), (float(between[first]), first, last)]
+    return [(float(gains.max()), int(np.argmax(gains)), count - 1), (float(between[first]), first, last)]
 
 
 def _errors(model: Model, x: Array, count: int) -> Array:

@@ -245,8 +245,8 @@ def zeros_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) -> 
             angle.
     """
     own = {one["where"]: one["parameters"] for one in effects if one["effect"] == "joint_offset"}
-    offsets = {joint: found["offset"]["value"] for joint, found in own.items() if "offset" in found}
-    if lost := [joint for joint in own if offsets.get(joint) is None]:
+    offsets = {joint: found.get("offset", {}).get("value") for joint, found in own.items()}
+    if lost := [joint for joint, offset in offsets.items() if offset is None]:
         raise DataError(f"The joint_offset of {lost[0]} has no offset in the result. Is its file complete?")
     if not offsets:
         raise DataError("The result names no joint with a wrong zero (joint_offset): there is nothing to write.")

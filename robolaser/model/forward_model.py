@@ -205,9 +205,11 @@ class Model:
         others = {name: value for name, value in values.items() if name not in follow}
         perturb = self.perturb(values)
         found = initialize(self.blocks, others, self.flange(values, perturb), perturb)
-        count = max(map(len, others.values()), default=1)
-        nominal = {item.name: np.full(count, item.nominal) for item in self.sensor_parameters.items}
-        return {**values, **{name: found.get(name, nominal[name]) for name in follow}}
+        if lost := [name for name in follow if name not in found]:
+            nominal = {item.name: item.nominal for item in self.sensor_parameters.items}
+            count = max(map(len, others.values()), default=1)
+            found |= {name: np.full(count, nominal[name]) for name in lost}
+        return {**values, **{name: found[name] for name in follow}}
 
     def fix_gauge(self, x: Array) -> Array:
         """An equivalent model for any data, with the fixed parameters at their nominal values, (d,)."""
