@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from robolaser.arrays import Array, Bools, Progress
-from robolaser.calibration.checks import check_orientations, check_poses, check_target, setup_warning, travel_warnings
+from robolaser.arrays import Bools, Progress
+from robolaser.calibration.checks import check_orientations, check_poses, check_target, travel_warnings
 from robolaser.calibration.initialization import find_start, no_finite_residuals
 from robolaser.calibration.misread import misread
 from robolaser.calibration.plan import Plan
-from robolaser.calibration.result import Calibration, rms
+from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
 from robolaser.estimation.fisher_information import information
 from robolaser.estimation.folds import assign_folds, held_out
@@ -44,7 +44,9 @@ def calibrate(
         check_poses(Problem.of(model))
         check_orientations(model)
         found = calibrated(model, plan, state=state, resume=resume, progress=progress)
-        return replace(found, seconds=time.perf_counter() - began)
+        other = misread(model, found.rms_m)
+        doubts = [warning for warning in (other and other.sentence, found.setup_warning) if warning]
+        return replace(found, warnings=(*doubts, *found.warnings), seconds=time.perf_counter() - began)
 
 
 def calibrated(
@@ -55,7 +57,7 @@ def calibrated(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Calibration:
-    """The calibration of a model of checked data; arguments as for `calibrate`."""
+    """The calibration of a model of checked data, without a doubt about the setup; arguments as for `calibrate`."""
     announce = progress or (lambda what, share: None)
     start = find_start(model, plan, state=state, resume=resume, progress=announce)
     problem, x, evaluations, weighted = Problem.of(model), start.x, start.evaluations, None
@@ -95,7 +97,6 @@ def calibrated(
         history=start.history,
         evaluations=evaluations + (0 if unseen is None else unseen.evaluations),
         warnings=(
-            *_setup_warnings(model, x, residuals, on_bound),
             *model.dataset.warnings,
             *start.warnings,
             *(_unused_warnings(weighted) if weighted else ()),
@@ -126,12 +127,6 @@ def _unused_warnings(weighted: NoiseWeightedFit) -> list[str]:
 
 
 TOO_FEW_POSES = "Too few poses to hold any out: the error on new poses is not known."
-
-
-def _setup_warnings(model: Model, x: Array, residuals: Array, on_bound: Bools) -> list[str]:
-    rms_m = rms(model.in_metres(x, residuals))
-    found = misread(model, rms_m)
-    return [warning for warning in (found and found.sentence, setup_warning(model, on_bound, rms_m)) if warning]
 
 
 def bound_warnings(model: Model, on_bound: Bools) -> list[str]:

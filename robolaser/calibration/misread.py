@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -57,14 +56,10 @@ def misread(model: Model, rms_m: float) -> Misread | None:
     Each hypothesis is fitted to some rows from its own start values, in a few steps. Without a fit, the error is
     infinite.
     """
-    return None if rms_m < OTHER_ARM_RMS_M else _tried(model, in_every_way=rms_m >= SETUP_RMS_M)
-
-
-@lru_cache(maxsize=1)
-def _tried(model: Model, *, in_every_way: bool) -> Misread | None:
-    """The same for a large error; the last answer is cached: a diagnosis repeats the call of its calibration."""
+    if rms_m < OTHER_ARM_RMS_M:
+        return None
     few = _some(model.dataset)
-    readings = [*other_arms(few), *((*read_otherwise(few), *_slipped(few)) if in_every_way else ())]
+    readings = [*other_arms(few), *((*read_otherwise(few), *_slipped(few)) if rms_m >= SETUP_RMS_M else ())]
     if not readings:
         return None
     as_read = _error(few)
