@@ -130,9 +130,10 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     if scatter and left:
         share = scatter.located(gap.after_m, gap.noise_floor_m).share
         scatter = replace(scatter, share=share) if share >= EVEN else None
-        left = [] if share >= CREDIBLE_MASS else left
+        if scatter:
+            left = [] if share >= CREDIBLE_MASS else scatter.remainder(final)
         classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
-    where = _where(verdict, refits, final, evidence, classes, left)
+    where = left if scatter else _where(verdict, refits, final, evidence, classes, left)
     if verdict == "explained" and unknown_instead(classes):
         verdict, where = "unexplained", localize(start) or where
     where = [at_other_poses(misread.share)] if misread and misread.shift else merged(where)
@@ -194,7 +195,8 @@ def _selected(
 
     def reselected(start: Fit, share: float) -> tuple[Refits, Fit]:
         fresh = Refits(start, effects)
-        return fresh, select(fresh, fresh.warm_start(final, refits), lambda what: progress(what, share))
+        rival = refits.separate and fresh.warm_start(refits.separate, refits)
+        return fresh, select(fresh, fresh.warm_start(final, refits), rival, lambda what: progress(what, share))
 
     for left in reversed(range(ROUNDS + 1)):
         for _ in range(ROUNDS):

@@ -7,7 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.localization import Localization, p_value, unmodelled_chi2
+from robolaser.diagnosis.localization import Localization, localize, p_value, unmodelled_chi2
 from robolaser.diagnosis.pose_noise import explained
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT
@@ -64,6 +64,7 @@ class PartScatter:
         p_value: Of that ratio, corrected for the locations that were tried.
         size_m: Root-mean-square 3-D error of a row by all noise, this scatter included [m].
         noise: All noise, each source at most at its limit.
+        whole_noise: All noise, this scatter without a limit.
         share: Share of the gap beside functions of unknown form, and probability of scatter: errors with steps and
             corners leave scatter beside a smooth function.
     """
@@ -76,6 +77,7 @@ class PartScatter:
     p_value: float
     size_m: float
     noise: NoiseModel
+    whole_noise: NoiseModel
     share: float = 1.0
 
     @property
@@ -87,6 +89,10 @@ class PartScatter:
     def as_cause(self) -> float:
         """Probability of scatter at this location."""
         return self.share * self.probability
+
+    def remainder(self, fit: Fit) -> list[Localization]:
+        """The locations of a model's error beside this scatter."""
+        return localize(Fit.of(fit.problem.with_noise(self.whole_noise), fit.x))
 
     def located(self, gap_m: float, floor_m: float) -> Localization:
         """The location of the gap by scatter, with its share of the squared gap above the noise floor."""
@@ -155,6 +161,7 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> PartScatter | None:
         p_value=p_value(ratio, len(parts)),
         size_m=fit.size_of(noise),
         noise=_within(noise, limits),
+        whole_noise=noise,
     )
 
 
@@ -190,22 +197,23 @@ def _scattering_parts(fit: Fit, found: NoiseEstimate) -> Iterator[_Part]:
 
 
 def _has_shape(fit: Fit, found: NoiseEstimate, part: _Part) -> bool:
-    """Whether the apparent scatter, all or a part of it, depends on a coordinate.
+    """Whether the apparent scatter, or a part of it, depends on a coordinate.
 
     At a joint this is its own angle or torque, or time, also in steps, or smoothly another joint's angle or the
-    posture; elsewhere any coordinate at any site. The penalty is that of causes outside the library, and the likelihood
-    lost by a smaller scatter.
+    posture; elsewhere any coordinate at any site. The shape then explains more, the less of the scatter is granted,
+    beyond the likelihood lost by that; a shape beside the whole scatter is another cause.
     """
     alone = replace(found, likelihood=replace(found.likelihood, J=explained(fit, smooth=False)))
     noise = alone.limited()
     least = alone.likelihood.cost(noise)[0]
-    for share in GRANTED:
+
+    def gain(share: float) -> float:
         beside = noise.at({name: share * noise.sigmas[name] for name in part.names})
-        granted = Fit.of(fit.problem.with_noise(beside), fit.x)
-        price = CHI2_OF_UNMODELLED_CAUSE + 2.0 * (alone.likelihood.cost(beside)[0] - least)
-        if _shape_chi2(granted, part.where) > price:
-            return True
-    return False
+        lost = 2.0 * (alone.likelihood.cost(beside)[0] - least)
+        return _shape_chi2(Fit.of(fit.problem.with_noise(beside), fit.x), part.where) - lost
+
+    whole, *parts = map(gain, GRANTED)
+    return max(parts) > max(whole, CHI2_OF_UNMODELLED_CAUSE)
 
 
 def _shape_chi2(fit: Fit, where: str) -> float:

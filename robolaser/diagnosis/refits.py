@@ -42,10 +42,12 @@ class Refits:
     Attributes:
         start: The model without effects, fitted.
         effects: Candidate effects.
+        separate: The separate effects that cost more than the selected geometry of the whole arm, if any.
     """
 
     start: Fit
     effects: Sequence[CandidateEffect]
+    separate: Fit | None = None
     _fits: dict[frozenset[CandidateEffect], Fit] = field(default_factory=dict)
     _tests: dict[frozenset[CandidateEffect], list[ScoreTest]] = field(default_factory=dict)
     _begun: set[tuple[frozenset[CandidateEffect], tuple[object, ...]]] = field(default_factory=set)

@@ -17,29 +17,43 @@ from robolaser.diagnosis.thresholds import (
 from robolaser.model.effects.link_geometry import LinkGeometry
 
 
-def select(refits: Refits, begin: Fit | None = None, progress: Announce = lambda what: None) -> Fit:
+def select(
+    refits: Refits, begin: Fit | None = None, separate: Fit | None = None, progress: Announce = lambda what: None
+) -> Fit:
     """Select the set of effects with the lowest cost.
 
     If a few separate effects do not explain the residuals, the geometry of the whole arm enters the model as one
-    effect, and others are added.
+    effect, and others are added. With optics, the separate effects are kept as its rival.
 
     Args:
         refits: Fits sets of effects.
         begin: An earlier result on slightly different rows, or with other noise.
+        separate: Its rival then.
         progress: Called with the current step.
     """
-    if begin is not None and placements_of_arm(begin.effects):
-        return _stepwise(refits, begin, MAX_EFFECTS, progress)
+    arm = begin if begin is not None and placements_of_arm(begin.effects) else None
+    if arm is not None and separate is None:
+        return _stepwise(refits, arm, MAX_EFFECTS, progress)
     most = MAX_EFFECTS if refits.start.has_optics else PLACEMENTS_OF_AN_ARM
-    few = _stepwise(refits, begin or refits.start, most, progress)
+    few = _stepwise(refits, separate or begin or refits.start, most, progress)
+    arm = arm or _whole_arm(refits, few, progress)
+    if arm is None:
+        return few
+    arm = _stepwise(refits, arm, len(arm.effects) + MOST_CAUSES, progress)
+    if refits.cost(few) <= refits.cost(arm):
+        return few
+    refits.separate = few if few.has_optics else None
+    return arm
+
+
+def _whole_arm(refits: Refits, few: Fit, progress: Announce) -> Fit | None:
+    """The geometry of the whole arm; None if a few effects suffice, or there are too few joints."""
     geometry = [test for test in refits.score_tests(refits.start) if test.candidate_effect.effect is LinkGeometry]
     enough = len(few.effects) < PLACEMENTS_OF_AN_ARM and unmodelled_chi2(few) <= 0.0
     if enough or len(geometry) < PLACEMENTS_OF_AN_ARM:
-        return few
+        return None
     progress("fitting the geometry of the whole arm")
-    arm = _reduced(refits, refits.refit(refits.start, geometry))
-    arm = _stepwise(refits, arm, len(arm.effects) + MOST_CAUSES, progress)
-    return min(few, arm, key=refits.cost)
+    return _reduced(refits, refits.refit(refits.start, geometry))
 
 
 def unless_one_does_it(refits: Refits, fit: Fit) -> Fit:

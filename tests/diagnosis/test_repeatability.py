@@ -100,6 +100,20 @@ def test_a_joint_that_scatters_over_ten_poses_is_no_gear_of_some_frequency() -> 
     assert found.pose_scatter.where == "shoulder_lift_joint"
 
 
+def off_at(joint: int, size: float) -> Callable[[Array], Array]:
+    return lambda q: size * np.sin(2.3 * q[:, [1]] + q[:, [2]]) * (np.arange(q.shape[1]) == joint)
+
+
+@pytest.mark.parametrize(("joint", "known"), [(1, {"shoulder_lift_joint"}), (3, {"wrist_1_joint"})])
+def test_what_else_is_wrong_with_an_arm_whose_joint_scatters_is_located_beside_the_scatter(
+    joint: int, known: set[str]
+) -> None:
+    found = tracked("ur5", 60, lambda q: chance(3e-3)(q) + off_at(joint, 3e-3)(q), OF_JOINTS)
+    assert found.pose_scatter is not None
+    assert found.pose_scatter.where == "shoulder_lift_joint"
+    assert {one.site for one in found.classes if one.name == "unknown" and one.probability > 0.9} <= known
+
+
 def test_one_joint_that_scatters_no_more_than_joints_may_is_no_gap() -> None:
     assert tracked("ur5", 25, chance(3e-4), OF_JOINTS + GEARS).verdict == "no_gap"
 
