@@ -177,11 +177,21 @@ def over_twist(joint: str) -> Draw:
     return draw
 
 
+def in_flange(made: Simulated, errors: Array) -> Array:
+    """Errors along the flange's axes, (m, 3)."""
+    of_base = in_base(made, errors) if "base.x" in made.truth else errors
+    return np.einsum("mba,mb->ma", made.dataset.flange()[made.dataset.points.pose, :3, :3], of_base)
+
+
+def in_flange_over_run(ax: Axes, made: Simulated, errors: Array) -> None:
+    """Errors along the flange's axes over the run."""
+    over_run(ax, made, in_flange(made, errors))
+    ax.set_ylabel("error, flange's\naxes [mm]")
+
+
 def over_attitude(ax: Axes, made: Simulated, errors: Array) -> None:
     """Errors along two of the flange's axes, each over gravity along it."""
-    run = Model(made.dataset).run
-    in_flange = np.einsum("mba,mb->ma", run.flange[made.dataset.points.pose, :3, :3], errors)
-    mean = per_pose(made, in_flange)
+    run, mean = Model(made.dataset).run, per_pose(made, in_flange(made, errors))
     for i, (name, colour) in enumerate(zip("xy", (BLUE, RED), strict=True)):
         ax.scatter(run.gravity_in_flange[:, i], mean[:, i], color=colour, label=f"along {name}", **DOTS)
     key(ax)
@@ -304,6 +314,10 @@ PICTURES: dict[str, tuple[dict[str, float], Draw]] = {
     "hand_eye_sag": ({"hand_eye_sag:hand_eye": 1e-3, "hand_eye_sag:hand_eye.moment_z": 2e-3}, over_attitude),
     "arm_scale": ({"arm_scale:base": 1e-3}, over_distance),
     "tool_sag": ({"tool_sag:tool": 5e-4}, over_attitude),
+    "tool_drift": ({"tool_drift:tool": 5e-4, "tool_drift:tool.z": -1e-3, "tool_drift:tool.settling": 3.0},
+                   in_flange_over_run),
+    "mount_shift": ({"mount_shift:tool": 5e-4, "mount_shift:tool.z": -1e-3, "mount_shift:tool.moment": 0.6},
+                    in_flange_over_run),
     "latency": ({"latency:timing": 0.02}, over_speed),
     "radial_distortion": ({"radial_distortion:camera": 2e8}, along_stripe(1)),
     "tangential_distortion": ({"tangential_distortion:camera.p_2": 1.0}, along_stripe(1)),
@@ -324,7 +338,7 @@ PICTURES: dict[str, tuple[dict[str, float], Draw]] = {
 
 
 TRACKED = {"link_compliance": "ur5", "base_compliance": "ur5", "tracker_scale": "ur5", "arm_scale": "ur5",
-           "tool_sag": "ur5"}  # fmt: skip
+           "tool_sag": "ur5", "tool_drift": "ur5", "mount_shift": "ur5"}  # fmt: skip
 """Effects that a scanner on the plane arm of a SCORBOT would not show: a tracker before another arm."""
 
 

@@ -19,8 +19,8 @@ from robolaser.diagnosis.pose_coordinates import TIME, angle_of, torque_of
 from robolaser.diagnosis.random_functions import RandomFunctions
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.estimation.noise_estimate import LEVER_M
-from robolaser.model.effects.base_shift import BaseShift
 from robolaser.model.effects.joints import moving_joints
+from robolaser.model.effects.moments import moments
 from robolaser.model.grouped_rows import GroupedRows
 from robolaser.model.stages import Stage
 
@@ -59,7 +59,7 @@ def sparse_shape_chi2(fit: Fit, site: str) -> float:
 def _slip_chi2(fit: Fit) -> float:
     """Chi-squared of a slip of one joint or all, of the body on the flange, or of elastic deflection by a new load."""
     functions, derivatives, run = RandomFunctions(fit), stage_derivatives(fit), fit.model.run
-    steps = (run.progress > BaseShift.grid(run.dataset, "base")).astype(np.float64)
+    steps = (run.progress > moments(run)[:, None]).astype(np.float64)
     joints = moving_joints(run.dataset.robot)
     moves = [derivatives.by_motion(Stage.JOINTS, joint) for joint in joints]
     moves += [derivatives.by_motion(Stage.FLANGE) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]]

@@ -17,7 +17,7 @@ from robolaser.diagnosis.result import Diagnosis
 from robolaser.geometry.rigid_motion import from_angles
 from robolaser.model.effects import EFFECTS
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import CellOptions, simulate
+from robolaser.simulation import CellOptions, Simulated, simulate
 
 NOISE, UNPLACED = Noise(pixel_px=0.1), CellOptions(placed=False)
 (DRIFT,) = kinds("camera_drift")
@@ -61,11 +61,14 @@ def test_of_a_print_with_two_scales_what_they_have_in_common_may_be_the_arms() -
 def held_by_a_cantilever(size: float, axis: np.ndarray, seed: int = 5) -> Dataset:
     """Points of a reflector whose holder bends across its axis."""
     made = simulate(find_robot("ur5"), kind="point", poses=30, noise=Noise(point_m=2e-5), seed=seed)
-    T, truth = made.dataset.flange(), made.truth
-    down = np.einsum("nij,i->nj", T[:, :3, :3], np.array([0.0, 0.0, -1.0]))
-    across = size * (down - (down @ axis)[:, None] * axis)
-    in_base = np.einsum("nij,nj->ni", T[:, :3, :3], across)[made.dataset.points.pose]
-    R = from_angles(*(np.array(truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))
+    down = np.einsum("nij,i->nj", made.dataset.flange()[:, :3, :3], np.array([0.0, 0.0, -1.0]))
+    return held_elsewhere(made, size * (down - (down @ axis)[:, None] * axis))
+
+
+def held_elsewhere(made: Simulated, by: np.ndarray) -> Dataset:
+    """Points of reflectors that are shifted in the flange's frame at each pose, (n, 3) [m]."""
+    in_base = np.einsum("nij,nj->ni", made.dataset.flange()[:, :3, :3], by)[made.dataset.points.pose]
+    R = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))
     return replace(made.dataset, points=replace(made.dataset.points, xyz=made.dataset.points["xyz"] + in_base @ R.T))
 
 
@@ -80,6 +83,32 @@ def test_without_it_in_the_library_a_holder_that_bends_is_no_certain_cause_of_an
     others = [one for one in EFFECTS if one.name != "tool_sag"]
     found = examine(held_by_a_cantilever(3e-4, np.array([0.6, 0.8, 0.0])), effects=others, seed=0)
     assert found.verdict == "unexplained" or all(one.probability < 0.95 for one in found.findings)
+
+
+OF_HOLDERS = kinds("mount_shift", "tool_drift", "tool_sag", "base_shift", "thermal_drift", "joint_offset", "settling")
+
+
+def held_loosely(way: Callable[[np.ndarray], np.ndarray]) -> Dataset:
+    """Points of reflectors whose holder moves with the run's progress, as a share of 0.4 mm."""
+    made = simulate(find_robot("ur5"), kind="point", poses=30, points=3, noise=Noise(point_m=2e-5), seed=5)
+    share = way(np.argsort(np.argsort(made.dataset.poses.time_s)) / 29)
+    return held_elsewhere(made, 4e-4 * share[:, None] * np.array([0.6, -0.48, 0.64]))
+
+
+MOVES = {"mount_shift": lambda t: (t > 0.4) * (0.95 + 0.05 * t), "tool_drift": lambda t: np.log1p(6.0 * t)}
+"""A slip after which the holder creeps on, and a creep that slows down with the logarithm of time."""
+
+
+@pytest.mark.parametrize("effect", MOVES)
+def test_a_holder_that_slips_or_creeps_is_named_and_is_no_base_that_moved(effect: str) -> None:
+    found = examine(held_loosely(MOVES[effect]), OF_HOLDERS, seed=0)
+    assert (found.verdict, names(found)) == ("explained", [effect])
+    assert {one.name: one.probability for one in found.classes}["mount"] > 0.99
+
+
+def test_without_it_in_the_library_a_holder_that_slips_is_an_unknown_cause_at_the_tool() -> None:
+    found = examine(held_loosely(MOVES["mount_shift"]), OF_HOLDERS[1:], seed=0)
+    assert (found.verdict, found.where[0].site) == ("unexplained", "tool")
 
 
 def grown(share: float, **known: object) -> Dataset:

@@ -3,10 +3,12 @@ import pytest
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.geometry.rigid_motion import exp_so3, inverse
+from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 from robolaser.model.effects.base_shift import BaseShift
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.hand_eye_drift import HandEyeDrift, crept
+from robolaser.model.effects.mount_shift import MountShift
+from robolaser.model.effects.tool_drift import ToolDrift
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
 from robolaser.robot.by_name import find_robot
@@ -35,6 +37,24 @@ def test_a_knocked_base_moves_the_later_poses_and_no_others(dataset: Dataset) ->
     motion = moved[~before] @ inverse(T[0, ~before])
     np.testing.assert_allclose(motion, motion[:1].repeat(len(motion), axis=0), atol=1e-15)
     np.testing.assert_allclose(motion[0, :3, :3], exp_so3(np.array([0, 0, 2e-3])), atol=1e-15)
+
+
+def test_a_slipped_mount_moves_all_later_poses_alike_in_the_flange_frame(dataset: Dataset) -> None:
+    model = Model(dataset, (CandidateEffect(MountShift, "hand_eye"),))
+    T = dataset.flange()[None]
+    moved = through(model, Stage.FLANGE, T, x=1e-3, turn_z=2e-3, moment=0.6)[0]
+    before = model.run.progress < 0.6
+    np.testing.assert_array_equal(moved[before], T[0, before])
+    motion = inverse(T[0, ~before]) @ moved[~before]
+    expected = pose(exp_so3(np.array([0, 0, 2e-3])), np.array([1e-3, 0, 0]))
+    np.testing.assert_allclose(motion, np.tile(expected, (len(motion), 1, 1)), atol=1e-15)
+
+
+@pytest.mark.parametrize(("kind", "where"), [("stripe", "hand_eye"), ("camera", "hand_eye"), ("point", "tool")])
+def test_a_mount_that_slips_is_the_sensors_bracket_or_the_tool(kind: str, where: str) -> None:
+    small = simulate(find_robot("ur5"), kind=kind, poses=8, points=6, seed=3).dataset
+    assert MountShift.locations(small) == (where,)
+    assert bool(ToolDrift.locations(small)) == (where == "tool")
 
 
 def test_a_turn_of_the_base_leaves_the_middle_of_all_flanges_in_place(dataset: Dataset) -> None:

@@ -9,16 +9,10 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
+from robolaser.model.effects.moments import enough_poses, later, moments
 from robolaser.model.effects.requirements import pose_order
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
-
-FEWEST = 3  # poses before and after: any six numbers fit fewer
-
-
-def enough_poses(dataset: Dataset) -> str:
-    """There are enough poses before and after any moment."""
-    return f"fewer than {2 * FEWEST} poses" if len(dataset.poses) < 2 * FEWEST else ""
 
 
 @final
@@ -56,22 +50,18 @@ class BaseShift(Effect):
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
-        """The middle of each pause between poses with points, (g, 1), some poses left on either side."""
-        run = Run(dataset)
-        seen = np.unique(dataset.points.pose)
-        at = np.sort(run.progress_of_all[seen])
-        moments = (at[FEWEST - 1 : -FEWEST] + at[FEWEST : len(at) - FEWEST + 1]) / 2
-        return np.unique(moments if len(moments) else [0.5])[:, None]
+        """Each pause between poses with points, (g, 1)."""
+        return moments(Run(dataset))[:, None]
 
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
         """Move the flange in the poses that came later."""
-        later = run.progress_of_all > self.moment[:, None]
+        after = later(run, self.moment)
         turn = np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1)
         shift = np.stack([self.x, self.y, self.z], axis=-1)
-        turned = later[..., None, None] * (exp_so3(turn) - np.eye(3))[:, None]
+        turned = after[..., None, None] * (exp_so3(turn) - np.eye(3))[:, None]
         middle = run.reference.flange[:, :3, 3].mean(axis=0)
         R, t = T_base_flange[..., :3, :3], T_base_flange[..., :3, 3]
-        moved = (turned @ (t - middle)[..., None])[..., 0] + later[..., None] * shift[:, None]
+        moved = (turned @ (t - middle)[..., None])[..., 0] + after[..., None] * shift[:, None]
         return pose(R + turned @ R, t + moved)
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:

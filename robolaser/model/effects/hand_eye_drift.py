@@ -3,17 +3,13 @@
 from dataclasses import dataclass
 from typing import final
 
-import numpy as np
-
 from robolaser.arrays import Array
-from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run, nonlinear, parameter
+from robolaser.model.effects.mount_motion import SETTLINGS, moved
 from robolaser.model.effects.requirements import pose_order
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.effects.thermal_state import crept
 from robolaser.model.stages import Stage
-
-SHARPEST = 8.0  # by then the bracket has settled in the first third of the run
 
 
 @final
@@ -43,14 +39,12 @@ class HandEyeDrift(Effect):
     turn_x: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
     turn_y: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
     turn_z: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
-    settling: Array = nonlinear(unit="", lower=0.0, upper=SHARPEST, nominal=0.0, tried=(0.0, 1.5, 3.5, SHARPEST))
+    settling: Array = nonlinear(unit="", lower=0.0, upper=SETTLINGS[-1], nominal=0.0, tried=SETTLINGS)
 
     def apply(self, T_flange_camera: Array, run: Run, /) -> Array:
         """Move the camera on."""
-        share = crept(run.progress, self.settling)[..., None]
-        turn = np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1)[:, None]
-        shift = np.stack([self.x, self.y, self.z], axis=-1)[:, None]
-        return T_flange_camera @ pose(exp_so3(share * turn), share * shift)
+        shift, turn = (self.x, self.y, self.z), (self.turn_x, self.turn_y, self.turn_z)
+        return moved(T_flange_camera, shift, turn, crept(run.progress, self.settling))
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It stays as at the end of the run that it was found in."""

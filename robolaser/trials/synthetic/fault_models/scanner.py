@@ -6,7 +6,7 @@ from typing import Annotated, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.geometry.rigid_motion import exp_so3
+from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.trials.synthetic.fault_model import Angle, Coin, FaultModel, SyntheticRun, Way, log_uniform, uniform
 from robolaser.trials.synthetic.scanner import Light
 
@@ -133,6 +133,20 @@ class BracketCreep(FaultModel, effect="hand_eye_drift", sizes=(3e-4, 3e-3), loca
         moved[:, :3, 3] += way[:, :3]
         moved[:, :3, :3] = moved[:, :3, :3] @ exp_so3(way[:, 3:])
         return moved
+
+
+@final
+class SlippedBracket(FaultModel, effect="mount_shift", sizes=(3e-4, 3e-3), location="hand_eye"):
+    """The bracket slips at some instant of the run, and creeps on a little."""
+
+    moment: Annotated[float, uniform(0.2, 0.8)]  # as a share of the run
+    way: Way
+
+    def mount(self, T_flange_camera: Array, run: SyntheticRun) -> Array:
+        """Off by up to `size` [m] and radians from then on, and a twentieth more at the end of the run."""
+        later = run.share > self.moment
+        way = (self.size * later * (1.0 + 0.05 * run.share))[:, None] * np.array(self.way)
+        return np.asarray(pose(exp_so3(way[:, 3:]), way[:, :3]) @ T_flange_camera)
 
 
 @final
