@@ -142,7 +142,7 @@ def test_paths_and_drifts_begin_anew_with_each_session():
         assert (run.approach[poses[0]] == 0).all()
 
 
-@pytest.mark.parametrize("effect", [kind.name for kind in EFFECTS if kind.name not in ("base_shift", "outliers")])
+@pytest.mark.parametrize("effect", [kind.name for kind in EFFECTS if not kind.begins])
 def test_an_effect_does_in_a_session_what_it_does_in_a_data_set_of_its_own(effect):
     """Here both have the same poses: else the target's extent and the largest load are those of all."""
     made = cell("stripe", sessions=2, poses=6, speed=0.1)
