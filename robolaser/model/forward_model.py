@@ -1,5 +1,6 @@
 """The model of a cell: the chain from encoder and image to points, with effects at its stages."""
 
+import shlex
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -59,8 +60,9 @@ class Model:
         object.__setattr__(self, "dataset", started(self.dataset))
         if not len(self.dataset.points):
             folder = self.dataset.folder
+            command = shlex.join(["robolaser", "extract", str(folder)])
             raise DataError(
-                f"{folder} has no points.csv yet. Run `robolaser extract {folder}` first, or measure points."
+                f"{folder} has no points.csv yet. Run `{command}` first, or measure points."
                 if folder and not (folder / "points.csv").exists()
                 else "There are no points, no rows of points.csv: there is nothing to calibrate from.",
                 file="points.csv",

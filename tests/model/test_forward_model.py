@@ -130,7 +130,7 @@ def test_an_unplaced_target_follows_in_closed_form(made: Simulated) -> None:
 @pytest.mark.parametrize(
     ("files", "said"),
     [
-        ((), r"cell has no points\.csv yet\. Run `robolaser extract .*cell` first"),
+        ((), r"my cell has no points\.csv yet\. Run `robolaser extract '.*my cell'` first"),
         (("points.csv",), r"^There are no points"),
         (None, r"^There are no points"),
     ],
@@ -138,7 +138,7 @@ def test_an_unplaced_target_follows_in_closed_form(made: Simulated) -> None:
 def test_without_points_the_way_to_some_is_named_where_there_is_one(
     made: Simulated, tmp_path: Path, files: tuple[str, ...] | None, said: str
 ) -> None:
-    folder = tmp_path / "cell"
+    folder = tmp_path / "my cell"
     folder.mkdir()
     for file in files or ():
         (folder / file).touch()
