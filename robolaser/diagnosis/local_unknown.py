@@ -15,13 +15,13 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.diagnosis.candidate_sites import of_several_joints, sites
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.gaussian_process_basis import rough
+from robolaser.diagnosis.gaussian_process_basis import rough, smooth
 from robolaser.diagnosis.localization import chance_ratio, function_ratio, likelihood_ratio
 from robolaser.diagnosis.pose_coordinates import TIME, angle_of, of_run, torque_of
 from robolaser.diagnosis.random_functions import RandomFunctions
 from robolaser.diagnosis.score_tests import normal_equations
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
-from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, FORM_SHARE
+from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, FINE, FORM_SHARE
 from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
@@ -58,7 +58,7 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
         return 0.0  # `unmodelled_chi2` includes functions of the position on it
     if site in joints:
         sums = joint_equations(fit, site)
-        return max(chance_ratio(*sums), *(_ratio(basis, *sums) for basis in _bases(fit.model.run, site)))
+        return max(chance_ratio(*sums), *(_ratio(rough(one[:, 0]), *sums) for one in _coordinates(fit.model.run, site)))
     in_time, functions = rough(fit.model.run.progress), RandomFunctions(fit)
     drifts = (replace(one, basis=in_time) for one in sites(fit) if (one.site, one.coordinate) == (site, TIME))
     by_site = (function_ratio(functions, one) for one in drifts)
@@ -70,6 +70,12 @@ def chance_chi2(fit: Fit, joint: str) -> float:
     if joint not in moving_joints(fit.model.dataset.robot):
         return 0.0
     return chance_ratio(*joint_equations(fit, joint))
+
+
+def fine_chi2(fit: Fit, joint: str) -> float:
+    """Chi-squared that a function of a joint's coordinate with several waves explains beyond its freedom's cost."""
+    sums = joint_equations(fit, joint)
+    return max(_ratio(smooth(one, FINE), *sums) for one in _coordinates(fit.model.run, joint))
 
 
 def joint_equations(fit: Fit, joint: str) -> tuple[Array, Array, Array]:
@@ -111,7 +117,7 @@ def probability_of_local_unknown(final: float, left: float, without: float, inst
     return float(weights[1:].sum())
 
 
-def _bases(run: Run, joint: str) -> Iterator[Array]:
-    """Rough functions (n, p) of the joint's angle, of its gravity torque, of time."""
+def _coordinates(run: Run, joint: str) -> Iterator[Array]:
+    """The joint's angle, its gravity torque, and time at each pose, (n, 1) each."""
     in_time = (one for one in of_run(run) if one.name == TIME)
-    return (rough(one.values[:, 0]) for one in (angle_of(run, joint), *torque_of(run, joint), *in_time))
+    return (one.values for one in (angle_of(run, joint), *torque_of(run, joint), *in_time))

@@ -31,7 +31,7 @@ from robolaser.diagnosis.localization import Localization, localize, merged
 from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pose_scatter import beside
 from robolaser.diagnosis.preparation import Preparation
-from robolaser.diagnosis.pruning import probable_remainder, prune
+from robolaser.diagnosis.pruning import probable_remainder, prune, without_imitations
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
 from robolaser.diagnosis.result import CauseClass, Diagnosis
@@ -127,11 +127,15 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         judgement = judged(preparation, data, start, final, left, held_out, seed)
         classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
     verdict, noise, gap, scatter = judgement.verdict, judgement.noise, judgement.gap, judgement.scatter
+    sound = without_imitations(refits, final, evidence, held_out, gap.noise_floor_m)
+    if verdict == "explained" and sound is not final:
+        verdict, left = "unexplained", localize(sound)
+        classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
     if scatter and left:
         share = scatter.located(gap.after_m, gap.noise_floor_m).share
         scatter = replace(scatter, share=share) if share >= EVEN else None
         if scatter:
-            left = [] if share >= CREDIBLE_MASS else scatter.remainder(final)
+            left = [] if share >= CREDIBLE_MASS else scatter.remainder(final, left)
         classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
     where = left if scatter else _where(verdict, refits, final, evidence, classes, left)
     if verdict == "explained" and unknown_instead(classes):

@@ -1,12 +1,13 @@
 """Scatter of whole poses by its location: noise within a limit, a gap beyond it."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
 
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.local_unknown import fine_chi2
 from robolaser.diagnosis.localization import Localization, localize, p_value, unmodelled_chi2
 from robolaser.diagnosis.pose_noise import explained
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
@@ -90,9 +91,20 @@ class PartScatter:
         """Probability of scatter at this location."""
         return self.share * self.probability
 
-    def remainder(self, fit: Fit) -> list[Localization]:
-        """The locations of a model's error beside this scatter."""
-        return localize(Fit.of(fit.problem.with_noise(self.whole_noise), fit.x))
+    def remainder(self, fit: Fit, left: Sequence[Localization]) -> list[Localization]:
+        """The locations of a model's error beside this scatter, the largest share first.
+
+        At a joint that scatters, a function of unknown form may be a part of it.
+
+        Args:
+            fit: The model.
+            left: The locations of its error without this scatter.
+        """
+        if self.where in (JOINTS, FLANGE):
+            return list(left)
+        granted = localize(Fit.of(fit.problem.with_noise(self.whole_noise), fit.x))
+        own = [one for one in left if one.site == self.where]
+        return sorted([*own, *(one for one in granted if one.site != self.where)], key=lambda one: -one.share)
 
     def located(self, gap_m: float, floor_m: float) -> Localization:
         """The location of the gap by scatter, with its share of the squared gap above the noise floor."""
@@ -220,7 +232,8 @@ def _shape_chi2(fit: Fit, where: str) -> float:
     """Chi-squared that shapes and functions explain beyond chance."""
     if where not in moving_joints(fit.model.dataset.robot):
         return unmodelled_chi2(fit)
-    return max(sparse_shape_chi2(fit, where) - CHI2_PER_EFFECT, unmodelled_chi2(fit, where))
+    of_joint = max(sparse_shape_chi2(fit, where), fine_chi2(fit, where))
+    return max(of_joint - CHI2_PER_EFFECT, unmodelled_chi2(fit, where))
 
 
 def _within(noise: NoiseModel, limits: Mapping[str, float]) -> NoiseModel:

@@ -16,10 +16,11 @@ from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Announce, Refits
 from robolaser.diagnosis.result import CauseClass
-from robolaser.diagnosis.thresholds import LEAST_PROBABILITY
+from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, NO_NOISE, SMALL_SHARE
 from robolaser.diagnosis.verdict import credibility
 from robolaser.estimation.certainty import CERTAIN, EVEN
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.joints import moving_joints
 
 
 def prune(
@@ -209,6 +210,28 @@ def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Announce) 
             break
         final, error = reduced, held_out.misfit(reduced)
     return refits.start if final.effects and error >= held_out.misfit(refits.start) else final
+
+
+def without_imitations(
+    refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut, floor_m: float
+) -> Fit:
+    """The model without effects that almost certainly imitate an unknown cause at their joint.
+
+    The same model if these explain too small a part of the gap to matter, and it is near the noise floor without them.
+    """
+    joints = moving_joints(final.model.dataset.robot)
+    found = [
+        one
+        for one in evidence
+        if one.credibility < LEAST_PROBABILITY
+        and one.weights[one.candidate_effect] >= EVEN
+        and one.candidate_effect.where in joints
+        and has_form(final, one.candidate_effect)
+    ]
+    imitated, explained = (sum(one.explained for one in some) for some in (found, evidence))
+    without = refits.without(final, [one.candidate_effect for one in found])
+    matters = imitated > SMALL_SHARE * explained or (found and held_out.gap(without) > NO_NOISE * floor_m)
+    return without if matters else final
 
 
 def probable_remainder(

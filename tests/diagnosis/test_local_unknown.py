@@ -171,6 +171,23 @@ def test_a_cable_is_a_force_at_the_flange_and_not_several_effects_with_certainty
     assert (diagnosis.where[0].site, diagnosis.where[0].coordinate) == ("joint_4", FORCE)
 
 
+LINKS = {"link_geometry:wrist_1_joint.turn_x": 0.0116, "link_geometry:shoulder_lift_joint": 6e-4,
+         "link_geometry:elbow_joint.z": 7e-4}  # fmt: skip
+
+
+def test_effects_of_a_form_that_a_joint_does_not_have_do_not_explain_a_gap_though_they_predict_new_poses() -> None:
+    noise = Noise(point_m=3e-5, joint_rad=4e-5)
+    options = CellOptions(stated=Noise(point_m=3e-5))
+    made = simulate("ur5", kind="point", poses=150, points=1, noise=noise, options=options, effects=LINKS, seed=2)
+    poses = made.dataset.poses
+    of_lift = 1e-3 * (2.0 / np.pi) * np.arcsin(np.sin(1.5 * poses.q[:, [1]])) * (np.arange(6) == 1)
+    suspects = kinds("joint_offset", "encoder_scale", "encoder_eccentricity", "transmission_error", "link_geometry")
+    found = examine(replace(made.dataset, poses=replace(poses, q=poses.q + of_lift)), suspects, seed=0)
+    assert (found.verdict, found.where[0].site) == ("unexplained", "shoulder_lift_joint")
+    sure = {one.name: one.site for one in found.classes if one.probability > 0.95}
+    assert sure == {"arm_geometry": "", "unknown": "shoulder_lift_joint"}
+
+
 def test_a_joint_that_another_one_pulls_along_depends_on_it_and_does_not_scatter() -> None:
     """A form that no effect has."""
     cell = simulate("scorbot_er7", kind="point", poses=30, noise=Noise(point_m=2e-5), seed=3).dataset

@@ -100,6 +100,15 @@ def test_a_joint_that_scatters_over_ten_poses_is_no_gear_of_some_frequency() -> 
     assert found.pose_scatter.where == "shoulder_lift_joint"
 
 
+@pytest.mark.parametrize("edge", [0.1, 10.0])
+def test_a_joint_with_a_wave_of_several_periods_does_not_scatter(edge: float) -> None:
+    def wave(q: Array) -> Array:
+        return 2e-3 * np.tanh(edge * np.sin(3.0 * q)) / np.tanh(edge) * (np.arange(q.shape[1]) == 1)
+
+    found = tracked("ur5", 60, wave, OF_JOINTS)
+    assert (found.verdict, found.pose_scatter) == ("unexplained", None)
+
+
 def off_at(joint: int, size: float) -> Callable[[Array], Array]:
     return lambda q: size * np.sin(2.3 * q[:, [1]] + q[:, [2]]) * (np.arange(q.shape[1]) == joint)
 
