@@ -308,6 +308,7 @@ PICTURES: dict[str, tuple[dict[str, float], Draw]] = {
     "link_compliance": ({"link_compliance:elbow_joint": 2e-5, "link_compliance:elbow_joint.twist": 2e-4},
                         over_twist("elbow_joint")),
     "base_shift": ({"base_shift:base": 1e-3, "base_shift:base.z": -5e-4, "base_shift:base.moment": 0.6}, over_run),
+    "base_drift": ({"base_drift:base": 5e-4, "base_drift:base.z": -1e-3, "base_drift:base.settling": 1.5}, over_run),
     "thermal_drift": ({"thermal_drift:joint_3": 2e-3}, over_run),
     "hand_eye_drift": ({"hand_eye_drift:hand_eye": 1e-3, "hand_eye_drift:hand_eye.settling": 3.0}, in_camera_over_run),
     "base_compliance": ({"base_compliance:base": 5e-5}, over_reach),
@@ -338,7 +339,7 @@ PICTURES: dict[str, tuple[dict[str, float], Draw]] = {
 
 
 TRACKED = {"link_compliance": "ur5", "base_compliance": "ur5", "tracker_scale": "ur5", "arm_scale": "ur5",
-           "tool_sag": "ur5", "tool_drift": "ur5", "mount_shift": "ur5"}  # fmt: skip
+           "tool_sag": "ur5", "tool_drift": "ur5", "mount_shift": "ur5", "base_drift": "ur5"}  # fmt: skip
 """Effects that a scanner on the plane arm of a SCORBOT would not show: a tracker before another arm."""
 
 

@@ -11,7 +11,7 @@ from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.evidence import EffectEvidence, evidence_for
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
-from robolaser.diagnosis.local_unknown import has_form
+from robolaser.diagnosis.local_unknown import GEOMETRY, has_form
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Announce, Refits
@@ -20,7 +20,6 @@ from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, NO_NOISE, SMALL_SH
 from robolaser.diagnosis.verdict import credibility
 from robolaser.estimation.certainty import CERTAIN, EVEN
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.model.effects.joints import moving_joints
 
 
 def prune(
@@ -215,18 +214,17 @@ def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Announce) 
 def without_imitations(
     refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut, floor_m: float
 ) -> Fit:
-    """The model without effects that almost certainly imitate an unknown cause at their joint.
+    """The model without effects that almost certainly imitate an unknown cause.
 
     The same model if these explain too small a part of the gap to matter, and it is near the noise floor without them.
+    Placements have no form that could be wrong.
     """
-    joints = moving_joints(final.model.dataset.robot)
     found = [
         one
         for one in evidence
         if one.credibility < LEAST_PROBABILITY
         and one.weights[one.candidate_effect] >= EVEN
-        and one.candidate_effect.where in joints
-        and has_form(final, one.candidate_effect)
+        and one.candidate_effect.effect.cause != GEOMETRY
     ]
     imitated, explained = (sum(one.explained for one in some) for some in (found, evidence))
     without = refits.without(final, [one.candidate_effect for one in found])

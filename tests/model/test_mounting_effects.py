@@ -4,6 +4,7 @@ import pytest
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
+from robolaser.model.effects.base_drift import BaseDrift
 from robolaser.model.effects.base_shift import BaseShift
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.hand_eye_drift import HandEyeDrift, crept
@@ -86,6 +87,19 @@ def test_creep_starts_with_the_run_and_is_whole_at_its_end() -> None:
     np.testing.assert_allclose(shares[1], progress, atol=1e-8)
     assert (np.diff(shares) > 0).all()
     assert (shares[2:, 1:-1] > progress[1:-1]).all()
+
+
+def test_a_base_that_creeps_turns_about_the_middle_of_all_flanges_the_same_as_one_that_was_moved(
+    dataset: Dataset,
+) -> None:
+    T = dataset.flange()[None]
+    crept_, shifted = (
+        through(Model(dataset, (CandidateEffect(effect, "base"),)), Stage.FLANGE, T, x=1e-3, turn_y=0.02, **more)[0]
+        for effect, more in ((BaseDrift, {}), (BaseShift, {"moment": 0.5}))
+    )
+    first, last = np.argsort(Model(dataset).run.progress)[[0, -1]]
+    np.testing.assert_allclose(crept_[first], T[0, first], atol=1e-15)
+    np.testing.assert_allclose(crept_[last], shifted[last], atol=1e-15)
 
 
 def test_a_turning_camera_keeps_its_optical_centre(dataset: Dataset) -> None:

@@ -7,10 +7,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.moments import enough_poses, later, moments
 from robolaser.model.effects.requirements import pose_order
+from robolaser.model.effects.rigid_share import about_another, moved_about
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
 
@@ -55,21 +55,16 @@ class BaseShift(Effect):
 
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
         """Move the flange in the poses that came later."""
-        after = later(run, self.moment)
-        turn = np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1)
-        shift = np.stack([self.x, self.y, self.z], axis=-1)
-        turned = after[..., None, None] * (exp_so3(turn) - np.eye(3))[:, None]
+        shift, turn = (self.x, self.y, self.z), (self.turn_x, self.turn_y, self.turn_z)
         middle = run.reference.flange[:, :3, 3].mean(axis=0)
-        R, t = T_base_flange[..., :3, :3], T_base_flange[..., :3, 3]
-        moved = (turned @ (t - middle)[..., None])[..., 0] + after[..., None] * shift[:, None]
-        return pose(R + turned @ R, t + moved)
+        return moved_about(middle, T_base_flange, shift, turn, later(run, self.moment))
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """All poses are after the shift; the turn is about the middle of the run that it was found in."""
         doubt = "the cell is taken as it was after the shift. If it was moved again, calibrate again"
         if found_in is None:
             return CarryOver(self, doubt)
-        apart = run.flange[:, :3, 3].mean(axis=0) - np.array(found_in.middle_m)
-        turn = exp_so3(np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1))[0]
-        x, y, z = (turn - np.eye(3)) @ apart
-        return CarryOver(replace(self, x=self.x + x, y=self.y + y, z=self.z + z), doubt)
+        shift, turn = (self.x, self.y, self.z), (self.turn_x, self.turn_y, self.turn_z)
+        middle = run.flange[:, :3, 3].mean(axis=0)
+        x, y, z = about_another(np.array(found_in.middle_m), middle, shift, turn)
+        return CarryOver(replace(self, x=x, y=y, z=z), doubt)

@@ -7,8 +7,8 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.moments import enough_poses, later, moments
-from robolaser.model.effects.mount_motion import moved
 from robolaser.model.effects.requirements import passes, pose_order
+from robolaser.model.effects.rigid_share import moved
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot

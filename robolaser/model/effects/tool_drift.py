@@ -5,8 +5,8 @@ from typing import final
 
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run, nonlinear, parameter
-from robolaser.model.effects.mount_motion import SETTLINGS, moved
 from robolaser.model.effects.requirements import no_mount, pose_order
+from robolaser.model.effects.rigid_share import SETTLINGS, moved
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.effects.thermal_state import crept
 from robolaser.model.stages import Stage

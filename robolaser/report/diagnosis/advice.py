@@ -34,7 +34,7 @@ SITES: Mapping[str, str] = {  # what to check at a site with an unexplained erro
     "laser": "the projector: its mount, its warm-up, its focus",
     "hand_eye": "the bracket between flange and sensor",
     "target": "the target: flatness, print, fixing",
-    "base": "the supports of base and target",
+    "base": "the supports of base, target and measuring system",
     "timing": "how camera and joint readings are synchronised",
     "image": "single images, and how the stripe is found in them",
     "tool": "how ball or reflectors are fixed to the flange",
