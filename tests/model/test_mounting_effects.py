@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from robolaser.model.effects.base_shift import BaseShift
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.hand_eye_drift import HandEyeDrift, crept
 from robolaser.model.effects.mount_shift import MountShift
+from robolaser.model.effects.requirements import NO_ORDER
 from robolaser.model.effects.tool_drift import ToolDrift
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
@@ -56,6 +59,16 @@ def test_a_mount_that_slips_is_the_sensors_bracket_or_the_tool(kind: str, where:
     small = simulate(find_robot("ur5"), kind=kind, poses=8, points=6, seed=3).dataset
     assert MountShift.locations(small) == (where,)
     assert bool(ToolDrift.locations(small)) == (where == "tool")
+
+
+def test_a_drift_cannot_be_tested_where_a_joint_only_turns_one_way() -> None:
+    made = simulate(find_robot("ur5"), kind="point", poses=12, points=2, seed=3).dataset
+    assert made.poses.q is not None
+    assert ToolDrift.missing(made) == BaseDrift.missing(made) == ""
+    one_way = replace(made, poses=replace(made.poses, time_s=-made.poses.q[:, 2]))
+    for effect in (ToolDrift, BaseDrift):
+        assert effect.missing(one_way).startswith("elbow_joint moves one way")
+        assert effect.missing(replace(made, poses=replace(made.poses, time_s=None))) == NO_ORDER
 
 
 def test_a_turn_of_the_base_leaves_the_middle_of_all_flanges_in_place(dataset: Dataset) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run, nonlinear, parameter
-from robolaser.model.effects.requirements import pose_order
+from robolaser.model.effects.requirements import order_of_its_own
 from robolaser.model.effects.rigid_share import SETTLINGS, about_another, moved_about
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.effects.thermal_state import crept
@@ -31,7 +31,7 @@ class BaseDrift(Effect):
     stage = Stage.FLANGE
     cause = "base"
     site = "base"
-    needs = (pose_order,)
+    needs = (order_of_its_own,)
     depends_on_trajectory = True
 
     x: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)

@@ -2,6 +2,8 @@
 
 from typing import final
 
+import numpy as np
+
 from robolaser.data.dataset import Dataset
 from robolaser.data.path_velocities import known_velocities, without_velocity
 from robolaser.model.effects.joints import turning_joints
@@ -12,6 +14,8 @@ from robolaser.model.sensors.in_cell import is_static
 from robolaser.model.stages import Stage
 
 MOST_LISTED = 6  # poses in a reason
+ALIKE = 0.9  # rank correlation of time and a joint's angle (Spearman) from which they are not told apart. A judgement
+SHUFFLE = "poses in random order"
 PARTS = {
     Stage.MOUNT: "bracket",
     Stage.PIXELS: "camera",
@@ -146,6 +150,21 @@ def own_lengths(dataset: Dataset) -> str:
 def pose_order(dataset: Dataset) -> str:
     """The order of the poses is known."""
     return "" if dataset.poses.time_s is not None else NO_ORDER
+
+
+def order_of_its_own(dataset: Dataset) -> str:
+    """The order of the poses is known, and is not that of a joint's angle."""
+    q, seen = dataset.poses.q, np.unique(dataset.points.pose)
+    if (reason := pose_order(dataset)) or dataset.robot is None or q is None or len(seen) < 2:
+        return reason
+    assert dataset.poses.time_s is not None  # the order is known
+    ranks = np.argsort(np.argsort(np.column_stack([dataset.poses.time_s, q])[seen], axis=0, kind="stable"), axis=0)
+    moves = np.ptp(q[seen], axis=0) > 0
+    alike = np.abs(np.asarray(np.corrcoef(ranks, rowvar=False))[0, 1:]) * moves
+    if alike.max() < ALIKE:
+        return ""
+    joint = dataset.robot.joints[int(np.argmax(alike))]
+    return DataLack(f"{joint} moves one way in the course of the run: its error looks like a drift", SHUFFLE)
 
 
 def path(dataset: Dataset) -> str:

@@ -5,7 +5,7 @@ from typing import final
 
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run, nonlinear, parameter
-from robolaser.model.effects.requirements import no_mount, pose_order
+from robolaser.model.effects.requirements import no_mount, order_of_its_own
 from robolaser.model.effects.rigid_share import SETTLINGS, moved
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.effects.thermal_state import crept
@@ -26,7 +26,7 @@ class ToolDrift(Effect):
     stage = Stage.FLANGE
     cause = "mount"
     site = "tool"
-    needs = (no_mount, pose_order)
+    needs = (no_mount, order_of_its_own)
     depends_on_trajectory = True
 
     x: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
