@@ -57,7 +57,7 @@ def calibrated(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Calibration:
-    """The calibration of a model of checked data, without a doubt about the setup; arguments as for `calibrate`."""
+    """The calibration of a model of checked data, without warnings about the setup; arguments as for `calibrate`."""
     announce = progress or (lambda what, share: None)
     start = find_start(model, plan, state=state, resume=resume, progress=announce)
     problem, x, evaluations, weighted = Problem.of(model), start.x, start.evaluations, None

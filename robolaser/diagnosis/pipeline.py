@@ -127,10 +127,11 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         judgement = judged(preparation, data, start, final, left, held_out, seed)
         classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
     verdict, noise, gap, scatter = judgement.verdict, judgement.noise, judgement.gap, judgement.scatter
-    sound = without_imitations(refits, final, evidence, held_out, gap.noise_floor_m)
-    if verdict == "explained" and sound is not final:
-        verdict, left = "unexplained", localize(sound)
-        classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
+    if verdict == "explained":
+        sound = without_imitations(refits, final, evidence, held_out, gap.noise_floor_m)
+        if sound is not final:
+            verdict, left = "unexplained", localize(sound)
+            classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
     if scatter and left:
         share = scatter.located(gap.after_m, gap.noise_floor_m).share
         scatter = replace(scatter, share=share) if share >= EVEN else None

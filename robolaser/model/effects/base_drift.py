@@ -1,4 +1,4 @@
-"""Bases, targets and trackers that creep during the run."""
+"""Bases and measuring systems that creep during the run."""
 
 from dataclasses import dataclass, replace
 from typing import final
@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run, nonlinear, parameter
-from robolaser.model.effects.requirements import order_of_its_own
+from robolaser.model.effects.requirements import no_mount, order_of_its_own
 from robolaser.model.effects.rigid_share import SETTLINGS, about_another, moved_about
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.effects.thermal_state import crept
@@ -19,19 +19,20 @@ from robolaser.model.stages import Stage
 class BaseDrift(Effect):
     """The flange creeps as `hand_eye_drift` does, but in the base frame, turned about the middle of all flanges.
 
-    A target or a measuring system that creeps looks the same, with the opposite sign.
+    A measuring system that creeps looks the same, with the opposite sign. For a sensor on the flange there is
+    `hand_eye_drift`.
     """
 
     name = "base_drift"
-    title = "base, target or measuring system creeps during the run"
-    clause = "base, target or measuring system creeps during the run"
+    title = "base or measuring system creeps during the run"
+    clause = "base or measuring system creeps during the run"
     caveat = "holds for a run like this one; a turn about the first joint's axis may be that joint's drift"
-    remedy = "Let the measuring system warm up, clamp base and target, and measure some poses again at the end."
+    remedy = "Let the measuring system warm up, clamp the base, and measure some poses again at the end."
     reference = "VDI/VDE 2617-10: drift checks of laser trackers by repeated points; 0.02-1 mm"
     stage = Stage.FLANGE
     cause = "base"
     site = "base"
-    needs = (order_of_its_own,)
+    needs = (no_mount, order_of_its_own)
     depends_on_trajectory = True
 
     x: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)

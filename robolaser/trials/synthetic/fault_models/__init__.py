@@ -32,7 +32,7 @@ UNMODELLED: tuple[str, ...] = ("cross_talk", "dead_zone", "dented_target", "hose
 MODELLED: tuple[str, ...] = tuple(name for name in FAULT_MODELS if name not in (*PHYSICAL, *UNMODELLED, OUTLIERS))
 """Faults that a diagnosis should name."""
 
-BY_NAME: tuple[str, ...] = ("arm_scale", "base_drift", "focus_breathing", "mount_shift", "target_stretch")
+BY_NAME: tuple[str, ...] = ("arm_scale", "focus_breathing", "mount_shift", "target_stretch")
 """Faults that are made on request only, so that a seed keeps its world."""
 
 DRAWN: tuple[str, ...] = tuple(name for name in MODELLED if name not in BY_NAME)  # for random draws

@@ -35,21 +35,6 @@ class BumpedBase(FaultModel, effect="base_shift", sizes=(2e-4, 1.5e-3), location
 
 
 @final
-class CreepingStand(FaultModel, effect="base_drift", sizes=(3e-4, 3e-3), location="base"):
-    """The stand of the target or of the arm creeps with the logarithm of time."""
-
-    pace: Annotated[float, uniform(1.0, 5.0)]
-    way: Way
-
-    def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
-        """Moved by up to `size` [m] and turned by up to as many radians at the end, about the target."""
-        share = np.log1p(self.pace * run.share) / np.log1p(self.pace)
-        way = self.size * share[:, None] * np.array(self.way)
-        R = exp_so3(way[:, 3:])
-        return np.asarray(pose(R, way[:, :3] + run.middle - R @ run.middle) @ T_base_flange)
-
-
-@final
 class YieldingFloor(FaultModel, effect="base_compliance", sizes=(2e-4, 3e-3), location="base"):
     """The floor deflects under the arm's overturning moment, under one edge of the foot more than under another.
 
