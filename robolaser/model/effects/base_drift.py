@@ -6,11 +6,11 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run, parameter
 from robolaser.model.effects.requirements import no_mount, order_of_its_own
-from robolaser.model.effects.rigid_share import SETTLINGS, about_another, moved_about
+from robolaser.model.effects.rigid_share import about_another, moved_about
 from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.effects.thermal_state import crept
+from robolaser.model.effects.thermal_state import crept, settling
 from robolaser.model.stages import Stage
 
 
@@ -41,7 +41,7 @@ class BaseDrift(Effect):
     turn_x: Array = parameter(unit="rad", bound=0.05, prior_scale=5e-4)
     turn_y: Array = parameter(unit="rad", bound=0.05, prior_scale=5e-4)
     turn_z: Array = parameter(unit="rad", bound=0.05, prior_scale=5e-4)
-    settling: Array = nonlinear(unit="", lower=0.0, upper=SETTLINGS[-1], nominal=0.0, tried=SETTLINGS)
+    settling: Array = settling()
 
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
         """Move the flange on."""

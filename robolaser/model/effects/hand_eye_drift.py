@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from typing import final
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run, parameter
 from robolaser.model.effects.requirements import pose_order
-from robolaser.model.effects.rigid_share import SETTLINGS, moved
+from robolaser.model.effects.rigid_share import moved
 from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.effects.thermal_state import crept
+from robolaser.model.effects.thermal_state import crept, settling
 from robolaser.model.stages import Stage
 
 
@@ -39,7 +39,7 @@ class HandEyeDrift(Effect):
     turn_x: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
     turn_y: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
     turn_z: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
-    settling: Array = nonlinear(unit="", lower=0.0, upper=SETTLINGS[-1], nominal=0.0, tried=SETTLINGS)
+    settling: Array = settling()
 
     def apply(self, T_flange_camera: Array, run: Run, /) -> Array:
         """Move the camera on."""

@@ -1,15 +1,11 @@
 """Rigid motions in the course of a run, of which a share has happened at each pose."""
 
 from collections.abc import Sequence
-from typing import Final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.geometry.rigid_motion import exp_so3, pose
-
-SETTLINGS: Final = (0.0, 1.5, 3.5, 8.0)
-"""Of a creep, to try: with the first it is even, with the last it ends in the first third of the run."""
 
 
 def moved(T: Array, shift: Sequence[Array], turn: Sequence[Array], share: Array | Bools) -> Array:

@@ -11,12 +11,18 @@ from robolaser.model.effects.run import temperature_rise
 
 SHORTEST, LONGEST, USUAL = 0.05, 3.0, 0.3  # time constant over the length of the run
 EVEN = 1e-6  # settling, below which a creep is as good as even
+SETTLINGS = (0.0, 1.5, 3.5, 8.0)  # of a creep, to try: even with the first, over in a third of the run with the last
 TRIED = 6  # time constants; the curves of two neighbours agree to a few per cent
 
 
 def time_constant() -> Any:
     """Declare it as a nonlinear parameter."""
     return nonlinear(unit="", lower=SHORTEST, upper=LONGEST, nominal=USUAL)
+
+
+def settling() -> Any:
+    """Declare that of a creep as a nonlinear parameter."""
+    return nonlinear(unit="", lower=0.0, upper=SETTLINGS[-1], nominal=0.0, tried=SETTLINGS)
 
 
 def warmed(run: Run, tau: Array) -> Array:
