@@ -224,8 +224,9 @@ def _has_shape(fit: Fit, found: NoiseEstimate, part: _Part) -> bool:
         lost = 2.0 * (alone.likelihood.cost(beside)[0] - least)
         return _shape_chi2(Fit.of(fit.problem.with_noise(beside), fit.x), part.where) - lost
 
-    whole, *parts = map(gain, GRANTED)
-    return max(parts) > max(whole, CHI2_OF_UNMODELLED_CAUSE)
+    whole, *parts = GRANTED
+    beside_whole = max(gain(whole), CHI2_OF_UNMODELLED_CAUSE)
+    return any(gain(share) > beside_whole for share in parts)
 
 
 def _shape_chi2(fit: Fit, where: str) -> float:
