@@ -30,9 +30,15 @@ Examples:
 def _library() -> tuple[type[Effect], ...]:
     for module in pkgutil.iter_modules(__path__):
         importlib.import_module(f"{__name__}.{module.name}")
-    ours = [effect for effect in Effect.__subclasses__() if effect.__module__.startswith(f"{__name__}.")]
+    ours = [effect for effect in _final(Effect) if effect.__module__.startswith(f"{__name__}.")]
     others = announced(GROUP, Effect, taken=[effect.name for effect in ours], required=DECLARED)
     return tuple(sorted((*ours, *others.values()), key=lambda effect: effect.name))
+
+
+def _final(kind: type[Effect]) -> list[type[Effect]]:
+    """The effects below an abstract one, or itself."""
+    below = kind.__subclasses__()
+    return [effect for child in below for effect in _final(child)] if below else [kind]
 
 
 def __getattr__(name: str) -> Any:

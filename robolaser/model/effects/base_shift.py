@@ -1,27 +1,24 @@
 """Robots or targets that were knocked, or moved, at some moment of the run."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import final
 
-import numpy as np
-
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import CarryOver, Run, nonlinear, parameter
 from robolaser.model.effects.moments import enough_poses, later, moments
 from robolaser.model.effects.requirements import pose_order
-from robolaser.model.effects.rigid_share import about_another, moved_about
+from robolaser.model.effects.rigid_motion_effect import BaseMotion
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
 
 
 @final
 @dataclass(frozen=True)
-class BaseShift(Effect):
-    """After a moment of the run the flange is elsewhere: turned about the middle of all flanges, then shifted.
+class BaseShift(BaseMotion):
+    """After a moment of the run the flange is elsewhere; of several sessions the moment is in one.
 
-    Of several sessions the moment is in one. A moved target looks the same, with the opposite sign. Turning about the
-    middle, not the base, keeps turn and shift separable.
+    A moved target looks the same, with the opposite sign.
     """
 
     name = "base_shift"
@@ -37,7 +34,6 @@ class BaseShift(Effect):
     cause = "base"
     site = "base"
     needs = (pose_order, enough_poses)
-    depends_on_trajectory = True
     begins = True
 
     x: Array = parameter(unit="m", bound=0.02, prior_scale=1e-3)
@@ -53,18 +49,11 @@ class BaseShift(Effect):
         """Each pause between poses with points, (g, 1)."""
         return moments(Run(dataset))[:, None]
 
-    def apply(self, T_base_flange: Array, run: Run, /) -> Array:
-        """Move the flange in the poses that came later."""
-        shift, turn = (self.x, self.y, self.z), (self.turn_x, self.turn_y, self.turn_z)
-        middle = run.reference.flange[:, :3, 3].mean(axis=0)
-        return moved_about(middle, T_base_flange, shift, turn, later(run, self.moment))
+    def share(self, run: Run) -> Bools:
+        """All of it at the poses that came later."""
+        return later(run, self.moment)
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
-        """All poses are after the shift; the turn is about the middle of the run that it was found in."""
+        """All poses are after the shift."""
         doubt = "the cell is taken as it was after the shift. If it was moved again, calibrate again"
-        if found_in is None:
-            return CarryOver(self, doubt)
-        shift, turn = (self.x, self.y, self.z), (self.turn_x, self.turn_y, self.turn_z)
-        middle = run.flange[:, :3, 3].mean(axis=0)
-        x, y, z = about_another(np.array(found_in.middle_m), middle, shift, turn)
-        return CarryOver(replace(self, x=x, y=y, z=z), doubt)
+        return CarryOver(self.about_middle_of(run, found_in), doubt)

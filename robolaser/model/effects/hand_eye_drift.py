@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import final
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import NOT_WARM, CarryOver, Effect, Run, parameter
+from robolaser.model.effects.effect import NOT_WARM, CarryOver, Run
 from robolaser.model.effects.requirements import pose_order
-from robolaser.model.effects.rigid_share import moved
+from robolaser.model.effects.rigid_motion_effect import MountMotion
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.effects.thermal_state import crept, settling
 from robolaser.model.stages import Stage
@@ -14,7 +14,7 @@ from robolaser.model.stages import Stage
 
 @final
 @dataclass(frozen=True)
-class HandEyeDrift(Effect):
+class HandEyeDrift(MountMotion):
     r"""T' = T (exp(g turn), g shift), in the camera's own frame: it turns about its optical centre.
 
     :math:`g = (1 - e^{-s\,p}) / (1 - e^{-s})` of the run's progress p, where s is `settling`: with 0 the creep is
@@ -31,20 +31,12 @@ class HandEyeDrift(Effect):
     cause = "mount"
     site = "hand_eye"
     needs = (pose_order,)
-    depends_on_trajectory = True
 
-    x: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
-    y: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
-    z: Array = parameter(unit="m", bound=0.02, prior_scale=5e-4)
-    turn_x: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
-    turn_y: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
-    turn_z: Array = parameter(unit="rad", bound=0.1, prior_scale=2e-3)
     settling: Array = settling()
 
-    def apply(self, T_flange_camera: Array, run: Run, /) -> Array:
-        """Move the camera on."""
-        shift, turn = (self.x, self.y, self.z), (self.turn_x, self.turn_y, self.turn_z)
-        return moved(T_flange_camera, shift, turn, crept(run.progress, self.settling))
+    def share(self, run: Run) -> Array:
+        """Of the creep."""
+        return crept(run.progress, self.settling)
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It stays as at the end of the run that it was found in."""
