@@ -2,23 +2,27 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 from scipy.special import bdtrc
 
 from robolaser.arrays import Array, Ints, Progress
+from robolaser.estimation.certainty import LIKELY
 from robolaser.motion.calibration import MotionFit, merged
 from robolaser.motion.checking import comparable
 from robolaser.motion.effect import MOVES_RAD
 from robolaser.motion.effects import library_of
-from robolaser.motion.gap import FEWEST_RUNS, root_mean_squares_of_runs
+from robolaser.motion.gap import FEWEST_RUNS, root_mean_squares, root_mean_squares_of_runs
 from robolaser.motion.kind_diagnoses import parts_of
 from robolaser.motion.kind_diagnosis import KindDiagnosis
 from robolaser.motion.log import MotionLog, filled
 from robolaser.motion.misread import misread
-from robolaser.motion.selection import search
+from robolaser.motion.selection import SelectedEffect, search
+
+OF_PULLS = ("offset", "scale", "droop")
+"""Effects of a servo that an unknown torque imitates."""
 
 
 @final
@@ -69,6 +73,7 @@ def diagnose_motion(
     other = misread(log) if not comparable(log)["torque"] else None
     read = other.of(log) if other else log
     parts, missing, remarks = parts_of(read, library, search, announce)
+    parts = _beside_torques(parts)
     tested = {at.effect.name for part in parts for at in (*part.candidates, *(one.at for one in part.shown))}
     missing = {name: reason for name, reason in missing.items() if name not in tested}
     verdicts = [part.verdict for part in parts]
@@ -85,17 +90,31 @@ def diagnose_motion(
     return MotionDiagnosis(fit, verdict, tuple(places), missing, (*remarks, *_remarks(log)))
 
 
+def _beside_torques(parts: Sequence[KindDiagnosis]) -> list[KindDiagnosis]:
+    """The parts, in which effects of servos are likely at most where torques have an unknown cause.
+
+    A spring or a hose that pulls at a joint makes a servo of finite stiffness sink, or move too far, in its own way.
+    """
+    pulled = {j for part in parts if part.gap.kind == "torque" for j in np.flatnonzero(part.is_open).tolist()}
+
+    def doubted(one: SelectedEffect) -> SelectedEffect:
+        is_pull = one.at.effect.rows == "tracking" and one.at.effect.name in OF_PULLS and one.at.joint in pulled
+        return replace(one.doubted(LIKELY), may_be_pulled=True) if is_pull else one
+
+    return [replace(part, findings=tuple(map(doubted, part.findings))) for part in parts]
+
+
 def _places(parts: Sequence[KindDiagnosis], joints: Sequence[str], verdict: str) -> list[Place]:
     """Joints by their share of the gap, or of the remaining error: of the first kind of rows that has one."""
     for part in parts:
         if part.verdict != verdict:
             continue
         gap = part.gap
-        error = gap.after if verdict == "unexplained" else gap.calibrated
+        errors = part.left if verdict == "unexplained" else part.before
+        error = root_mean_squares(errors)
         excess = np.nan_to_num(np.maximum(error**2 - gap.noise_floor**2, 0.0))
         if excess.sum() <= 0.0:
             continue
-        errors = part.after if verdict == "unexplained" else part.before
         places = [
             Place(
                 name,

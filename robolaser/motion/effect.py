@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from robolaser.motion.quantities import Quantities
 
 TIMING, TOOL, JOINTS = "timing", "tool", "joints"
+UNKNOWN = "unknown"
+"""The cause of functions of unknown form."""
+OF_ANGLE, OF_LOAD = "function_of_angle", "function_of_load"
+"""Names of these functions."""
 
 MOVES_RAD = 1e-3
 """Least spread of the commands of a moving joint. A judgement."""
@@ -92,6 +96,7 @@ class MotionEffect:
     form: str = ""  # where a name has several forms; the simplest has none
     site: str = "joint"
     rivals: tuple[str, ...] = ()  # effects that many motions cannot distinguish from it
+    imitated_by: tuple[str, ...] = ()  # functions of unknown form that may replace it at its joint
     rarity: float = 0.0  # twice the logarithm of how much rarer it is than the others
     # Of rows that are linear in its numbers: columns for some shapes of it, each (n, j, numbers), n rows of j joints.
     columns: Callable[["Quantities", int], Sequence[Array]] | None = None

@@ -33,6 +33,12 @@ class Fitted:
         """Its effects with their locations."""
         return names_of(self.effects)
 
+    def worse_than(self, other: "Fitted") -> float:
+        """Difference of the scores, at most 0 if only the error of the models' form hides that the other is worse."""
+        by = self.score - other.score
+        exactly = self.exact - other.exact if np.isfinite(other.exact) else by
+        return min(by, 0.0) if exactly < 0.0 else max(by, exactly)
+
 
 def names_of(effects: Iterable[At]) -> frozenset[str]:
     """The effects' names, in any order."""

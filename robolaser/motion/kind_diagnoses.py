@@ -10,9 +10,10 @@ from robolaser.errors import DataError
 from robolaser.estimation.certainty import EVEN
 from robolaser.motion.checking import comparable
 from robolaser.motion.cut_off import cut_rows, cuts
-from robolaser.motion.effect import At, MotionEffect, RowKind
+from robolaser.motion.effect import UNKNOWN, At, MotionEffect, RowKind
 from robolaser.motion.effects.dynamics import TORQUE_CONSTANT
 from robolaser.motion.effects.servo import CLOCK, ONE_CLOCK_S, is_one_clock
+from robolaser.motion.effects.unknown import FUNCTIONS
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import KindGap, folds, less_means, resolution, root_mean_squares, where_lower, white_noise
 from robolaser.motion.kind_diagnosis import FOLLOWS_RAD, IS_NOISE, KindDiagnosis, follows_nm
@@ -55,6 +56,7 @@ def parts_of(
     Raises:
         DataError: Nothing can be compared: there are neither commands nor torques nor a second encoder.
     """
+    every = (*library, *FUNCTIONS)
     parts: list[KindDiagnosis] = []
     missing: dict[str, str] = {}
     remarks: list[str] = []
@@ -64,7 +66,7 @@ def parts_of(
         sent = _as_sent(log, library)
         if sent is not log:
             remarks.append("Commands are written more slowly than rows: between them they are interpolated.")
-        parts.append(_tracking(sent, library, missing, searching))
+        parts.append(_tracking(sent, every, missing, searching))
     elif log.has("command").any():
         remarks.append(f"Tracking rows are set aside: {reasons['tracking']}.")
     linear: tuple[tuple[RowKind, str, str, float], ...] = (
@@ -82,7 +84,7 @@ def parts_of(
             elif factor < 0.0:
                 remarks.append(f"{so_large.replace('torques', 'Torques')} their signs, the masses and `gravity` right?")
             if not reasons[kind]:
-                parts.append(_linear(of, library, kind, missing, searching))
+                parts.append(_linear(of, every, kind, missing, searching))
         if reasons[kind] and log.has(recorded).any():
             remarks.append(f"{kind.capitalize()} rows are set aside: {reasons[kind]}.")
     if not parts:
@@ -93,6 +95,7 @@ def parts_of(
         )  # fmt: skip
     there = {one.name for one in library if not reasons[one.rows]}
     lacking = {one.name: reasons[one.rows] for one in library if one.name not in there}
+    missing = {name: reason for name, reason in missing.items() if name in there}
     return parts, lacking | missing, remarks
 
 
@@ -152,7 +155,7 @@ def _tracking(
         "tracking", "rad", root_mean_squares(ideal), before, then, np.minimum(floor, MOST_NOISE_RAD), len(log)
     )
     enough = np.full(len(log.joints), FOLLOWS_RAD)
-    tested = tuple(at for each in candidates for at in each)
+    tested = tuple(at for each in candidates for at in each if at.effect.cause != UNKNOWN)
     return KindDiagnosis(gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
 
 
@@ -267,7 +270,8 @@ def _linear(
     ]
     gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor, len(of.q))
     remarks = tuple(map(str, limits))
-    return KindDiagnosis(gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough, cut, remarks)
+    tested = tuple(at for at in candidates if at.effect.cause != UNKNOWN)
+    return KindDiagnosis(gap, tested, tuple(findings), of.run, ideal, after, places, enough, cut, remarks)
 
 
 def _left(after: Array, white: Array, patterns: Patterns, names: Sequence[str]) -> tuple[Array, dict[str, str]]:

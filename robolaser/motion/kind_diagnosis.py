@@ -64,14 +64,18 @@ class KindDiagnosis:
     @property
     def shown(self) -> tuple[SelectedEffect, ...]:
         """Findings at joints that have a gap; clocks at other joints, too, which show them little."""
-        doubted = [
+        return tuple(one for one in self._weighed if one.none < 1.0 - LISTED)
+
+    @cached_property
+    def _weighed(self) -> list[SelectedEffect]:
+        """These findings and doubtful ones, by the remaining error."""
+        return [
             one.doubted(self._credibility(one))
             for one in self.findings
             if (one.at.effect.site == TIMING or (self.has_gap & (np.nan_to_num(one.gained) > 0.0)).any())
             and one.is_large
             and not one.is_on_bound
         ]
-        return tuple(one for one in doubted if one.none < 1.0 - LISTED)
 
     def _credibility(self, one: SelectedEffect) -> float:
         """Credibility of an effect, by the remaining error at the joints where it acts.
@@ -115,16 +119,27 @@ class KindDiagnosis:
             return np.asarray(small | (gap.after <= np.maximum(self.enough, OVER_NOISE * gap.noise_floor)))
 
     @property
+    def is_open(self) -> Bools:
+        """Joints whose gap has a cause outside the library, (j,)."""
+        return np.asarray(self.has_gap & (~self._closed | self._is_doubted))
+
+    @property
     def verdict(self) -> str:
         """The verdict on these rows."""
         if not self.shown and not self.has_gap.any():
             return "no_gap"
-        is_closed = bool((self._closed | ~self.has_gap).all())
-        return "explained" if self.shown and is_closed and not self._is_doubted else "unexplained"
+        return "explained" if self.shown and not self.is_open.any() else "unexplained"
 
     @property
-    def _is_doubted(self) -> bool:
-        """Whether a cause outside the library is as likely as the main effect at a joint that has a gap."""
-        none = np.array([one.none for one in self.shown])
-        gained = np.nan_to_num([one.gained for one in self.shown])
-        return bool((none[gained.argmax(axis=0)] >= EVEN)[self.has_gap & gained.any(axis=0)].any())
+    def _is_doubted(self) -> Bools:
+        """Joints at which a cause outside the library is as likely as the main effect, (j,)."""
+        if not self._weighed:
+            return np.zeros(len(self.enough), dtype=bool)
+        none = np.array([one.none for one in self._weighed])
+        gained = np.nan_to_num([one.gained for one in self._weighed])
+        return np.asarray((none[gained.argmax(axis=0)] >= EVEN) & gained.any(axis=0))
+
+    @property
+    def left(self) -> Array:
+        """Errors on unseen motions with the effects that are as likely as unknown causes, (n, j)."""
+        return np.where(self._is_doubted, self.before, self.after)

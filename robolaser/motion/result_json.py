@@ -157,7 +157,8 @@ def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
 def _at_least_one(group: Sequence[SelectedEffect], by: str) -> float:
     """Probability that at least one of some effects of one name or cause is present, or such a rival in its place.
 
-    Where all have the same other rival and none is likelier, it is the same one at all locations, as with clocks.
+    Where all have the same other rival and none is likelier, it is the same one at all locations, as with clocks. An
+    unknown torque may be the cause of several effects at once.
     """
 
     def belongs(at: At) -> bool:
@@ -168,7 +169,9 @@ def _at_least_one(group: Sequence[SelectedEffect], by: str) -> float:
     if shared and (best <= EVEN or any(effect.site != "joint" for effect in shared)):
         return best
     each = [max(one.probability, 1.0 - one.none) if all(map(belongs, one.rivals)) else one.probability for one in group]
-    return 1.0 - float(np.prod(1.0 - np.array(each)))
+    pulled = max((p for one, p in zip(group, each, strict=True) if one.may_be_pulled), default=0.0)
+    others = [p for one, p in zip(group, each, strict=True) if not one.may_be_pulled]
+    return 1.0 - float(np.prod(1.0 - np.array([pulled, *others])))
 
 
 def next_motions(found: MotionDiagnosis) -> list[str]:

@@ -5,10 +5,11 @@ from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
+from scipy.special import expit
 
 from robolaser.arrays import Array
 from robolaser.estimation.certainty import EVEN
-from robolaser.motion.effect import At, Number
+from robolaser.motion.effect import UNKNOWN, At, Number
 from robolaser.motion.evidence import Fitted
 
 WORTH_ADDING = 4.0  # in twice the logarithm of the evidence: seven to one
@@ -35,6 +36,7 @@ class SelectedEffect:
     rivals: tuple[At, ...]  # that explain nearly as much instead
     numbers: Mapping[str, Estimate] = field(default_factory=dict)  # by name, once fitted
     gained: Array = field(default_factory=lambda: np.empty(0))  # explained mean squares of each joint, (j,)
+    may_be_pulled: bool = False  # whether an unknown torque may be its cause, and that of others
 
     @property
     def is_on_bound(self) -> bool:
@@ -87,7 +89,7 @@ def search(
     Several searches run side by side, so that their models can be fitted together: see `side_by_side`.
 
     Args:
-        candidates: All effects that may be present.
+        candidates: All effects that may be present, and functions of unknown form, which are rivals only.
         least_share: Share of an ideal arm's squares at one joint that an effect must explain: less may be the form of
             another one, unless it is half of the remaining squares.
         usual: Squares that models of arms usually leave, (j,): to explain half of less is no evidence.
@@ -100,6 +102,8 @@ def search(
         explained = closes | (gained >= least_share * ideal.squares)
         return bool(explained[ideal.squares > 0.0].any()) and more.score < less.score - WORTH_ADDING
 
+    functions = [one for one in candidates if one.effect.cause == UNKNOWN]
+    candidates = [one for one in candidates if one.effect.cause != UNKNOWN]
     ideal, model = yield [(), start]
     passed = {model.names}
     gain = dict.fromkeys(candidates, float("inf"))
@@ -137,6 +141,7 @@ def search(
         _finding(one, model, less, [(rival[-1], next(instead)) for rival in group])
         for one, less, group in zip(model.effects, without, swaps, strict=True)
     ]
+    findings = yield from _beside_functions(findings, model, functions)
     findings.sort(key=lambda one: one.without.score, reverse=True)
     return Selection(ideal, model, tuple(findings))
 
@@ -173,10 +178,36 @@ def _finding(one: At, model: Fitted, without: Fitted, instead: Sequence[tuple[At
 
     instead = [(rival, replace(fit, score=score(rival, fit))) for rival, fit in instead]
     scores = np.array([model.score, without.score, *(fit.score for _, fit in instead)])
-    evidence = np.exp(-0.5 * (scores - scores.min()))
+    with np.errstate(invalid="ignore"):  # a search that starts from impossible effects is never chosen
+        evidence = np.exp(-0.5 * (scores - scores.min()))
     share = evidence / evidence.sum()
     near = [rival for rival, fit in instead if fit.score < model.score + INDISTINGUISHABLE]
     return SelectedEffect(one, float(share[0]), float(share[1]), without, tuple(near))
+
+
+def _beside_functions(
+    findings: Sequence[SelectedEffect], model: Fitted, functions: Sequence[At]
+) -> Generator[Sets, Sequence[Fitted], list[SelectedEffect]]:
+    """Findings, doubted where a function of unknown form explains the same, or makes them dispensable."""
+    doubts = {one.at: 0.0 for one in findings}
+    base = model
+    while True:
+        own = [at for at in base.effects if at in doubts]
+        there = [one for one in functions if one not in base.effects]
+        instead: list[tuple[At, tuple[At, ...]]] = [
+            (at, (one,))
+            for at in own
+            for one in there
+            if one.joint == at.joint and one.effect.name in at.effect.imitated_by
+        ]
+        instead += [(at, ()) for at in own if base is not model]
+        fits = yield [(*(other for other in base.effects if other != at), *more) for at, more in instead]
+        worse = [fit.worse_than(base) for fit in fits]
+        for (at, _), by in zip(instead, worse, strict=True):
+            doubts[at] = max(doubts[at], float(expit(-0.5 * by)))
+        if min(worse, default=0.0) >= 0.0:
+            return [one.doubted(1.0 - doubts[one.at]) for one in findings]
+        base = fits[int(np.argmin(worse))]
 
 
 def _reduced(model: Fitted, is_worth: Callable[[Fitted, Fitted], bool]) -> Generator[Sets, Sequence[Fitted], Fitted]:

@@ -1,6 +1,6 @@
 """Model of a joint's response to commands: a servo with dead time, lag, droop, dead zone, play and limits.
 
-    u = clip((1 + scale) c(t - dead_time) + offset - droop g(c(t - dead_time)), lower, upper)
+    u = clip((1 + scale) c(t - dead_time) + offset - droop g(c(t - dead_time)) + bend(c(t - dead_time)), lower, upper)
     second z'' + lag z' = D(u - z), |z'| <= speed,  D(e) = sign(e) max(|e| - dead_zone, 0)
     q = z as far as play does not hold it back
 
@@ -19,7 +19,12 @@ from robolaser.arrays import Array, Ints
 from robolaser.motion.quantities import smoothed_rows
 from robolaser.robot.kinematics import Robot
 
+DEGREE = 5
+"""Of polynomials in place of functions of unknown form. A judgement: a sine over two radians is within 1e-4 of one."""
+BENDS = tuple(f"bend_{degree}" for degree in range(DEGREE + 1))
+"""Factors [rad] of Chebyshev polynomials of a joint's commands."""
 IDEAL: Mapping[str, float] = {
+    **dict.fromkeys(BENDS, 0.0),
     "delay": 0.0, "time": 0.0, "second": 0.0, "angle": 0.0, "scale": 0.0, "compliance": 0.0, "yields": 0.0, "dead": 0.0,
     "lost": 0.0, "speed": np.inf, "lower": -np.inf, "upper": np.inf,
 }  # fmt: skip
@@ -81,17 +86,23 @@ class CommandSeries:
         ]
         return np.concatenate(parts, axis=2)
 
-    def _simulated(self, joint: Ints, numbers: Sequence[Mapping[str, float]]) -> Array:
-        of = {name: np.array([one.get(name, ideal) for one in numbers]) for name, ideal in IDEAL.items()}
-        rows, runs = self.step.shape
-        wanted = np.empty((rows, runs, len(joint)))
-        passed = np.concatenate([self.step[:1], self.step[:-1]])  # from the row before to each
-        time = np.cumsum(passed, axis=0)
+    def _wanted(self, joint: Ints, of: Mapping[str, Array], time: Array) -> Array:
+        """Angles that the servos approach, (t, s, m)."""
+        wanted = np.empty((*self.step.shape, len(joint)))
         for m, (j, delay) in enumerate(zip(joint, of["delay"], strict=True)):
             seen = (1.0 + of["scale"][m]) * self.command[j] + of["angle"][m]
             seen -= of["compliance"][m] * self.holding[j] + of["yields"][m] * self.moving[j]
+            if any(bends := [of[name][m] for name in BENDS]):
+                seen += np.polynomial.chebyshev.chebval(over_range(self.command[j]), bends)
             wanted[:, :, m] = _later(seen, delay, time, (1.0 + of["scale"][m]) * self.rate[j])
         np.clip(wanted, of["lower"], of["upper"], out=wanted)
+        return wanted
+
+    def _simulated(self, joint: Ints, numbers: Sequence[Mapping[str, float]]) -> Array:
+        of = {name: np.array([one.get(name, ideal) for one in numbers]) for name, ideal in IDEAL.items()}
+        rows, runs = self.step.shape
+        passed = np.concatenate([self.step[:1], self.step[:-1]])  # from the row before to each
+        wanted = self._wanted(joint, of, np.cumsum(passed, axis=0))
         dead, lost, fastest = (np.tile(of[name], runs) for name in ("dead", "lost", "speed"))
         within = -dead
         answer = _Answer.of(passed, of["time"], of["second"])
@@ -179,6 +190,11 @@ def _later(values: Array, delay: float, time_s: Array, rate: Array) -> Array:
     shifted = time_s - delay
     found = [np.interp(at, t, v) for at, t, v in zip(shifted.T, time_s.T, values.T, strict=True)]
     return np.asarray(np.stack(found, axis=1) + rate * np.minimum(shifted - time_s[0], 0.0))
+
+
+def over_range(values: Array) -> Array:
+    """Values scaled to -1 to 1."""
+    return np.asarray((2.0 * values - values.max() - values.min()) / max(float(np.ptp(values)), 1e-12))
 
 
 def _torques_along(robot: Robot, command: Array, step_s: float) -> Array:

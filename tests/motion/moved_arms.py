@@ -48,6 +48,7 @@ class World:
     gain: dict[str, float] = field(default_factory=dict)  # of recorded torques
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     wave: dict[str, float] = field(default_factory=dict)  # a fault outside the library: cubes of the angle
+    pulled: dict[str, float] = field(default_factory=dict)  # another: stiffness of a spring beside the joint [Nm/rad]
 
 
 def urdf() -> str:
@@ -82,6 +83,7 @@ def mjcf(world: World) -> str:
         loss = (
             f'damping="{world.damping.get(name, 0.0)}" frictionloss="{world.dry.get(name, 0.0)}"'
             f' armature="{world.armature.get(name, MOTOR if name in world.spring else 0.0)}"'
+            f' stiffness="{world.pulled.get(name, 0.0)}"'
         )
         if name in world.spring:
             inner += (

@@ -70,6 +70,39 @@ def test_the_class_of_cause_is_named_and_nothing_false_for_certain(name: str) ->
     assert certain(found) <= true
 
 
+def saturated(log: MotionLog) -> MotionLog:
+    tau = log.tau.copy()
+    tau[:, 1] = 60.0 * np.tanh(tau[:, 1] / 60.0)
+    return replace(log, tau=tau)
+
+
+def wobbling(log: MotionLog) -> MotionLog:
+    q = log.q.copy()
+    q[:, 0] += 0.005 * np.sin(q[:, 0] + 1.0)
+    return replace(log, q=q)
+
+
+UNKNOWN = {
+    "a spring beside the joint": (World(pulled={"lift": 20.0}), None, "lift"),
+    "a weak one, as small as errors of the form of torque models": (World(pulled={"lift": 4.0}), None, "lift"),
+    "a spring at a wrist": (World(pulled={"wrist": 1.0}), None, "wrist"),
+    "a torque sensor that saturates": (World(), saturated, "lift"),
+    "an encoder's disc off its axis": (World(), wobbling, "pan"),
+}
+
+
+@pytest.mark.parametrize("name", UNKNOWN)
+def test_no_smooth_effect_is_named_for_what_a_function_of_unknown_form_explains(name: str) -> None:
+    world, read, joint = UNKNOWN[name]
+    log = record(world, series=8, seconds=10.0, seed=3, rate_hz=50)
+    found = diagnose_motion(read(log) if read else log, seed=0)
+    assert found.verdict == "unexplained"
+    assert found.places[0].site == joint
+    result = motion_json(found)
+    assert certain(found) == set()
+    assert {one["class"] for one in result["classes"] if one["probability"] >= CERTAIN} == {"unknown"}
+
+
 def test_an_arm_that_follows_its_model_has_no_gap() -> None:
     found = found_in(SOUND)
     assert found.verdict == "no_gap"

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.motion.effect import JOINTS, TOOL, MotionEffect, Number
+from robolaser.motion.effect import JOINTS, OF_ANGLE, OF_LOAD, TOOL, MotionEffect, Number
 from robolaser.motion.quantities import LEAST_NM, Quantities, hardly_moves, of_joint
 
 GAUTIER = "Gautier, Khalil 1990, IEEE Trans. Robotics and Automation 6: base inertial parameters"
@@ -56,6 +56,7 @@ TORQUE_CONSTANT = of_mass(
     remedy="Check the motor's torque constant and the gear's ratio.",
     reference="Gautier, Briot 2014, J. Dyn. Sys. 136: drive gains",
     columns=of_joint(lambda of: of.rigid), needs=_weighs, rivals=("payload", "link_inertia"),
+    imitated_by=(OF_ANGLE, OF_LOAD),
 )  # fmt: skip
 DYNAMICS = (
     of_mass(
@@ -75,7 +76,7 @@ DYNAMICS = (
     replace(
         TORQUE_CONSTANT, form="one for all", site=JOINTS, clause="all measured torques have one wrong scale",
         remedy="Check the unit of the torques; links that are all heavier or lighter by this share look the same.",
-        columns=lambda quantities, _: [quantities.rigid[:, :, None]], needs=None,
+        columns=lambda quantities, _: [quantities.rigid[:, :, None]], needs=None, imitated_by=(),
     ),
     of_mass(
         name="link_inertia", clause="the link's mass or inertia differs from the URDF's",
@@ -85,5 +86,6 @@ DYNAMICS = (
         remedy="Apply these changes to the URDF's link.",
         columns=lambda quantities, joint: [quantities.regressor(joint)], sizes=_sizes, least=_least_of_link, rarity=4.0,
         rivals=("payload", "rotor_inertia", "torque_constant", "link_inertia"),  # a mass on an axis is either link's
+        imitated_by=(OF_ANGLE, OF_LOAD),
     ),
 )  # fmt: skip

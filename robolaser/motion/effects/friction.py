@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.motion.effect import MotionEffect, Number
+from robolaser.motion.effect import OF_ANGLE, OF_LOAD, MotionEffect, Number
 from robolaser.motion.quantities import LEAST_NM, Quantities, at_joint, hardly_moves, of_joint
 
 ARMSTRONG = "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Automatica 30"
@@ -54,7 +54,7 @@ FRICTION = (
         clause="friction differs between the directions of motion, or the torques have an offset",
         numbers=(Number("torque", "Nm", 0.5),), reference="Bona, Indri 2005, CDC: friction compensation in robotics",
         remedy="Record torques with the brakes on: what is read there is an offset, to be subtracted.",
-        columns=of_joint(lambda of: np.abs(of.direction)), rivals=("link_inertia",),
+        columns=of_joint(lambda of: np.abs(of.direction)), rivals=("link_inertia",), imitated_by=(OF_ANGLE, OF_LOAD),
     ),
     of_friction(
         name="stribeck_friction", clause="friction is larger at low speed", numbers=(Number("torque", "Nm", 0.5, 0.0),),

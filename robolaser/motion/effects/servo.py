@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.motion.effect import TIMING, MotionEffect, Number, Trace, if_sent
+from robolaser.motion.effect import OF_ANGLE, TIMING, MotionEffect, Number, Trace, if_sent
 from robolaser.motion.servo import IDEAL
 
 ONE_CLOCK_S, ONE_CLOCK_SHARE = 1e-3, 0.2
@@ -103,7 +103,7 @@ TRACKING = (
         name="offset", clause="the joint has a constant offset from its command",
         numbers=(Number("angle", "rad", 0.005, -0.7, 0.7, servo="angle", least=2e-3),),
         remedy="Correct the joint's zero: `homing_offset` in LeRobot's calibration, the zero of its controller.",
-        reference=HOBBY, rivals=("droop", "scale"), untested=lambda trace: "",
+        reference=HOBBY, rivals=("droop", "scale"), imitated_by=(OF_ANGLE,), untested=lambda trace: "",
     ),
     of_servo(
         name="scale", clause="the joint moves by a wrong multiple of its command",
@@ -111,7 +111,7 @@ TRACKING = (
         rarity=14.0,  # commands and readings have one unit in nearly every log
         remedy="Check the unit and range of commands: ticks a turn, per cent of range, degrees.",
         reference="LeRobot calibration files: ranges in ticks; 4095 for 4096 ticks is a scale of 0.024 %",
-        rivals=("offset",),
+        rivals=("offset",), imitated_by=(OF_ANGLE,),
     ),
     of_servo(
         name="range_limit", clause="the joint stops at a limit that the command exceeds",
@@ -124,13 +124,13 @@ TRACKING = (
         name="droop", clause="the joint sinks under gravity",
         numbers=(Number("compliance", "rad/Nm", 0.02, -3.0, 3.0, servo="compliance"),),
         remedy=f"Raise {P_GAIN}, add an I term, or give the simulated actuator this stiffness.", reference=LOOPS,
-        rivals=("offset",), untested=_droop_untested,
+        rivals=("offset",), imitated_by=(OF_ANGLE,), untested=_droop_untested,
     ),
     of_servo(
         name="droop", form="under torque", clause="the joint deflects under its torque",
         numbers=(Number("torque_compliance", "rad/Nm", 0.02, -3.0, 3.0, servo="yields"),),
         remedy=f"Raise {P_GAIN}, feed the torque forward, or give the simulated actuator this stiffness.",
-        reference=LOOPS, rivals=("offset", "lag"), untested=_yield_untested,
+        reference=LOOPS, rivals=("offset", "lag"), imitated_by=(OF_ANGLE,), untested=_yield_untested,
     ),
     of_servo(
         name="dead_zone", clause="the servo ignores errors below a dead zone",

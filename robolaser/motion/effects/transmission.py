@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.motion.effect import MotionEffect, Number
+from robolaser.motion.effect import OF_ANGLE, OF_LOAD, MotionEffect, Number
 from robolaser.motion.quantities import Quantities, at_joint, of_joint
 
 TUTTLE = "Tuttle, Seering 1996, IEEE Trans. Robotics and Automation 12: a nonlinear model of a harmonic drive"
@@ -52,22 +52,23 @@ TRANSMISSION = (
     of_gear(
         name="gear_spring", clause="the gear winds up under torque", numbers=(Number("compliance", "rad/Nm", 1e-5),),
         remedy="Give the simulated joint this stiffness.",
-        columns=_wound,
+        columns=_wound, imitated_by=(OF_LOAD,),
     ),
     of_gear(
         name="lost_motion", clause="the gear has lost motion", numbers=(Number("angle", "rad", 3e-4),),
         remedy="Adjust or preload the gear.", reference="VDI/VDE 2608; lost motion of reduction gears, 0.3-1 mrad",
-        columns=_lost, rivals=("clock_shift",),
+        columns=_lost, rivals=("clock_shift",), imitated_by=(OF_LOAD,),
     ),
     of_gear(
         name="gear_ripple", clause="the gear, or an encoder's disc, has a ripple",
         numbers=(Number("cosine", "rad", 1e-4), Number("sine", "rad", 1e-4)),
         remedy="Correct the reading by this wave, or replace the gear.", columns=_ripple, needs=_turns,
-        rivals=("gear_ratio", "gear_spring"), shape=lambda of, joint: ("cycles", "", _seen(of, joint)),
+        rivals=("gear_ratio", "gear_spring"), imitated_by=(OF_ANGLE,),
+        shape=lambda of, joint: ("cycles", "", _seen(of, joint)),
     ),
     of_gear(
         name="gear_ratio", clause="the gear ratio is not as stated", numbers=(Number("factor", "", 1e-3),),
         remedy="Correct the ratio in the controller.", reference="Data sheet of the gear",
-        columns=of_joint(lambda of: of.q),
+        columns=of_joint(lambda of: of.q), imitated_by=(OF_ANGLE,),
     ),
 )  # fmt: skip
