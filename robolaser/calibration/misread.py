@@ -140,7 +140,7 @@ def _slips(dataset: Dataset) -> Iterator[tuple[int, int, int]]:
     of the slip. By either fit, the slip is at the pose that minimises the errors of all poses.
     """
     poses = np.unique(dataset.points.pose)
-    if len(poses) < 3 * FEWEST_POSES or _names_differ(dataset, poses):
+    if len(poses) < 3 * FEWEST_POSES or (dataset.format.named_points and _names_differ(dataset, poses)):
         return
     third = len(poses) // 3
     of_first = _short_fit(_of(dataset, poses[:third]))

@@ -13,7 +13,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import smooth, smoothed
 from robolaser.diagnosis.pose_coordinates import angle_of, hanging, motion_of, of_run, overturning, torque_of
 from robolaser.diagnosis.stage_derivatives import StageDerivatives, stage_derivatives
-from robolaser.diagnosis.thresholds import DENT, MAX_DISTORTION_PX, SMOOTH_LOAD, SMOOTH_POSTURE
+from robolaser.diagnosis.thresholds import DENT, FINE, MAX_DISTORTION_PX, SMOOTH_LOAD, SMOOTH_POSTURE
 from robolaser.estimation.noise_estimate import LEVER_M
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
@@ -86,7 +86,7 @@ def _sites(fit: Fit) -> Iterator[Site]:
                 yield Site(f"{sensor.name}.measuring_system", coordinate, moved, basis, poses)
     for coordinate, basis in (*in_run, *smoothed(overturning(run), SMOOTH_LOAD)):
         yield Site("base", coordinate, base, basis, poses)
-    for coordinate, basis in in_run:
+    for coordinate, basis in (*in_run, *smoothed(of_run(run), FINE)):  # a stand sways, also in several waves
         yield Site("base", coordinate, base[:, :3], basis, poses)
     carried = derivatives.by_motion(Stage.FLANGE) * motion
     for coordinate, basis in (*in_run, *smoothed(hanging(run), SMOOTH_LOAD)):
@@ -253,8 +253,12 @@ def _of_measuring_system(fit: Fit, derivatives: StageDerivatives, in_run: Sequen
     range_m = np.linalg.norm(points.xyz, axis=1, keepdims=True)
     if fit.model.dataset.format.tracker:
         view = smooth(fit.model.run.view_in_flange, SMOOTH_POSTURE)
-        farther = derivatives.of_rows(Stage.TARGET, view.T[:, :, None] * (points.xyz / range_m))
-        yield _of_rows("measuring_system", "direction of view", farther)
+        farther = view.T[:, :, None] * (points.xyz / range_m)
+        yield _of_rows("measuring_system", "direction of view", derivatives.of_rows(Stage.TARGET, farther))
+        names = dict.fromkeys(points.names)
+        for number, name in enumerate(names if len(names) > 1 else ()):  # one may be off its centre
+            own = farther * (points.number == number)[:, None]
+            yield _of_rows("tool", f"direction of view of {name}", derivatives.of_rows(Stage.TARGET, own))
     for coordinate, basis in (
         ("distance", smooth(range_m)),  # refraction in air
         ("position in space", points.xyz / max(float(np.ptp(points.xyz)), 1e-12)),  # strain

@@ -126,8 +126,15 @@ class Fit:
 
     @property
     def spread(self) -> float:
-        """Unevenness of the error over the rows, see `spread_of`."""
-        return spread_of(self.row_squares, self.model.blocks.row_numbers)
+        """Unevenness of the error over the rows, or over the poses where it is larger, see `spread_of`.
+
+        Poses count by their errors in metres: scatter that was estimated from a few which are far off whitens these.
+        """
+        numbers, pose = self.model.blocks.row_numbers, self.model.dataset.points.pose
+        plain = np.square(self.model.in_metres(self.x, self.at.plain)).sum(axis=1)
+        relative = plain * (numbers.sum() / max(float(plain.sum()), np.finfo(float).tiny))
+        of_poses = (np.bincount(pose, values)[np.unique(pose)] for values in (relative, numbers))
+        return max(spread_of(self.row_squares, numbers), spread_of(*of_poses))
 
     @cached_property
     def _profile(self) -> tuple[float, float]:

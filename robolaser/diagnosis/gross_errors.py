@@ -11,7 +11,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.noise_remarks import over_stated
 from robolaser.diagnosis.summary_text import millimetres
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, MOST_OVER_STATED, NO_NOISE
-from robolaser.estimation.certainty import LIKELY
+from robolaser.estimation.certainty import EVEN, LIKELY
 from robolaser.estimation.outliers import OUTLIER_SIGMA
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
@@ -79,8 +79,17 @@ def _uneven(final: Fit) -> str:
     names, number = np.unique(dataset.points.names if dataset.format.named_points else (), return_inverse=True)
     shares = np.bincount(number, squares) / squares.sum() if len(names) > 1 else np.zeros(1)
     if shares.max() < CREDIBLE_MASS:
-        return " A part of the rows holds most of the error: has something moved?"
+        return f" Most of the error is at poses {shortened(_worst_poses(final))}: has something moved?"
     return f" Nearly all of the error is in the rows of point {names[shares.argmax()]}: has it moved?"
+
+
+def _worst_poses(final: Fit) -> list[str]:
+    """The fewest poses that hold most of the squared error, the worst first."""
+    poses, pose = final.model.dataset.poses, final.model.dataset.points.pose
+    squares = np.bincount(pose, np.square(final.model.in_metres(final.x, final.at.plain)).sum(axis=1))
+    order = np.argsort(-squares)
+    most = np.searchsorted(np.cumsum(squares[order]), EVEN * squares.sum()) + 1
+    return [poses.names[i] for i in order[:most]]
 
 
 def _beyond_stated(noise: NoiseModel) -> str:

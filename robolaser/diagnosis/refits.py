@@ -133,12 +133,12 @@ class Refits:
         return [self._latest[one] for one in fit.effects]
 
     def cost(self, fit: Fit) -> float:
-        """Deviance plus complexity penalties of the effects."""
-        return fit.deviance + self._penalties(fit)
+        """Deviance plus complexity penalties of the effects; infinite where a point is behind the camera."""
+        return fit.deviance + self._penalties(fit) if np.isfinite(fit.chi2) else np.inf
 
     def cost_by_chi2(self, fit: Fit) -> float:
         """Chi-squared, with the assumed scatter of whole poses, plus complexity penalties."""
-        return fit.chi2 + self._penalties(fit)
+        return fit.chi2 + self._penalties(fit) if np.isfinite(fit.chi2) else np.inf
 
     def _penalties(self, fit: Fit) -> float:
         """Penalties of a fit's effects. A whole arm's geometry is one effect, and costs its marginal likelihood."""

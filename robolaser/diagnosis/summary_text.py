@@ -62,7 +62,7 @@ def sentence(
         text += f" Known distances differ from the model by {after}; without that, by {before}."
     if scatter:
         text += f" {scatters(scatter)}"
-    elif not hindrance and repeatability.is_most_of(gap.noise_floor_m):
+    elif not hindrance and (where or verdict != "unexplained") and repeatability.is_most_of(gap.noise_floor_m):
         limit = "the stated repeatability" if repeatability.is_stated else "the usual repeatability of arms"
         text += (
             f" Whole poses scatter by {millimetres(repeatability.at_sensor_m)}, with no cause visible in these data."

@@ -140,11 +140,15 @@ def test_rows_that_are_one_pose_off_are_named() -> None:
     assert found["classes"][0]["class"] == "measuring_system"
 
 
-@pytest.mark.parametrize(("kind", "shift", "lost"), [("point", -1, 13), ("camera", 1, 13), ("pose", -1, 7)])
-def test_where_a_pose_or_an_image_was_lost_is_named(kind: str, shift: int, lost: int) -> None:
+@pytest.mark.parametrize(
+    ("kind", "shift", "lost", "seen"),
+    [("point", -1, 13, 1.0), ("camera", 1, 13, 1.0), ("camera", -1, 11, 0.3), ("pose", -1, 7, 1.0)],
+)
+def test_where_a_pose_or_an_image_was_lost_is_named(kind: str, shift: int, lost: int, seen: float) -> None:
     noise = Noise(point_m=3e-5, pixel_px=0.1, angle_rad=1e-4)
     data = simulate(find_robot("ur5"), kind=kind, poses=20, noise=noise, seed=1).dataset
-    kept = np.flatnonzero((data.points.pose != lost) | (shift < 0))
+    shown = np.random.default_rng(0).random(len(data.points)) < seen  # an image may show a part of the board
+    kept = np.flatnonzero(((data.points.pose != lost) | (shift < 0)) & shown)
     moved = on_flange_poses(with_rows_moved(replace(data, parameters={}, points=data.points.take(kept)), -shift, lost))
     found = misread(Model(moved), rms_m=0.5)
     assert found is not None

@@ -128,16 +128,45 @@ def test_noise_that_is_stated_too_large_is_not_what_the_error_would_be_below() -
     assert f"less than the assumed noise ({1e3 * found.gap.noise_floor_m:.3g} mm)" in found.sentence
 
 
-@pytest.mark.parametrize("form", ["drift", "step"])
+MOVED = {
+    "drift": lambda progress: 3e-3 * progress,
+    "step": lambda progress: 3e-3 * (progress > 0.6),
+    "sway": lambda progress: 3e-4 * np.sin(6.0 * np.pi * progress),
+}
+
+
+@pytest.mark.parametrize("form", MOVED)
 def test_what_moves_in_the_course_of_a_campaign_is_no_scatter_of_poses(form: str) -> None:
     data = measured("point", 1e-5)
-    progress = data.points.pose / (len(data.poses) - 1)
-    moved = 3e-3 * (progress if form == "drift" else progress > 0.6)
+    moved = MOVED[form](data.points.pose / (len(data.poses) - 1))
     wrong = replace(data, points=replace(data.points, xyz=data.points.xyz + moved[:, None] * [0.6, 0.0, 0.8]))
     found = diagnosis_json(examine(wrong, effects=[], seed=0))
     assert found["verdict"] == "unexplained"
     assert found["where"][0]["coordinate"] == "time"
     assert not [one for one in found["effects"] if one["effect"] == "pose_scatter" and one["probability"] >= 0.5]
+
+
+def test_a_reflector_of_a_wrong_range_constant_is_no_noise_of_all() -> None:
+    data = measured("point", 1e-5)
+    name = data.points.names[1]
+    farther = 3e-4 * np.array([one == name for one in data.points.names])
+    sight = data.points.xyz / np.linalg.norm(data.points.xyz, axis=1, keepdims=True)
+    wrong = replace(data, points=replace(data.points, xyz=data.points.xyz + farther[:, None] * sight))
+    found = examine(wrong, effects=[], seed=0)
+    assert found.verdict == "unexplained"
+    assert (found.where[0].site, found.where[0].coordinate) == ("tool", f"direction of view of {name}")
+
+
+def test_a_few_poses_far_off_are_no_repeatability_of_all() -> None:
+    data, rng = measured("point", 1e-5), np.random.default_rng(0)
+    odd = rng.choice(len(data.poses), 6, replace=False)
+    moved = np.zeros((len(data.poses), 3))
+    moved[odd] = rng.normal(0.0, 1e-3, (6, 3))
+    wrong = replace(data, points=replace(data.points, xyz=data.points.xyz + moved[data.points.pose]))
+    found = examine(wrong, effects=[], seed=0)
+    assert found.verdict == "unexplained"
+    worst = data.poses.names[np.linalg.norm(moved, axis=1).argmax()]
+    assert f"Most of the error is at poses {worst}" in found.sentence or len(found.outliers)
 
 
 @cache

@@ -16,7 +16,7 @@ from robolaser.model.effects.tool_drift import ToolDrift
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 
 @pytest.fixture(scope="module")
@@ -124,3 +124,13 @@ def test_a_turning_camera_keeps_its_optical_centre(dataset: Dataset) -> None:
     np.testing.assert_allclose(turned[last, :3, :3], exp_so3(np.array([0, 0.01, 0])), atol=1e-15)
     shifted = through(model, Stage.MOUNT, T, z=1e-3)[0]
     np.testing.assert_allclose(shifted[:, 2, 3], 1e-3 * model.run.progress, atol=1e-18)
+
+
+def test_a_bracket_may_slip_in_the_pause_between_two_sessions() -> None:
+    cell = simulate(find_robot("ur5e"), kind="point", poses=16, options=CellOptions(sessions=2), seed=1).dataset
+    later = cell.session_of_pose == max(cell.session_of_pose)
+    run = Model(cell).run
+    (pause,) = {
+        moment for (moment,) in MountShift.grid(cell, "tool") if ((run.progress_of_all > moment) == later).all()
+    }
+    assert run.progress_of_all[~later].max() < pause < run.progress_of_all[later].min()

@@ -23,6 +23,7 @@ from robolaser.parameters import Values
 from robolaser.robot.kinematics import DOWN, Robot
 
 RUN = "_run"
+PAUSE = 0.01  # between sessions, in shares of one
 
 
 @final
@@ -114,9 +115,10 @@ class Run:
 
     @cached_property
     def progress_of_all(self) -> Array:
-        """Share of all sessions, one after the other, that had passed at each pose, (n,), from 0 to 1."""
+        """Share of all sessions, with pauses between them, that had passed at each pose, (n,), from 0 to 1."""
         session = np.unique(self.dataset.session_of_pose, return_inverse=True)[1]
-        return np.asarray((session + self.progress) / (session.max(initial=0) + 1))
+        passed = (1.0 + PAUSE) * session + self.progress
+        return np.asarray(passed / ((1.0 + PAUSE) * session.max(initial=0) + 1.0))
 
     @cached_property
     def fitted_k2(self) -> Bools:
