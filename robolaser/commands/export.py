@@ -21,7 +21,7 @@ def export(
     force: ResultFlag = False,
     terminal: Terminal = Terminal(),
 ) -> None:
-    """Write a result into a copy of your own URDF, MJCF or LeRobot calibration; everything else in it is unchanged.
+    """Write a result into a copy of your own URDF, MJCF or LeRobot calibration; all other elements are unchanged.
 
     For example:
 
@@ -83,7 +83,7 @@ def export(
         for effect, where in written.contains:
             say(f"contains {effect} at {where}")
         for effect, where in written.lacks:
-            say(f"lacks {effect} at {where}: this format cannot describe it")
+            say(f"lacks {effect} at {where}: it is not written into this kind of file")
         for joint, error in (compared or {}).items():
             was, now = (degrees(error[name] or 0.0) for name in ("before_rad", "after_rad"))
             predicted = error["promised_rad"]

@@ -200,7 +200,7 @@ def _measured(
         "warnings": warnings,
     }
     files = (*files_of(imported.dataset), *imported.images)
-    return files, imported.write, result, f"{rows} points in {number} poses"
+    return files, imported.write, result, f"{rows} point{'s' * (rows != 1)} in {number} pose{'s' * (number != 1)}"
 
 
 def _motion(sources: Sequence[Path], options: "ImportOptions", terminal: Terminal) -> Read:

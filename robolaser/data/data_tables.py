@@ -50,7 +50,7 @@ def poses_of(table: CsvTable, folder: Path, robot: Robot | None) -> tuple[Poses,
     names = table.texts("pose")
     table.check_all_differ(names, lambda row: f"pose {names[row]}")
     if not names:
-        raise bad_cell(table.file, 1 + 1, "pose", "", "at least one pose")
+        raise DataError(f"{table.file} has a header, but no row of a pose.", file=table.file)
     known = {"pose", "time_s", IMAGES, "payload_kg", "temperature_c", "session", *_readings(robot)}
     poses = Poses(
         names,

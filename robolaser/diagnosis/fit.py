@@ -133,8 +133,8 @@ class Fit:
         numbers, pose = self.model.blocks.row_numbers, self.model.dataset.points.pose
         plain = np.square(self.model.in_metres(self.x, self.at.plain)).sum(axis=1)
         relative = plain * (numbers.sum() / max(float(plain.sum()), np.finfo(float).tiny))
-        of_poses = (np.bincount(pose, values)[np.unique(pose)] for values in (relative, numbers))
-        return max(spread_of(self.row_squares, numbers), spread_of(*of_poses))
+        there, count = np.unique(pose), np.bincount(pose, numbers).astype(np.int64)
+        return max(spread_of(self.row_squares, numbers), spread_of(np.bincount(pose, relative)[there], count[there]))
 
     @cached_property
     def _profile(self) -> tuple[float, float]:

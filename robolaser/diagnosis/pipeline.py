@@ -42,6 +42,7 @@ from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_senten
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.wrong_input import at_other_poses, mispaired
+from robolaser.errors import DataError
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.certainty import EVEN
 from robolaser.model.effects import EFFECTS, unknown_effect
@@ -79,6 +80,8 @@ def examine(
     began = time.perf_counter()
     for other in validate:
         check_same_arm(dataset, other, f"predicted with what is found on {dataset.name}")
+        if other.folder is not None and other.folder == dataset.folder:
+            raise DataError("These are the diagnosed data: give independent ones.", file=other.folder)
     announce = progress or (lambda what, share: None)
     with threadpool_limits(limits=1, user_api="blas"):
         kinds = _kinds(effects, without)

@@ -85,9 +85,10 @@ ROUGH: Final = 0.25
 of the range is a tenth off, with 0.5 twice the log-likelihood of twelve blind worlds changes by 20 at most, and by 4
 for a joint with a dead zone."""
 FINE: Final = 0.1
-"""Correlation length of functions with several waves, which are no scatter: of a joint's coordinates, and of the time in
-which a stand sways. A judgement: a wave with three periods over a joint's range then explains 480 of 150 poses and 110 of 40, where half of the apparent scatter is granted, and chance
-50 and 25, for a price of 230 and 60; with 0.25 it explains 250 and 50. From 0.03 to 0.15 these change by 5 %."""
+"""Correlation length of functions with several waves, which are no scatter: of a joint's coordinates, and of time, in
+which a stand sways. A judgement: a wave with three periods over a joint's range then explains 480 of 150 poses and 110
+of 40, where half of the apparent scatter is granted, and chance 50 and 25, for a price of 230 and 60; with 0.25 it
+explains 250 and 50. From 0.03 to 0.15 these change by 5 %."""
 FLAT: Final = 0.05
 """Range of one coordinate relative to the largest, below which it is not scaled up: a flat target's height is its
 noise. A judgement."""

@@ -25,7 +25,7 @@ def replay(model: Path, log: MotionLog) -> dict[str, float]:
 
     Raises:
         UsageError: MuJoCo is not installed.
-        RobotError: MuJoCo cannot load the file, or no actuator drives a joint of the log.
+        RobotError: MuJoCo cannot load or simulate the file, or no actuator drives a joint of the log.
         DataError: The log has no commands.
     """
     try:
@@ -66,6 +66,11 @@ def _run(mujoco: Any, model: Any, log: MotionLog, rows: slice, driven: dict[int,
             break
         while data.time < time:
             mujoco.mj_step(model, data)
+            if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number:  # it begins anew, at time zero
+                raise RobotError(
+                    f"The replay of {log.series[log.run[row]]} is unstable {time:.3g} s from its start: give the MJCF's"
+                    " joints damping or armature, or reduce its timestep."
+                )
         out.append([data.qpos[address] - log.q[row, joint] for joint, (_, address) in driven.items()])
         for joint, (actuator, _) in driven.items():
             if np.isfinite(log.command[row, joint]):

@@ -69,6 +69,8 @@ def _print(block: Content, out: Console) -> None:
         case Notes():
             for item in block.rows[: block.printed]:
                 out.print(_line(f"- {item}"))
+            if (more := len(block.rows) - block.printed) > 0 and block.printed:
+                out.print(_line(f"- and {more} more in the report", "dim"))
         case Figures():
             _print_figures(block, out)
         case Table() if block.printed:

@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.diagnosis.cause_words import sentence_case, spoken
 from robolaser.motion.calibration import MotionFit
 from robolaser.motion.diagnosis import MotionDiagnosis
-from robolaser.motion.effect import At
+from robolaser.motion.effect import TIMING, At
 from robolaser.motion.gap import FEWEST_RUNS, KindGap, root_mean_squares_of_runs
 from robolaser.motion.log import MotionLog
 from robolaser.motion.plan import MotionLimit, MotionPlan
@@ -114,12 +114,13 @@ def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
     ]
     columns = [Column("Effect", "name", 40, "effect"), Column("How large", brief="how large"),
                Column("How sure", brief="how sure")]  # fmt: skip
-    return Table(columns if sure else columns[:2], rows, title="At each place", printed=MOST_PLACES if sure else 20)
+    return Table(columns if sure else columns[:2], rows, title="At each location", printed=MOST_PLACES if sure else 20)
 
 
 def _at(at: At) -> str:
     name = spoken(at.effect.name)
-    return f"{name} at {at.where}" if at.effect.site == "joint" else name
+    clock = f"{name} of the {SHOWN_BY[at.effect.rows]}"
+    return f"{name} at {at.where}" if at.effect.site == "joint" else clock if at.effect.site == TIMING else name
 
 
 def _numbers(one: SelectedEffect) -> str:

@@ -9,6 +9,7 @@ import pytest
 from moved_arms import JOINTS, World, mjcf, record, urdf, written
 
 from robolaser.cli import main
+from robolaser.errors import RobotError
 from robolaser.motion.log import MotionLog
 from robolaser.motion.replay import replay
 
@@ -101,3 +102,13 @@ def test_a_driven_joint_that_was_never_read_has_no_error(tmp_path: Path) -> None
     errors = replay(tmp_path / "arm.xml", replace(log, q=q))
     assert np.isnan(errors[JOINTS[0]])
     assert all(np.isfinite(errors[name]) for name in JOINTS[1:])
+
+
+def test_a_simulation_that_diverges_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its log there
+    driven = "".join(f'<position joint="{name}" kp="1e12"/>' for name in JOINTS)
+    (tmp_path / "arm.xml").write_text(
+        f"{mjcf(World()).split('<actuator>')[0]}<actuator>{driven}</actuator></mujoco>", encoding="utf-8"
+    )
+    with pytest.raises(RobotError, match="unstable"):
+        replay(tmp_path / "arm.xml", record(World(), series=1, seconds=1.0, seed=3))

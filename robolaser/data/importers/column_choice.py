@@ -108,7 +108,7 @@ class ColumnReader:
         for i in np.flatnonzero(~np.isfinite(values))[:1]:
             sign = self.options.decimal
             other = "," if sign == "." else "."
-            hint = f" with the decimal sign {sign!r} (--decimal states another)" if other in cells[i] else ""
+            hint = f". If {other!r} is the decimal sign, add --decimal {other!r}" if other in cells[i] else ""
             raise bad_cell(self.file.file, self.file.lines[i], source, cells[i], f"a finite number{hint}")
         return values
 

@@ -32,14 +32,17 @@ def read_delimited(path: Path, options: ImportOptions) -> CsvTable:
             or fewer cells than there are columns.
         UsageError: The separator is neither stated nor obvious, or is invalid.
     """
-    lines = read_text(path).split("\n")
+    text = read_text(path)
+    if not text.strip():
+        raise DataError(f"{path.name} is empty.", file=path.name)
+    lines = text.split("\n")
     first = max(options.header_row, 1)
     if len(lines) < first or not lines[first - 1].strip():
         raise bad_row(path.name, first, "there is no header. State its row with --header-row.")
     separator = _separator(path, lines[first - 1], options)
-    text = (f"{line.strip() if separator == ' ' else line}\n" for line in lines[first - 1 :])
+    rows = (f"{line.strip() if separator == ' ' else line}\n" for line in lines[first - 1 :])
     how = f"Cells are separated by {shown(separator)}; name another with --separator."
-    return table_of(path, text, separator=separator, first=first, named=options.header_row > 0, how=how)
+    return table_of(path, rows, separator=separator, first=first, named=options.header_row > 0, how=how)
 
 
 def shown(separator: str) -> str:

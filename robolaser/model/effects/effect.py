@@ -92,7 +92,7 @@ class Effect(ABC):
     name: ClassVar[str]
     title: ClassVar[str]
     clause: ClassVar[str] = ""
-    caveat: ClassVar[str] = "holds for poses like the ones measured"
+    caveat: ClassVar[str] = "valid within the range of the measured poses"
     remedy: ClassVar[str] = "Use the corrected model."
     reference: ClassVar[str]
     stage: ClassVar[Stage]

@@ -92,7 +92,7 @@ def known_ranges(dataset: Dataset) -> str:
 def no_mount(dataset: Dataset) -> str:
     """The flange carries no sensor: for a sensor there is `hand_eye_sag`."""
     mounted = not passes(Stage.MOUNT, dataset)
-    return "the flange carries the sensor, whose bracket has an effect of its own" if mounted else ""
+    return "the sensor is on the flange: the effects of its bracket cover this" if mounted else ""
 
 
 def laser_plane(dataset: Dataset) -> str:
@@ -103,7 +103,13 @@ def laser_plane(dataset: Dataset) -> str:
 def camera_alone_on_flange(dataset: Dataset) -> str:
     """The alternative is the camera's bracket: a laser plane on it, or a stand in the cell, would drift likewise."""
     is_alone = bool(laser_plane(dataset)) and not is_of_scanner(dataset) and not is_static(dataset)
-    return "" if is_alone else SensorLacks("indistinguishable from a drift of what else is fixed to the camera")
+    return (
+        ""
+        if is_alone
+        else SensorLacks(
+            "only a camera alone on the flange shows it: elsewhere its bracket, stand or laser drifts alike"
+        )
+    )
 
 
 def centred_lens(dataset: Dataset) -> str:

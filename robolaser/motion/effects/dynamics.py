@@ -83,7 +83,7 @@ DYNAMICS = (
         numbers=tuple(Number(name, unit, 0.5) for name, unit in (
             *MASS, ("xx", "kg m²"), ("xy", "kg m²"), ("yy", "kg m²"), ("xz", "kg m²"), ("yz", "kg m²"), ("zz", "kg m²"),
         )),
-        remedy="Apply these changes to the URDF's link.",
+        remedy="Apply the determined changes to the URDF's link: its mass and inertia must stay positive.",
         columns=lambda quantities, joint: [quantities.regressor(joint)], sizes=_sizes, least=_least_of_link, rarity=4.0,
         rivals=("payload", "rotor_inertia", "torque_constant", "link_inertia"),  # a mass on an axis is either link's
         imitated_by=(OF_ANGLE, OF_LOAD),

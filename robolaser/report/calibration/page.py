@@ -141,9 +141,10 @@ def _parameters(calibration: Calibration) -> list[Content]:
 def _remarks(calibration: Calibration, folder: Path | None) -> list[Content]:
     """Undetermined parameters and the files for ROS, for the terminal."""
     groups = [one.parameters for one in calibration.unidentifiable]
-    together = [", ".join(names) for names in groups if len(names) > 1]
+    together = list(dict.fromkeys(", ".join(names) for names in groups if len(names) > 1))
     alone = [names[0] for names in groups if len(names) == 1]
-    lines = [f"These data cannot separate: {'; '.join(together)}"] if together else []
+    more = f"; and {len(together) - GROUPS} more groups, in the report" if len(together) > GROUPS else ""
+    lines = [f"These data cannot separate: {'; '.join(together[:GROUPS])}{more}"] if together else []
     lines += [f"These data hardly determine: {', '.join(alone)}"] if alone else []
     if folder is not None and (folder / "static_transform.sh").exists():
         *others, last = (name for name in FOR_ROS if (folder / name).exists())
@@ -151,6 +152,8 @@ def _remarks(calibration: Calibration, folder: Path | None) -> list[Content]:
     return [Text(line, "quiet", printed=True) for line in lines]
 
 
+GROUPS = 3
+"""Most groups of parameters that the terminal shows."""
 FOR_ROS = ("camera.yaml", "robot.urdf", "static_transform.sh", "easy_handeye2.calib")
 
 
