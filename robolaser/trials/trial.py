@@ -16,12 +16,13 @@ import numpy as np
 
 from robolaser.arrays import Progress
 from robolaser.bounded_reading import read_bytes, read_json, read_text
+from robolaser.calibration.saved import DIAGNOSIS as FORMAT
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.result_folder import Claim, json_text, make_folder, write_results, write_together
 from robolaser.data.writing import FOLDER, texts_of
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.result_json import FORMAT, diagnosis_json
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import DataError, TrialError
 from robolaser.robot.kinematics import Robot
 from robolaser.trials.building import Ranges

@@ -49,13 +49,15 @@ def test_a_result_beside_itself_does_not_change(folder: Path, capsys: pytest.Cap
     assert all(row.get("change", 0.0) == 0.0 for row in found.values())
 
 
-@pytest.mark.parametrize("effects", ["", ', "effects": [{"effect": "laser_roll"}]'])
+@pytest.mark.parametrize(
+    ("effects", "lacks"), [("", "effects"), (', "effects": [{"effect": "laser_roll"}]', "[[effects]] where, entry 1")]
+)
 def test_a_damaged_result_is_refused_in_a_sentence(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], effects: str
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], effects: str, lacks: str
 ) -> None:
     (tmp_path / "diagnosis.json").write_text(f'{{"format": "robolaser-diagnosis/1"{effects}}}')
     assert main(["diff", str(tmp_path), str(folder / "why")]) == 1
-    assert "diagnosis.json: Object missing required field" in capsys.readouterr().err
+    assert f"diagnosis.json lacks {lacks}: expected" in capsys.readouterr().err
 
 
 def test_people_see_a_table(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
