@@ -76,9 +76,7 @@ class Calibrated:
         run: The run that it was calibrated from; None where an older file does not state it.
 
     Examples:
-        >>> from robolaser.scan import read_calibration
-        >>> robolaser.calibrate(dataset).save("calibrated")
-        >>> read_calibration("calibrated").as_drawn().effects
+        >>> read_calibration("scanner").as_drawn().effects
         ()
     """
 
@@ -172,8 +170,6 @@ def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
         RobotError: Its robot cannot be read.
 
     Examples:
-        >>> from robolaser.scan import read_calibration
-        >>> robolaser.calibrate(dataset).save("scanner")
         >>> read_calibration("scanner").name
         'paper'
     """
