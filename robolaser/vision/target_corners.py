@@ -99,7 +99,8 @@ def _never_seen(board: Board, images: int) -> ImageError:
     }[board.kind]
     return ImageError(
         f"None of {images} images shows {what} of {board.columns} x {board.rows} {nodes}. Check the exposure and, under"
-        f" [board], columns and rows ({nodes}, not squares; not exchanged){' and dictionary' * (board.kind == 'charuco')}."
+        f" [board], columns and rows ({nodes}, not squares; not exchanged)"
+        f"{' and dictionary' * (board.kind == 'charuco')}."
     )
 
 
