@@ -4,7 +4,6 @@ All limits of size and depth are here; each is some ten times the largest known 
 """
 
 import io
-import json
 import re
 import stat
 import tomllib
@@ -13,6 +12,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
+
+import msgspec
 
 from robolaser.errors import unreadable
 
@@ -87,10 +88,10 @@ def read_json(path: Path) -> Any:
         DataError: As `opened`, or it is no JSON, or nested too deeply.
     """
     try:
-        return json.loads(read_text(path))
+        return msgspec.json.decode(read_text(path))
     except RecursionError:
         reason = "it is not JSON that can be read: it is nested too deeply"
-    except ValueError as error:  # of the parser, and Python's own for integers of thousands of digits
+    except ValueError as error:
         reason = f"it is not JSON ({error})"
     raise unreadable(path, reason)
 

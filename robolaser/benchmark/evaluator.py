@@ -71,22 +71,17 @@ class BudgetedEvaluator:
 
     A candidate outside the bounds is counted and has infinite cost; so has one at a pole. A search can read the counts,
     but not set them.
-
-    Attributes:
-        problem: The problem.
-        best: Lowest cost of a feasible candidate so far, if there is one objective.
-        x: The candidate of lowest cost so far, (1, d); of several objectives the non-dominated ones.
-        violation: Lowest violation of the constraints so far; infinite before any candidate.
-        out_of_time: Whether the run was ended by its time limit.
-        spill: File to which improvements are written at once, in case the process is killed; empty: none.
     """
 
     def __init__(self, problem: BenchmarkProblem, limits: RunLimits, spill: str = "") -> None:
-        self.problem, self.spill = problem, spill
+        self.problem = problem
+        self.spill = spill  # file to which improvements are written at once, in case the process is killed; "": none
         self._limits, self._evaluations = limits, 0
-        self.best = self.violation = np.inf
+        self.best = np.inf  # lowest cost of a feasible candidate so far, if there is one objective
+        self.violation = np.inf  # lowest violation of the constraints so far
+        # the candidate of lowest cost so far, (1, d); of several objectives the non-dominated ones
         self.x: Any = np.empty((0, problem.dimension))
-        self.out_of_time = False
+        self.out_of_time = False  # whether the run was ended by its time limit
         self._one_by_one = limits.one_by_one or problem.question.elementwise
         self._improvements: list[tuple[int, float, Any]] = []
         self._front = np.empty((0, problem.n_obj))

@@ -13,7 +13,7 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
-from robolaser.bounded_reading import read_json
+from robolaser.bounded_reading import read_text
 from robolaser.data.result_folder import write_text
 from robolaser.errors import AlgorithmError
 
@@ -137,7 +137,7 @@ def load_state(algorithm: Any, path: Path, fingerprint: str) -> dict[str, list[A
         AlgorithmError: The file is missing or damaged, or belongs to another run.
     """
     try:
-        state = read_json(path)
+        state = json.loads(read_text(path))  # with NaN
         if state["format"] != FORMAT:
             raise _unreadable(path, f"its format is {state['format']!r}, this program reads {FORMAT!r}")
         if state["fingerprint"] != fingerprint:

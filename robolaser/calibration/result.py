@@ -10,6 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.checks import setup_warning
 from robolaser.calibration.pymoo_search import History
+from robolaser.calibration.saved import CALIBRATION
 from robolaser.errors import UsageError, near
 from robolaser.estimation.folds import FoldFits
 from robolaser.estimation.identifiability import Unidentifiable
@@ -21,7 +22,6 @@ from robolaser.model.sensors.in_cell import InCell
 from robolaser.parameters import Parameter, Values
 from robolaser.robot.kinematics import Robot
 
-FORMAT = "robolaser-calibration/1"
 DISTANCES = "distances"
 
 
@@ -235,7 +235,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
     }
     is_in_metres = all(unit == "m" for _, unit, _ in model.blocks.kinds_of_rows.values())
     return {
-        "format": FORMAT,
+        "format": CALIBRATION,
         "dataset": dataset.name,
         "algorithm": calibration.algorithm,
         "seed": calibration.seed,

@@ -37,16 +37,16 @@ def export(
         force: Overwrite an earlier file.
     """
     from robolaser.bounded_reading import ROBOT_BYTES, read_text
+    from robolaser.calibration.saved import read_result
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.export.into import motion_into, placements_into, zeros_into
     from robolaser.export.servo_table import less_hold
     from robolaser.motion.reading import load_motion
     from robolaser.motion.replay import replay as replayed
-    from robolaser.results.contents import read_result
 
     log = None if replay is None else load_motion(replay)
     before = None if log is None else replayed(into, log)
-    contents, folder = read_result(result)
+    contents, _, folder = read_result(result)
     text = read_text(into, ROBOT_BYTES)
     if into.suffix == ".json":
         written = zeros_into(text, contents["effects"], into.name)

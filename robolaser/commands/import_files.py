@@ -274,16 +274,13 @@ def _text(imported: "Imported", shown: Mapping[str, Mapping[str, tuple[str, list
     rows = []
     for table, columns in shown.items():
         rows.append([f"{table}:", "read from", "first rows, in SI units"])
-        rows += [[f"  {name}", source, _line(cells)] for name, (source, cells) in columns.items()]
+        for name, (source, cells) in columns.items():
+            rows.append([f"  {name}", source, "  ".join(f"{_short(cell):>10}" for cell in cells)])
     lines = aligned(rows)
     for table in (table for table in imported.read_from if table not in shown):
         lines += [f"{table}: {what} from {source}" for what, source in imported.read_from[table].items()]
     lines += [f"not taken: {what}" for what in imported.left_out]
     return "\n".join(lines)
-
-
-def _line(cells: Sequence[str]) -> str:
-    return "  ".join(f"{_short(cell):>10}" for cell in cells)
 
 
 def _short(cell: str) -> str:

@@ -76,15 +76,11 @@ def view(
 
 def _fitted(data: "Dataset", calibration: Path) -> tuple["CellPoses", Sequence[str]]:
     """The cell by the numbers and effects of a saved calibration, and warnings on the effects."""
-    from robolaser.data.toml_schema import typed
+    from robolaser.calibration.saved import CALIBRATION, numbers_of, read_result
     from robolaser.model.effects import found_effect
     from robolaser.report.viewer.cells import fitted_cell
-    from robolaser.results.calibration import load_calibration
-    from robolaser.results.contents import numbers_of
-    from robolaser.scan.calibrated import SavedCell
 
-    contents = load_calibration(calibration).to_dict()
-    found = typed(contents, SavedCell, file=str(calibration), others=True)
+    contents, found, _ = read_result(calibration, CALIBRATION)
     image = found.model.image
     if image and data.image_px and image != data.image_px:
         of_data, of_calibration = ("{} x {} px".format(*size) for size in (data.image_px, image))
@@ -93,7 +89,7 @@ def _fitted(data: "Dataset", calibration: Path) -> tuple["CellPoses", Sequence[s
             " calibration of the camera that took them, or correct [image] in dataset.toml.",
             file=calibration,
         )
-    effects = [found_effect(one["effect"], one["where"], data.robot) for one in contents["effects"]]
+    effects = [found_effect(one.effect, one.where, data.robot) for one in found.effects]
     numbers = {name: number["value"] for name, number in numbers_of(contents).items()}
     return fitted_cell(data, effects, numbers, found.run)
 

@@ -26,36 +26,23 @@ COMMAND = "q_command_"  # prefix of a column with the commanded values of a join
 @final
 @dataclass(frozen=True)
 class Poses:
-    """Poses of the arm (n).
+    """Poses of the arm (n)."""
 
-    Attributes:
-        names: Unique texts.
-        time_s: (n,) [s], or only an order; None: unknown.
-        q: Joint readings, (n, j) [rad or m]; None where flange poses were measured.
-        qd: Velocities at the exposure: of the joints, (n, j) [rad/s or m/s], or where flange poses were measured, of
-            the flange in its own frame, (n, 6) [m/s, rad/s]; NaN where the path does not show them.
-        qd_from_path: Whether they are finite differences along the path, not recorded ones.
-        T_base_flange: Measured flange poses, (n, 4, 4); None where joint angles were read.
-        image: Path of each pose's image in the data set's folder.
-        payload_kg: Payload at each pose, (n,) [kg]; None: not stated.
-        temperature_c: Temperature at each pose, (n,) [°C]; None: not measured.
-        session: The campaign that each pose belongs to; None: all to one.
-        following: Command less reading of each joint that states commands, (n,) [rad or m].
-        extra: Any further column, as texts; see `coordinates`.
-    """
-
-    names: tuple[str, ...]
-    time_s: Array | None = None
-    q: Array | None = None
+    names: tuple[str, ...]  # unique texts
+    time_s: Array | None = None  # (n,) [s], or only an order; None: unknown
+    q: Array | None = None  # joint readings, (n, j) [rad or m]; None where flange poses were measured
+    # velocities at the exposure: of the joints, (n, j) [rad/s or m/s], or where flange poses were measured, of the
+    # flange in its own frame, (n, 6) [m/s, rad/s]; NaN where the path does not show them
     qd: Array | None = None
-    T_base_flange: Array | None = None
-    image: tuple[str, ...] | None = None
-    payload_kg: Array | None = None
-    temperature_c: Array | None = None
-    session: tuple[str, ...] | None = None
+    T_base_flange: Array | None = None  # measured flange poses, (n, 4, 4); None where joint angles were read
+    image: tuple[str, ...] | None = None  # path of each pose's image in the data set's folder
+    payload_kg: Array | None = None  # payload at each pose, (n,) [kg]; None: not stated
+    temperature_c: Array | None = None  # temperature at each pose, (n,) [°C]; None: not measured
+    session: tuple[str, ...] | None = None  # the campaign that each pose belongs to; None: all to one
+    # command less reading of each joint that states commands, (n,) [rad or m]
     following: Mapping[str, Array] = field(default_factory=dict)
-    extra: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    qd_from_path: bool = False
+    extra: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # any further column, as texts
+    qd_from_path: bool = False  # whether velocities are finite differences along the path, not recorded ones
 
     def __len__(self) -> int:
         return len(self.names)
@@ -78,25 +65,18 @@ class Poses:
 class Points:
     """Measured points, the rows of points.csv (m).
 
-    Attributes:
-        pose: Number of each row's pose, (m,).
-        names: A stripe's point is unique within its pose only; a tracker's names the reflector, a socket's the socket.
-        repeat: Number of the shot at an unmoved pose, (m,), or None.
-        pixel: u and v, (m, 2) [px], where the sensor has pixels.
-        xyz: Target point (stripe) or measured point (tracker), (m, 3) [m]; None for sockets.
-        columns: Further arrays of the sensor's format, (m, k) each.
-        sensor: Number of the sensor that saw each row, (m,), where there are several; its missing arrays are zero
-            there, and names start with the sensor's.
-
     A required array is `points["pixel"]`, `points["xyz"]` or `points[name]`.
     """
 
-    pose: Ints = field(default_factory=lambda: np.empty(0, np.int64))
+    pose: Ints = field(default_factory=lambda: np.empty(0, np.int64))  # number of each row's pose, (m,)
+    # a stripe's point is unique within its pose only; a tracker's names the reflector, a socket's the socket
     names: tuple[str, ...] = ()
-    repeat: Ints | None = None
-    pixel: Array | None = None
-    xyz: Array | None = None
-    columns: Mapping[str, Array] = field(default_factory=dict)
+    repeat: Ints | None = None  # number of the shot at an unmoved pose, (m,), or None
+    pixel: Array | None = None  # u and v, (m, 2) [px], where the sensor has pixels
+    xyz: Array | None = None  # target point (stripe) or measured point (tracker), (m, 3) [m]; None for sockets
+    columns: Mapping[str, Array] = field(default_factory=dict)  # further arrays of the sensor's format, (m, k) each
+    # number of the sensor that saw each row, (m,), where there are several; its missing arrays are zero there, and
+    # names start with the sensor's
     sensor: Ints | None = None
 
     def __len__(self) -> int:

@@ -11,28 +11,18 @@ from robolaser.data.toml_schema import Positive
 @final
 @dataclass(frozen=True)
 class Noise:
-    """Known standard deviations per axis; None: to be estimated.
+    """Known standard deviations per axis; None: to be estimated."""
 
-    Attributes:
-        pixel_px: Of a pixel.
-        target_m: Of a target point; its repeats share one error.
-        joint_rad: Of a joint reading.
-        joint_step_rad: Resolution of a joint reading: a uniform error in addition to that of `joint_rad`.
-        repeatability_m: Repeatability of the arm's flange by its data sheet (ISO 9283); no
-            standard deviation, but a limit: scatter of whole poses beyond it is a gap.
-        point_m: Of a tracker's point, of a 6-D pose's place, of a profile's point.
-        angle_rad: Of a 6-D pose's rotation, about each axis.
-        distance_m: Of the known distances.
-    """
-
-    pixel_px: Positive | None = None
-    target_m: Positive | None = None
-    joint_rad: Positive | None = None
-    joint_step_rad: Positive | None = None
+    pixel_px: Positive | None = None  # of a pixel
+    target_m: Positive | None = None  # of a target point; its repeats share one error
+    joint_rad: Positive | None = None  # of a joint reading
+    joint_step_rad: Positive | None = None  # resolution of a joint reading: a uniform error beside that of `joint_rad`
+    # repeatability of the arm's flange by its data sheet (ISO 9283); no standard deviation, but a limit: scatter of
+    # whole poses beyond it is a gap
     repeatability_m: Positive | None = None
-    point_m: Positive | None = None
-    angle_rad: Positive | None = None
-    distance_m: Positive | None = None
+    point_m: Positive | None = None  # of a tracker's point, of a 6-D pose's place, of a profile's point
+    angle_rad: Positive | None = None  # of a 6-D pose's rotation, about each axis
+    distance_m: Positive | None = None  # of the known distances
 
     @property
     def rounding_rad(self) -> float:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from robolaser.calibration.saved import DIAGNOSIS
 from robolaser.diagnosis.cause_classes import at_least_one
 from robolaser.diagnosis.gross_errors import probability
 from robolaser.diagnosis.pose_scatter import CLASS, NAME, PartScatter
@@ -20,14 +21,12 @@ from robolaser.diagnosis.result import (
 )
 from robolaser.model.effects.effect import CandidateEffect
 
-FORMAT = "robolaser-diagnosis/1"
-
 
 def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """Contents of diagnosis.json, format `robolaser-diagnosis/1`."""
     gap = diagnosis.gap
     return {
-        "format": FORMAT,
+        "format": DIAGNOSIS,
         "dataset": diagnosis.dataset.name,
         "poses": dict(zip(("used", "all"), diagnosis.poses, strict=True)),
         "verdict": diagnosis.verdict,

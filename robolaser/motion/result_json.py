@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.calibration.misread import MISREAD
-from robolaser.calibration.result import FORMAT as CALIBRATION
+from robolaser.calibration.saved import CALIBRATION, DIAGNOSIS
 from robolaser.estimation.certainty import CERTAIN, EVEN
 from robolaser.motion.calibration import MotionFit
 from robolaser.motion.diagnosis import MotionDiagnosis
@@ -18,7 +18,6 @@ from robolaser.motion.selection import SelectedEffect
 
 NAMED = 3
 """Effects, and joints of each, that the sentence names."""
-DIAGNOSIS = "robolaser-diagnosis/1"
 
 
 def motion_json(found: MotionDiagnosis) -> dict[str, Any]:

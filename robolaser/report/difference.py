@@ -4,12 +4,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from robolaser.diagnosis.cause_words import listed
-from robolaser.report.chart import FITTED, HELD_OUT, MUTED, Chart, chart, hover, layer, named_rows, quantity, records
-from robolaser.report.digits import SIGNIFICANT, human, millimetres, percent, plain
-from robolaser.report.document import Column, Document, Section, Table, TableCell, charts
+from robolaser.report.digits import SIGNIFICANT, millimetres, percent, plain
+from robolaser.report.document import Column, Document, Section, Table, TableCell
 
 CLEAR: Final = 3.0  # standard errors above which a change among a dozen numbers is not chance
-MOST: Final = 30  # numbers in the chart, those that changed most
 NAMED: Final = 4  # numbers that the first sentence names
 ERRORS: Final = {
     "rms_m": "error on fitted poses", "max_m": "largest error on fitted poses", "held_out_rms_m": "error on new poses",
@@ -48,7 +46,7 @@ def document(found: Mapping[str, Any], names: tuple[str, str] = PAIR) -> Documen
         [],
         [
             Section("Errors", [table(errors)]),
-            Section("Numbers", [*charts([_moved(numbers)]), table(numbers, in_brackets)]),
+            Section("Numbers", [table(numbers, in_brackets)]),
             Section("In one of them only", [table(alone)]),
             Section("How sure", [table(sure)]),
         ],
@@ -102,31 +100,3 @@ def _value_text(value: float | str | None, unit: str, digits: int, *, is_sure: b
     if is_sure:
         return percent(value)
     return plain(value * 1e-3, "m", digits) if unit == "mm" else plain(value, unit, digits)
-
-
-def _moved(numbers: Sequence[Row]) -> Chart | None:
-    """Each number's change in standard errors."""
-    known = sorted((row for row in numbers if row["errors"] is not None), key=lambda row: -abs(row["errors"]))[:MOST]
-    if not known:
-        return None
-    names, errors = [row["name"] for row in known], [row["errors"] for row in known]
-    changes = [human(row["change"], row.get("unit", ""))[0] for row in known]
-    units = [human(0.0, row.get("unit", ""))[1] for row in known]
-    clear = sum(abs(each) > CLEAR for each in errors)
-    rows = named_rows("name")
-    rows["axis"] = rows["axis"] | {"labelLimit": 320}
-    return chart(
-        "What moved",
-        f"Each number's change over the standard error of the change. Beyond the lines, at {CLEAR:.0f}, chance is"
-        " unlikely. Numbers of one fit go together: one cause may move several.",
-        f"{clear} of {len(known)} numbers changed by more than {CLEAR:.0f} standard errors.",
-        [
-            layer({"type": "rule", "strokeDash": [5, 4], "color": MUTED}, records(at=[-CLEAR, CLEAR]),
-                  x=quantity("at", "change, in standard errors")),
-            layer({"type": "point", "size": 60}, records(name=names, x=errors, change=changes, unit=units),
-                  x=quantity("x", "change, in standard errors"), y=rows,
-                  color={"condition": {"test": f"abs(datum.x) > {CLEAR}", "value": HELD_OUT}, "value": FITTED},
-                  tooltip=hover("name", "unit", x="standard errors", change="change")),
-        ],
-        height=max(120, 24 * len(known)), zoomable=False,
-    )  # fmt: skip

@@ -13,7 +13,7 @@ import jinja2
 from markupsafe import Markup
 
 from robolaser.report.chart import CONFIG, Chart
-from robolaser.report.document import Charts, Content, Document
+from robolaser.report.document import Charts, Document
 from robolaser.report.printable import printable
 
 ASSETS: Final = "report/assets"
@@ -71,10 +71,6 @@ def minus(text: str) -> str:
     return re.sub(r"(?<![\w-])-(?=\d)", "\u2212", text)
 
 
-def _kind(block: Content) -> str:
-    return type(block).__name__.lower()
-
-
 @cache
 def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
@@ -84,7 +80,7 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"minus": minus, "prose": prose, "kind": _kind}
+    environment.filters |= {"minus": minus, "prose": prose, "kind": lambda block: type(block).__name__.lower()}
     return environment
 
 

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from robolaser.bounded_reading import read_text
+from robolaser.calibration.saved import FILES, numbers_of
 from robolaser.data.result_folder import json_text, results_in, write_results, write_text
 from robolaser.errors import UsageError, near
 from robolaser.report.console import print_document, printed
 from robolaser.report.document import Charts, Document
 from robolaser.report.page import charts_in, fragment
 from robolaser.report.plots import Plots, plots
-from robolaser.results.contents import FILES, numbers_of
 from robolaser.results.difference import Difference, between
 from robolaser.robot.kinematics import Robot
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final, Self, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.calibration.result import FORMAT, Calibration, as_json
+from robolaser.calibration.result import Calibration, as_json
+from robolaser.calibration.saved import CALIBRATION, numbers_of, read_result, robot_in
 from robolaser.data.result_folder import json_text
 from robolaser.export.files import EXPORTED, exported
 from robolaser.report.calibration import page as of_calibration
@@ -15,7 +16,6 @@ from robolaser.report.console import print_document
 from robolaser.report.document import Document
 from robolaser.report.page import render
 from robolaser.results import PAGE, Files, FittedResult
-from robolaser.results.contents import numbers_of, read_result, robot_in
 from robolaser.results.delivered import Delivered, arm_in, delivered
 from robolaser.robot.kinematics import Robot
 
@@ -124,5 +124,5 @@ def load_calibration(path: str | Path) -> CalibrationResult:
         >>> robolaser.load_calibration("result").value("f")
         0.008
     """
-    contents, folder = read_result(Path(path), FORMAT)
+    contents, _, folder = read_result(Path(path), CALIBRATION)
     return CalibrationResult(contents, folder=folder)

@@ -20,6 +20,7 @@ from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.export.controller_table import flange_by_table
 from robolaser.export.corrected_arm import CorrectedArm
 from robolaser.export.files import EXPORTED, is_withheld, missing_reader
+from robolaser.export.mjcf import flange_by_mjcf
 from robolaser.export.python_module import OF_THE_ARM, contained
 from robolaser.export.sdf import flange_by_sdf
 from robolaser.export.ur_calibration import flange_by_ur_calibration
@@ -27,7 +28,6 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.mechanism import Play
 from robolaser.model.effects.run import Course, Run
 from robolaser.model.forward_model import Model
-from robolaser.results.in_mujoco import flange_in_mujoco
 from robolaser.robot.kinematics import Robot
 
 Writer = Callable[[Calibration], str | None]
@@ -240,7 +240,7 @@ def _flange_by_urdf(text: str, robot: Robot, q: Array) -> Array:
 def _by_mujoco(text: str, data: Dataset, held: Bools) -> Array:
     """The same by MuJoCo at rest; with play, on a path through the poses before."""
     robot, q = data.arm
-    return flange_in_mujoco(text, robot, np.swapaxes(np.concatenate([_before(data), q[None]])[:, held], 0, 1))
+    return flange_by_mjcf(text, robot, np.swapaxes(np.concatenate([_before(data), q[None]])[:, held], 0, 1))
 
 
 def _since_beginning(data: Dataset) -> Array:

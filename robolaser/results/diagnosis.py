@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any, Final, Self, final
 
 from robolaser.calibration.result import Calibration
+from robolaser.calibration.saved import DIAGNOSIS, read_result, robot_in, run_in
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.result_folder import json_text
 from robolaser.diagnosis.corrected_model import corrected, corrected_json
 from robolaser.diagnosis.growth import with_poses
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.diagnosis.result_json import FORMAT, diagnosis_json
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import UsageError
 from robolaser.export import servo_table
 from robolaser.export.files import exported
@@ -23,7 +24,6 @@ from robolaser.report.document import Document
 from robolaser.report.page import render
 from robolaser.results import PAGE, Files, FittedResult, Record
 from robolaser.results.calibration import CALIBRATION_FILES
-from robolaser.results.contents import read_result, robot_in, run_in
 from robolaser.results.delivered import Delivered, arm_in, delivered
 from robolaser.robot.kinematics import Robot
 
@@ -159,5 +159,5 @@ def load_diagnosis(path: str | Path) -> DiagnosisResult:
         >>> robolaser.load_diagnosis("why").effects
         []
     """
-    contents, folder = read_result(Path(path), FORMAT)
+    contents, _, folder = read_result(Path(path), DIAGNOSIS)
     return DiagnosisResult(contents, folder=folder)

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any, Final, final
 
 import numpy as np
 
+from robolaser.calibration.saved import numbers_of, read_result, robot_in, run_in
 from robolaser.data.result_folder import write_text
 from robolaser.errors import UsageError
 from robolaser.report.console import printed
 from robolaser.report.difference import document
 from robolaser.report.page import render
-from robolaser.results.contents import numbers_of, read_result, robot_in, run_in
 from robolaser.robot.kinematics import Robot
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def difference(first: str | Path, second: str | Path) -> Difference:
 
 def _read(path: str | Path) -> tuple[dict[str, Any], Robot | None]:
     """A saved result, with the data entries of calibration.json beside a diagnosis; and its arm."""
-    contents, folder = read_result(Path(path))
+    contents, _, folder = read_result(Path(path))
     return run_in(folder) | contents, robot_in(folder)
 
 

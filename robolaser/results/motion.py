@@ -21,18 +21,14 @@ MOTION_CALIBRATION_FILES: Final = ("calibration.json", PAGE)
 
 @final
 class MotionResult(FittedResult):
-    """A diagnosis of a moving arm: the entries of diagnosis.json, as a dictionary and as attributes.
-
-    Attributes:
-        diagnosis: All contents of the report.
-    """
+    """A diagnosis of a moving arm: the entries of diagnosis.json, as a dictionary and as attributes."""
 
     command = "diagnose"
 
     def __init__(self, made: MotionDiagnosis) -> None:
         contents = motion_json(made)
         super().__init__(contents | {"files": _delivered(contents)})
-        self.diagnosis = made
+        self.diagnosis = made  # all contents of the report
 
     def files(self, *, command: str = "") -> Files:
         """diagnosis.json, the table of the servos' numbers, and the page."""
@@ -57,17 +53,13 @@ def _delivered(found: dict[str, Any]) -> list[dict[str, Any]]:
 
 @final
 class MotionCalibrationResult(FittedResult):
-    """Numbers of effects on a moving arm: the entries of calibration.json, as a dictionary and as attributes.
-
-    Attributes:
-        fit: All contents of the report.
-    """
+    """Numbers of effects on a moving arm: the entries of calibration.json, as a dictionary and as attributes."""
 
     command = "calibrate"
 
     def __init__(self, made: MotionFit, seed: int) -> None:
         super().__init__(motion_calibration_json(made, seed))
-        self.fit = made
+        self.fit = made  # all contents of the report
 
     def to_frame(self) -> "pd.DataFrame":
         """A row for each number of each effect."""

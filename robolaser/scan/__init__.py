@@ -24,9 +24,6 @@ class Scan:
         warnings: Warnings for the user.
 
     Examples:
-        >>> from robolaser.scan import prepare, read_calibration
-        >>> robolaser.calibrate(dataset).save("for_scan")
-        >>> scan = prepare(read_calibration("for_scan"), dataset)
         >>> scan.recording.name
         'paper'
     """
@@ -56,9 +53,7 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
         DataError: The image columns of its poses.csv are invalid, or its stripes.npy is broken.
 
     Examples:
-        >>> from robolaser.scan import prepare, read_calibration
-        >>> robolaser.calibrate(dataset).save("for_prepare")
-        >>> prepare(read_calibration("for_prepare"), dataset).warnings
+        >>> prepare(read_calibration("scanner"), dataset).warnings
         ()
     """
     fitted = calibrated.fitted_to(recording)
@@ -74,9 +69,6 @@ def merged(scans: Sequence[Scan]) -> Scan:
     """Merge scans with one calibration.
 
     Examples:
-        >>> from robolaser.scan import merged, prepare, read_calibration
-        >>> robolaser.calibrate(dataset).save("for_merged")
-        >>> scan = prepare(read_calibration("for_merged"), dataset)
         >>> merged([scan, scan]).recording.name
         'paper, paper'
     """

@@ -5,11 +5,20 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, final
 
-import msgspec
 import numpy as np
 
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.calibration.checks import SETUP_RMS_M
+from robolaser.calibration.saved import (
+    CALIBRATION,
+    FILES,
+    SavedEffect,
+    SavedModel,
+    SavedNumber,
+    SavedResult,
+    numbers_of,
+    read_result,
+)
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.dataset_file import Pixels, check_rotation, inside
 from robolaser.data.toml_schema import NotNegative, typed
@@ -20,82 +29,33 @@ from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.sensors.stripe import SCANNER, Stripe
 from robolaser.parameters import Parameter, Values, as_batch
-from robolaser.robot.kinematics import DOWN, Robot
+from robolaser.robot.kinematics import Robot
 
-FILE = "calibration.json"
 _POSES = ("joint angles", "measured flange poses")
 
 
 @final
-@dataclass(frozen=True)
-class SavedModel:
+@dataclass(frozen=True, kw_only=True)
+class SavedScanner(SavedModel):
     """`model` of a stripe scanner's calibration."""
 
-    sensor: Literal["stripe"]
     stripe_axis: Literal["u", "v"]  # image axis that the stripe runs along
     bracket_quat: Quaternion  # nominal turn of the camera on the flange, (x, y, z, w)
     angles: Literal["xyz", "zyz"]  # order of the hand-eye angles
-    image: tuple[Pixels, Pixels]  # width and height [px]
+    image: tuple[Pixels, Pixels]
     sensors: tuple[dict[str, Any], ...] = ()  # name and kind of each of several
-    robot: str | None = None
-    flange: str | None = None
-    joints: tuple[str, ...] | None = None
-    gravity: tuple[float, float, float] | None = None
 
 
 @final
-@dataclass(frozen=True)
-class SavedParameter:
-    """An estimated number; for the scanner's also nominal value and bounds, or, without these, the start value."""
+@dataclass(frozen=True, kw_only=True)
+class SavedScannerCalibration(SavedResult):
+    """The entries of a stripe scanner's calibration.json that a scan needs."""
 
-    value: float
-    nominal: float | None = None
-    lower: float | None = None
-    upper: float | None = None
-    start: float | None = None
-
-
-@final
-@dataclass(frozen=True)
-class SavedEffect:
-    """An effect at a location."""
-
-    effect: str
-    where: str
-    parameters: dict[str, SavedParameter]
-
-
-@final
-@dataclass(frozen=True)
-class SavedCalibration:
-    """The part of a stripe scanner's calibration.json that a scan needs."""
-
-    format: Literal["robolaser-calibration/1"]
     dataset: str
-    parameters: dict[str, SavedParameter]
-    model: SavedModel
-    effects: list[SavedEffect]
+    model: SavedScanner
     rms_m: NotNegative | None = None
     held_out_rms_m: NotNegative | None = None
     noise: dict[str, NotNegative] = field(default_factory=dict)
-    run: RunSummary | None = None
-
-
-@final
-@dataclass(frozen=True)
-class SavedImages:
-    """`model` of any calibration."""
-
-    image: tuple[Pixels, Pixels] | None = None  # width and height [px]
-
-
-@final
-@dataclass(frozen=True)
-class SavedCell:
-    """The part of any sensor's calibration.json that a view of the cell needs in addition to its numbers."""
-
-    model: SavedImages
-    run: RunSummary | None = None
 
 
 @final
@@ -116,9 +76,7 @@ class Calibrated:
         run: The run that it was calibrated from; None where an older file does not state it.
 
     Examples:
-        >>> from robolaser.scan import read_calibration
-        >>> robolaser.calibrate(dataset).save("calibrated")
-        >>> read_calibration("calibrated").as_drawn().effects
+        >>> read_calibration("scanner").as_drawn().effects
         ()
     """
 
@@ -128,7 +86,7 @@ class Calibrated:
     values: Values
     candidates: tuple[CandidateEffect, ...]
     robot: Robot | None
-    model: SavedModel
+    model: SavedScanner
     noise: Mapping[str, float]
     rms_m: float | None
     run: RunSummary | None
@@ -212,43 +170,30 @@ def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
         RobotError: Its robot cannot be read.
 
     Examples:
-        >>> from robolaser.scan import read_calibration
-        >>> robolaser.calibrate(dataset).save("scanner")
         >>> read_calibration("scanner").name
         'paper'
     """
     path = Path(path)
-    file = path / FILE if path.is_dir() else path
-    if not file.exists():
-        what = f"has no {FILE}" if path.is_dir() else "does not exist"
-        raise DataError(f"{path} {what}. Name the folder that `robolaser calibrate` wrote, or its {FILE}.", file=path)
-    try:
-        contents = msgspec.json.decode(read_text(file))
-    except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-        raise _unusable(file, f"it is not JSON ({error})") from None
-    contents = contents if isinstance(contents, dict) else {}
-    if isinstance(of := contents.get("model"), dict) and of.get("sensor") not in (None, Stripe.format.kind):
-        raise _unusable(file, f'[model] sensor: {of["sensor"]!r}, expected "stripe"')
-    saved = typed(contents, SavedCalibration, file=str(file), others=True)
+    file = path / FILES[CALIBRATION] if path.is_dir() else path
+    contents, result, _ = read_result(path, CALIBRATION)
+    if result.model.sensor != Stripe.format.kind:
+        raise _unusable(file, f'[model] sensor: {result.model.sensor!r}, expected "stripe"')
+    saved = typed(contents, SavedScannerCalibration, file=str(file), others=True)
     model, robot = saved.model, _robot(file, saved.model, arm)
-    check_rotation(model.bracket_quat, f"{file}, [model] bracket_quat", FILE)
-    parameters = {name: _parameter(file, name, saved.parameters.get(name)) for name in SCANNER}
-    values = {name: np.array([saved.parameters[name].value]) for name in SCANNER}
+    check_rotation(model.bracket_quat, f"{file}, [model] bracket_quat", file.name)
     candidates = tuple(_candidate(file, effect, robot) for effect in saved.effects)
-    for candidate, effect in zip(candidates, saved.effects, strict=True):
-        if candidates.count(candidate) > 1:
-            raise _unusable(file, f"it has {effect.effect} at {effect.where} twice")
-        for key in candidate.parameters.names:
-            name = key.rsplit(".", 1)[-1]
-            if name not in effect.parameters:
-                raise _unusable(file, f"its {effect.effect} at {effect.where} has no parameter {name}")
-            values[key] = np.array([effect.parameters[name].value])
+    if twice := [one for one in candidates if candidates.count(one) > 1]:
+        raise _unusable(file, f"it has {twice[0]} twice")
+    numbers, of_effects = numbers_of(contents), (name for one in candidates for name in one.parameters.names)
+    names = [*SCANNER, *of_effects]
+    if missing := [name for name in names if name not in numbers]:
+        raise _unusable(file, f"it has no {', '.join(missing)}")
     own = next((f"{one.get('name')}." for one in model.sensors if one.get("kind") == Stripe.format.kind), "")
     return Calibrated(
         name=saved.dataset,
         origin=f"calibrated from {saved.dataset}",
-        parameters=parameters,
-        values=values,
+        parameters={name: _parameter(file, name, saved.parameters[name]) for name in SCANNER},
+        values=as_batch({name: numbers[name]["value"] for name in names}),
         candidates=candidates,
         robot=robot,
         model=model,
@@ -258,9 +203,7 @@ def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
     )
 
 
-def _parameter(file: Path, name: str, saved: SavedParameter | None) -> Parameter:
-    if saved is None:
-        raise _unusable(file, f"it has no parameters.{name}")
+def _parameter(file: Path, name: str, saved: SavedNumber) -> Parameter:
     if name in Stripe.format.positive and not saved.value > 0:
         raise _unusable(file, f"parameters.{name}.value is {saved.value:g}, not above 0")
     start = saved.start if saved.nominal is None else saved.nominal
@@ -274,13 +217,7 @@ def _robot(file: Path, model: SavedModel, arm: Robot | None) -> Robot | None:
     if model.robot is None:
         return None
     urdf = inside(file.parent, model.robot, f"{file.name}, model.robot")
-    return Robot.from_urdf(
-        read_text(urdf, ROBOT_BYTES) if arm is None or urdf.exists() else arm.urdf,
-        flange=model.flange or "",
-        joints=model.joints,
-        gravity=model.gravity or DOWN,
-        source=str(urdf),
-    )
+    return model.arm(read_text(urdf, ROBOT_BYTES) if arm is None or urdf.exists() else arm.urdf, urdf)
 
 
 def _candidate(file: Path, saved: SavedEffect, robot: Robot | None) -> CandidateEffect:

@@ -197,10 +197,7 @@ class Cloud:
         counts: Numbers of line centres and points so far.
 
     Examples:
-        >>> from robolaser.scan import prepare, read_calibration
-        >>> robolaser.calibrate(dataset).save("for_cloud")
-        >>> cloud = prepare(read_calibration("for_cloud"), dataset).cloud
-        >>> sum(len(piece) for piece in cloud.pieces())
+        >>> sum(len(piece) for piece in scan.cloud.pieces())
         25
     """
 

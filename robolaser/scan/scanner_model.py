@@ -3,7 +3,6 @@
 Effects are transferred to another run by `Effect.carried_to`. Effects of the target do not influence a scan.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, cast, final
@@ -102,7 +101,8 @@ def carried_over(calibrated: Calibrated, recording: Dataset, probe: Points) -> t
         probe: Some pixels of the stripe, for the sizes of possible errors.
     """
     run = _run_of(calibrated, recording)
-    carried = tuple(_carried(calibrated, run))
+    of_scanner = [effect for effect in calibrated.effects if effect.stage is not Stage.TARGET]
+    carried = [(effect, CarryOver.of(effect, run, calibrated.run)) for effect in of_scanner]
     acting = tuple(one.effect for _, one in carried if one.effect is not None)
     scanner = ScannerModel(run.dataset, calibrated.values, acting, run.course)
     bare = replace(scanner, effects=())
@@ -127,13 +127,6 @@ def _run_of(calibrated: Calibrated, recording: Dataset) -> Run:
     else:
         same = calibrated.run == RunSummary.of(recording)
     return Run(recording) if same else continued(calibrated.run, recording)
-
-
-def _carried(calibrated: Calibrated, run: Run) -> Iterable[tuple[Effect, CarryOver]]:
-    for effect in calibrated.effects:
-        if effect.stage is not Stage.TARGET:
-            as_found = run.course is None and not effect.hindrance(run)
-            yield effect, CarryOver(effect) if as_found else effect.carried_to(run, calibrated.run)
 
 
 def _instead(scanner: ScannerModel, effect: Effect | None, alternative: Effect | None) -> ScannerModel:

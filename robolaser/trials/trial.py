@@ -15,13 +15,15 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.arrays import Progress
-from robolaser.bounded_reading import read_bytes, read_json, read_text
+from robolaser.bounded_reading import read_bytes, read_text
+from robolaser.calibration.saved import DIAGNOSIS as DIAGNOSED
+from robolaser.calibration.saved import read_result
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.result_folder import Claim, json_text, make_folder, write_results, write_together
 from robolaser.data.writing import FOLDER, texts_of
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.result_json import FORMAT, diagnosis_json
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import DataError, TrialError
 from robolaser.robot.kinematics import Robot
 from robolaser.trials.building import Ranges
@@ -144,12 +146,10 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
         TrialError: It is none.
     """
     try:
-        contents = read_json(path)
+        contents = read_result(path, DIAGNOSED)[0]
     except DataError as error:
         raise _no_diagnosis(path, str(error).rstrip(".")) from None
-    if not isinstance(contents, dict) or contents.get("format") != FORMAT:
-        raise _no_diagnosis(path, "its format is not that of a diagnosis")
-    if missing := [key for key in ("verdict", "gap_mm", "where", "effects") if key not in contents]:
+    if missing := [key for key in ("verdict", "gap_mm", "where") if key not in contents]:
         raise _no_diagnosis(path, f"it lacks {', '.join(missing)}")
     return contents
 
@@ -160,7 +160,7 @@ def _diagnosed(dataset: Dataset, seed: int) -> str:
 
 def _no_diagnosis(path: Path, why: str) -> TrialError:
     return TrialError(
-        f"{path} is not a diagnosis in the format {FORMAT}: {why}. Delete it to have the data set diagnosed again."
+        f"{path} is not a diagnosis in the format {DIAGNOSED}: {why}. Delete it to have the data set diagnosed again."
     )
 
 

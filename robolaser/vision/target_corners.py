@@ -72,20 +72,16 @@ def points_of_target(
     camera = CameraImages.of((path for _, _, path in images), size)
     known = {} if known is None else known
 
-    def look(wanted: Board) -> list[_Found]:
-        found = []
-        for done, (row, number, path) in enumerate(images, start=1):
-            key = path, camera, wanted
-            if key not in known:
-                known[key] = target_in(camera.grey(path), wanted)
-            found.append(_Found(row, number, known[key]))
-            if progress is not None:
-                progress("looking at images", done / len(images))
-        return found
-
-    found = look(board)
+    found = []
+    for done, (row, number, path) in enumerate(images, start=1):
+        key = path, camera, board
+        if key not in known:
+            known[key] = target_in(camera.grey(path), board)
+        found.append(_Found(row, number, known[key]))
+        if progress is not None:
+            progress("looking at images", done / len(images))
     if not any(one.ways for one in found):
-        raise _never_seen(board, look(replace(board, columns=board.rows, rows=board.columns)), len(images))
+        raise _never_seen(board, len(images))
     return _as_points(recording, board, found)
 
 
@@ -94,22 +90,17 @@ def no_points(reason: str) -> ImageError:
     return ImageError(f"There are no points to extract: {reason}.")
 
 
-def _never_seen(board: Board, turned: Sequence[_Found], images: int) -> ImageError:
+def _never_seen(board: Board, images: int) -> ImageError:
     what, nodes = {
         "checkerboard": ("a checkerboard", "inner corners"),
         "charuco": ("a ChArUco board", "inner corners"),
         "circles": ("a grid of circles", "circles"),
         "modified_circles": ("a grid of circles, one of them larger,", "circles"),
     }[board.kind]
-    count = sum(bool(one.ways) for one in turned)
-    if count and board.columns != board.rows:
-        return ImageError(
-            f"None of {images} images shows {what} of {board.columns} x {board.rows} {nodes}, but {count} show one of"
-            f" {board.rows} x {board.columns}: exchange columns and rows under [board]."
-        )
     return ImageError(
-        f"None of {images} images shows {what} of {board.columns} x {board.rows} {nodes}. Check columns and rows under"
-        f" [board] ({nodes}, not squares){', dictionary' if board.kind == 'charuco' else ''}, and the exposure."
+        f"None of {images} images shows {what} of {board.columns} x {board.rows} {nodes}. Check the exposure and, under"
+        f" [board], columns and rows ({nodes}, not squares; not exchanged)"
+        f"{' and dictionary' * (board.kind == 'charuco')}."
     )
 
 

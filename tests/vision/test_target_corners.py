@@ -170,13 +170,6 @@ def test_colour_and_deeper_grey_show_the_same(whole: Points, tmp_path: Path, dep
     np.testing.assert_allclose(other.pixel, whole.pixel, atol=0.05)
 
 
-def test_columns_and_rows_that_are_exchanged_are_told(tmp_path: Path) -> None:
-    made = recording(tmp_path, "charuco")
-    assert made.board is not None
-    with pytest.raises(ImageError, match="show one of 6 x 4: exchange columns and rows"):
-        points_of_target(replace(made, board=replace(made.board, columns=4, rows=6)))
-
-
 def test_a_board_that_is_never_seen_is_told_and_nothing_is_written(
     tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:

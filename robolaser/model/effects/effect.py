@@ -214,6 +214,12 @@ class CarryOver:
     # the size of the doubt.
     alternatives: tuple[Effect | None, ...] = ()
 
+    @classmethod
+    def of(cls, effect: Effect, run: Run, found_in: RunSummary | None) -> "CarryOver":
+        """An effect in the run that it was found in, or in another one, as `continued` gives it."""
+        as_found = run.course is None and not effect.hindrance(run)
+        return cls(effect) if as_found else effect.carried_to(run, found_in)
+
 
 @final
 @dataclass(frozen=True)

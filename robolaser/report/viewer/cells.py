@@ -67,9 +67,7 @@ def fitted_cell(
         )
     acting, here, doubts = [], dict(numbers), []
     for one in effects:
-        effect = one.at(as_batch(numbers))
-        as_found = run.course is None and not effect.hindrance(run)
-        carried = CarryOver(effect) if as_found else effect.carried_to(run, found_in)
+        carried = CarryOver.of(one.at(as_batch(numbers)), run, found_in)
         if carried.effect is None:
             doubts.append(f"{one} is left out: {carried.doubt}.")
             continue
