@@ -134,7 +134,8 @@ class Fit:
         plain = np.square(self.model.in_metres(self.x, self.at.plain)).sum(axis=1)
         relative = plain * (numbers.sum() / max(float(plain.sum()), np.finfo(float).tiny))
         there, count = np.unique(pose), np.bincount(pose, numbers).astype(np.int64)
-        return max(spread_of(self.row_squares, numbers), spread_of(np.bincount(pose, relative)[there], count[there]))
+        of_poses = np.asarray(np.bincount(pose, relative), np.float64)
+        return max(spread_of(self.row_squares, numbers), spread_of(of_poses[there], count[there]))
 
     @cached_property
     def _profile(self) -> tuple[float, float]:
