@@ -16,8 +16,7 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.model.grouped_rows import group_sums
 from robolaser.model.sensors.in_cell import InCell, Mounting, is_static
 from robolaser.model.sensors.placements import motion, places, places_by_name, six_names, six_of
-from robolaser.model.sensors.sensor import NewPoses, Sensor
-from robolaser.model.sensors.sensor_parameters import SensorParameters
+from robolaser.model.sensors.sensor import NewPoses, Sensor, SensorParameters
 from robolaser.model.sensors.tracker_fit import base_and_tools
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values

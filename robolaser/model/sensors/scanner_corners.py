@@ -16,8 +16,7 @@ from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.placements import six_names
 from robolaser.model.sensors.scanner_start import camera_start, spans, target_by_corners
-from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.sensor_parameters import SensorParameters
+from robolaser.model.sensors.sensor import Sensor, SensorParameters
 from robolaser.model.sensors.stripe import Stripe, gauge
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values

@@ -12,8 +12,7 @@ from robolaser.data.sensor_format import SensorFormat
 from robolaser.geometry.rigid_motion import carry
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.placements import places, vector
-from robolaser.model.sensors.sensor import NewPoses, Sensor
-from robolaser.model.sensors.sensor_parameters import SensorParameters
+from robolaser.model.sensors.sensor import NewPoses, Sensor, SensorParameters
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 

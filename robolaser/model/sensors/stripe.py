@@ -17,8 +17,7 @@ from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.placements import motion, six_names
 from robolaser.model.sensors.scanner_start import laser_start, spans, target_by_stripe
-from robolaser.model.sensors.sensor import NewPoses, Sensor
-from robolaser.model.sensors.sensor_parameters import SensorParameters, not_given
+from robolaser.model.sensors.sensor import NewPoses, Sensor, SensorParameters, not_given
 from robolaser.model.sensors.stripe_similarity import SIMILARITY, solve_similarity
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
