@@ -13,8 +13,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.duals import Dual, slopes_of
 from robolaser.errors import DataError
-from robolaser.model.blocks.blocks import Blocks
-from robolaser.model.blocks.distances import KnownDistances, known_distances
+from robolaser.model.blocks.blocks import Blocks, KnownDistances
 from robolaser.model.blocks.start import initialize, parameters_of
 from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
 from robolaser.model.effects.run import Course
@@ -171,10 +170,10 @@ class Model:
         perturb = self.perturb(values)
         return self.blocks.residuals(values, self.flange(values, perturb, only_seen=True), perturb)
 
-    @cached_property
+    @property
     def known_distances(self) -> KnownDistances | None:
         """Additional rows of every fit beside those of points.csv, of no pose; None where there are none."""
-        return known_distances(self.blocks)
+        return self.blocks.known_distances
 
     def extra_residuals(self, x: Array) -> Array:
         """Known distances less the model's over their standard deviation, (c, d) -> (c, r); r may be 0.

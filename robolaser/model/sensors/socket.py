@@ -11,6 +11,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.geometry.rigid_motion import carry
 from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.grouped_rows import group_means
 from robolaser.model.sensors.placements import places, vector
 from robolaser.model.sensors.sensor import NewPoses, Sensor, SensorParameters
 from robolaser.model.stages import Perturbation
@@ -106,6 +107,4 @@ class Socket(Sensor):
 
     def _relocated(self, errors: Array) -> Array:
         """Errors from the mean of each socket's rows: a held-out socket is located from its own poses."""
-        counts = np.bincount(self._socket)[:, None]
-        sums = np.stack([np.bincount(self._socket, errors[:, axis]) for axis in range(3)], axis=-1)
-        return np.asarray(errors - (sums / counts)[self._socket])
+        return np.asarray(errors - group_means(errors, self._socket)[self._socket])
