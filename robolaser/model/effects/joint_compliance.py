@@ -6,12 +6,11 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import CarryOver, Effect, Run, RunSummary, nonlinear, parameter
 from robolaser.model.effects.hardening import hardened, with_hardening
 from robolaser.model.effects.joints import add_to_joint, joint_column
 from robolaser.model.effects.mechanism import ElasticJoint, MechanismPart
 from robolaser.model.effects.requirements import masses
-from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
 
 UNSEEN_RAD = 1e-12  # by which rounding may seem to move a joint: a spring for it would be too stiff to be simulated
