@@ -40,6 +40,5 @@ class ArmScale(Effect):
     scale: Array = parameter(unit="", bound=2e-3, prior_scale=2e-4)
 
     def apply(self, placements: Array, run: Run, /) -> Array:
-        """Put each joint farther out."""
         longer = 1.0 + self.scale[:, None, None, None]
         return pose(placements[..., :3, :3], placements[..., :3, 3] * longer)

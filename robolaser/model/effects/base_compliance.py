@@ -44,7 +44,6 @@ class BaseCompliance(Effect):
     hardening: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
-        """Turn the base under each pose's moment."""
         turn = self._turn(run) @ horizontal_axes(np.array(run.robot.gravity))
         return pose(exp_so3(turn), np.zeros(3)) @ T_base_flange
 

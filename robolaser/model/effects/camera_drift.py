@@ -52,7 +52,6 @@ class CameraDrift(Warming):
         return tried if temperature_rise(dataset.poses) is None else tried[:1]
 
     def apply(self, pixel: Array, run: Run, /) -> Array:
-        """The pixels of a cold camera."""
         risen = crept(run.progress, self.settling) if run.rise is None else run.rise[None]
         size = run.dataset.image_px
         middle = run.reference.points["pixel"].mean(axis=0) if size is None else 0.5 * np.array(size)

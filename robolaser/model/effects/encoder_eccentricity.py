@@ -36,7 +36,6 @@ class EncoderEccentricity(Effect):
     cosine: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
 
     def apply(self, q: Array, run: Run, /) -> Array:
-        """Add the wave."""
         angle = q[:, :, joint_column(run, self.where)]
         wave = self.sine[:, None] * np.sin(angle) + self.cosine[:, None] * np.cos(angle)
         return add_to_joint(q, run, self.where, wave)

@@ -27,10 +27,8 @@ class EncoderScale(Effect):
     scale: Array = parameter(unit="", bound=0.05, prior_scale=1e-3)
 
     def apply(self, q: Array, run: Run, /) -> Array:
-        """Stretch the joint's column."""
         angle = q[:, :, joint_column(run, self.where)]
         return add_to_joint(q, run, self.where, self.scale[:, None] * angle)
 
     def parts(self, run: Run) -> tuple[MechanismPart, ...]:
-        """A joint that follows itself."""
         return (MimicJoint(self.where, self.where, float(self.scale[0])),)

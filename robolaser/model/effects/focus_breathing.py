@@ -35,5 +35,4 @@ class FocusBreathing(Effect):
     breathing: Array = parameter(unit="", bound=0.5, prior_scale=5e-3)
 
     def apply(self, image: Array, run: Run, /) -> Array:
-        """Stretch the image about the principal point."""
         return image * (1.0 + self.breathing[:, None] * run.relative_range)[..., None]

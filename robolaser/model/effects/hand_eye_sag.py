@@ -44,7 +44,6 @@ class HandEyeSag(Effect):
     uneven_z: Array = parameter(unit="rad", bound=0.1, prior_scale=5e-4)
 
     def apply(self, T_flange_camera: Array, run: Run, /) -> Array:
-        """Move the camera under its weight."""
         down = run.gravity_in_flange
         turn = np.cross(np.stack([self.moment_x, self.moment_y, self.moment_z], axis=-1)[:, None], down)
         x, y, z = (each[:, None] for each in (self.uneven_x, self.uneven_y, self.uneven_z))

@@ -46,7 +46,6 @@ class JointCompliance(Effect):
     hardening: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
     def apply(self, q: Array, run: Run, /) -> Array:
-        """Let the joint sink."""
         wound, reference = (self._wound(each)[:, :, None] for each in (run, run.reference))
         return add_to_joint(q, run, self.where, -hardened(wound, reference, self.hardening)[:, :, 0])
 

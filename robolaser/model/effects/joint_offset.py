@@ -30,5 +30,4 @@ class JointOffset(Effect):
     offset: Array = parameter(unit="rad", bound=0.1, prior_scale=1.7e-3)
 
     def apply(self, q: Array, run: Run, /) -> Array:
-        """Add the offset to the joint's column."""
         return add_to_joint(q, run, self.where, self.offset[:, None])

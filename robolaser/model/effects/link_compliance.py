@@ -53,7 +53,6 @@ class LinkCompliance(Effect):
         return moving_joints(robot)[1:]
 
     def apply(self, placements: Array, run: Run, /) -> Array:
-        """Turn the joint's placement in each pose."""
         column, load = joint_column(run, self.where), run.loads.of_link(self.where)
         axis = run.robot.axes[column]
         along = unit(load.link - axis * (load.link @ axis))

@@ -39,7 +39,6 @@ class LinkGeometry(Effect):
     turn_z: Array = parameter(unit="rad", bound=0.05, prior_scale=2e-3)
 
     def apply(self, placements: Array, run: Run, /) -> Array:
-        """Append the small motion to the joint's placement."""
         turn = np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1)
         motion = pose(exp_so3(turn), np.stack([self.x, self.y, self.z], axis=-1))
         placement = placements[:, :, joint_column(run, self.where)]

@@ -114,7 +114,6 @@ class BaseMotion(RigidMotion):
     """Of the flange in the base frame: turned about the middle of all flanges, which keeps turn and shift separable."""
 
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
-        """The moved flange."""
         shift, turn = self.motion(run)
         turned = turn - np.eye(3)
         middle = run.reference.flange[:, :3, 3].mean(axis=0)

@@ -65,13 +65,11 @@ class Settling(Effect):
     share: Array = parameter(unit="", bound=0.05, prior_scale=5e-4)
 
     def apply(self, q: Array, run: Run, /) -> Array:
-        """Hold back a share of each move."""
         column = joint_column(run, self.where)
         missing = self.share[:, None] * moves(q[:, :, [column]], run)[:, :, 0]
         return add_to_joint(q, run, self.where, -missing)
 
     @classmethod
     def locations(cls, dataset: Dataset) -> tuple[str, ...]:
-        """The joints whose last moves are of several lengths."""
         every = super().locations(dataset)
         return tuple(joint for joint in every if joint in _joints_of_various_moves(dataset)) if every else ()

@@ -38,7 +38,6 @@ class StripeBias(Effect):
     tilt: float | None = None  # tangent of a tilt that is assumed everywhere instead
 
     def apply(self, pixel: Array, run: Run, /) -> Array:
-        """Shift the coordinate across the stripe."""
         tilt = run.tilt if self.tilt is None else np.full(pixel.shape[1], self.tilt)
         shift = self.slope[:, None] * tilt
         return pixel + shift[..., None] * run.across_stripe

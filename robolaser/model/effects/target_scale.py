@@ -46,7 +46,6 @@ class TargetScale(Effect):
         return half * np.array([[x, y] for x in (0.0, -0.7, 0.7) for y in (0.0, -0.7, 0.7)])
 
     def apply(self, points: Array, run: Run, /) -> Array:
-        """Stretch the target in its plane."""
         plane = run.target
         flat = plane.axes[:, :2]
         centre = np.stack([self.centre_x, self.centre_y], axis=-1) @ flat.T

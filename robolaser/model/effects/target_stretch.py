@@ -47,7 +47,6 @@ class TargetStretch(Effect):
         return np.array([[turn, centre] for centre in centres for turn in turns])
 
     def apply(self, points: Array, run: Run, /) -> Array:
-        """Stretch the target in its plane."""
         plane = run.target
         e = np.stack([np.cos(self.direction), np.sin(self.direction)], axis=-1) @ plane.axes[:, :2].T
         along = ((points - plane.centre) * e[:, None]).sum(axis=-1) - self.centre[:, None]

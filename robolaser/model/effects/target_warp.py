@@ -61,7 +61,6 @@ class TargetWarp(Effect):
     wave_4_1: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
 
     def apply(self, points: Array, run: Run, /) -> Array:
-        """Lift each point along the normal."""
         plane = run.target
         xi, eta = np.moveaxis((points - plane.centre) @ plane.axes[:, :2] / plane.half, -1, 0)
         bow = self.xx[:, None] * xi**2 + self.xy[:, None] * xi * eta + self.yy[:, None] * eta**2

@@ -48,7 +48,6 @@ class ThermalDrift(NewtonWarming):
         return tuple(joint for joint in moving_joints(robot) if length[joint] > SHORTEST_LINK_M)
 
     def apply(self, placements: Array, run: Run, /) -> Array:
-        """Stretch the joint's placement in each pose."""
         column = joint_column(run, self.where)
         strain = self.growth[:, None] * warmed(run, self.tau)
         placement = placements[:, :, column]

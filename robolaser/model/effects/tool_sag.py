@@ -44,7 +44,6 @@ class ToolSag(Effect):
     moment_z: Array = parameter(unit="rad", bound=0.1, prior_scale=1e-3)
 
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
-        """Move the tool under its weight."""
         down = run.gravity_in_flange
         turn = np.cross(np.stack([self.moment_x, self.moment_y, self.moment_z], axis=-1)[:, None], down)
         xx, xy, xz, yz = (e[:, None] for e in (self.uneven_xx, self.uneven_xy, self.uneven_xz, self.uneven_yz))

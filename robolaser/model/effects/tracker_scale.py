@@ -34,5 +34,4 @@ class TrackerScale(Effect):
     scale: Array = parameter(unit="", bound=0.02, prior_scale=2e-4)
 
     def apply(self, points: Array, run: Run, /) -> Array:
-        """Shorten what was measured."""
         return points / (1.0 + self.scale[:, None, None])

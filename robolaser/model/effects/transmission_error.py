@@ -51,7 +51,6 @@ class TransmissionError(Effect):
         return np.linspace(FEWEST, MOST, count)[:, None]
 
     def apply(self, q: Array, run: Run, /) -> Array:
-        """Add the two waves."""
         phase = self.cycles[:, None] * q[:, :, joint_column(run, self.where)]
         sin, cos = np.sin(phase), np.cos(phase)
         once = self.sine[:, None] * sin + self.cosine[:, None] * cos
