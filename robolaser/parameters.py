@@ -26,27 +26,15 @@ def from_batch(values: Values) -> dict[str, float]:
 @final
 @dataclass(frozen=True)
 class Parameter:
-    """One number of a model.
+    """One number of a model; bounds without room hold it at its nominal value."""
 
-    Attributes:
-        name: Its name in files and messages.
-        unit: SI; "" for a pure number, "px" for pixels.
-        nominal: Where the search starts.
-        lower: Lower bound of the search.
-        upper: Upper bound of the search.
-        given: Whether nominal and bounds come from the user; otherwise from a closed form.
-        origin: Source of the closed form's value: "the board's corners".
-
-    Bounds without room hold it at its nominal value.
-    """
-
-    name: str
-    unit: str
-    nominal: float
-    lower: float
-    upper: float
-    given: bool = True
-    origin: str = ""
+    name: str  # in files and messages
+    unit: str  # SI; "" for a pure number, "px" for pixels
+    nominal: float  # where the search starts
+    lower: float  # bound of the search
+    upper: float  # the other one
+    given: bool = True  # whether nominal and bounds come from the user; otherwise from a closed form
+    origin: str = ""  # source of the closed form's value: "the board's corners"
 
     @property
     def fixed(self) -> bool:

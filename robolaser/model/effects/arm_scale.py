@@ -5,9 +5,8 @@ from typing import final
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import pose
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.requirements import joint_angles
-from robolaser.model.stages import Stage
 
 
 @final

@@ -7,11 +7,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.model.effects.effect import CarryOver, Effect, Run, RunSummary, nonlinear, parameter
-from robolaser.model.effects.hardening import hardened, with_hardening
+from robolaser.model.effects.effect import CarryOver, Effect, Run, RunSummary, Stage, nonlinear, parameter
+from robolaser.model.effects.joint_compliance import hardened, with_hardening
 from robolaser.model.effects.mechanism import Footing, MechanismPart
 from robolaser.model.effects.requirements import masses
-from robolaser.model.stages import Stage
 
 
 @final

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 from typing import final
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import parameter
+from robolaser.model.effects.effect import Stage, parameter
 from robolaser.model.effects.requirements import no_mount, order_of_its_own
 from robolaser.model.effects.rigid_motion_effect import BaseMotion, Creep
-from robolaser.model.stages import Stage
 
 
 @final

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from typing import final
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import parameter
+from robolaser.model.effects.effect import Stage, parameter
 from robolaser.model.effects.rigid_motion_effect import BaseMotion, Shift
-from robolaser.model.stages import Stage
 
 
 @final

@@ -7,11 +7,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Run, nonlinear, parameter
+from robolaser.model.effects.effect import Run, Stage, nonlinear, parameter
 from robolaser.model.effects.requirements import camera_alone_on_flange, warm_up
 from robolaser.model.effects.run import temperature_rise
 from robolaser.model.effects.thermal_state import Warming, crept
-from robolaser.model.stages import Stage
 
 SHARPEST = 20.0  # by then the camera is warm after a tenth of the run
 

@@ -22,7 +22,7 @@ from robolaser.model.stages import OF_ROWS, Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
 from robolaser.robot.kinematics import Robot
 
-__all__ = ["CandidateEffect", "CarryOver", "Effect", "Run", "RunSummary", "nonlinear", "parameter", "perturb_with"]
+__all__ = ["CarryOver", "Effect", "Run", "RunSummary", "Stage", "nonlinear", "parameter"]  # for effects
 
 NOT_WARM = (
     "how far it has come in this recording is not known; it is taken as at the end of the calibrated run, warmed up. If"

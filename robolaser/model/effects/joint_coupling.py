@@ -8,10 +8,9 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, nonlinear, parameter
 from robolaser.model.effects.joints import add_to_joint, moving_joints
 from robolaser.model.effects.mechanism import MechanismPart, MimicJoint
-from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.reading import MOST_JOINTS
 

@@ -6,10 +6,9 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import Run, parameter
+from robolaser.model.effects.effect import Run, Stage, parameter
 from robolaser.model.effects.requirements import warm_up
 from robolaser.model.effects.thermal_state import NewtonWarming, warmed
-from robolaser.model.stages import Stage
 
 
 @final

@@ -7,10 +7,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
 from robolaser.model.effects.requirements import path
-from robolaser.model.stages import Stage
 
 ALIKE = 0.2
 """Spread of the lengths of a joint's moves over their mean, up to which a missing share looks like lost motion."""

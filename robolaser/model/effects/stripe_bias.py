@@ -6,9 +6,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import CarryOver, Effect, Run, RunSummary, parameter
+from robolaser.model.effects.effect import CarryOver, Effect, Run, RunSummary, Stage, parameter
 from robolaser.model.effects.requirements import flat_target, laser_plane
-from robolaser.model.stages import Stage
 
 ORDINARY_DEG = 30.0  # of tilt of an ordinary surface
 

@@ -6,9 +6,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.requirements import flat_target
-from robolaser.model.stages import Stage
 
 FIELD = 1.2  # half the extent of the field of waves over that of the points: a wave need not be even beyond the points
 WAVES = 4  # the most half waves along either side

@@ -7,11 +7,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import pose
-from robolaser.model.effects.effect import Run, parameter
+from robolaser.model.effects.effect import Run, Stage, parameter
 from robolaser.model.effects.joints import joint_column, moving_joints, placed_anew
 from robolaser.model.effects.requirements import warm_up
 from robolaser.model.effects.thermal_state import NewtonWarming, warmed
-from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot
 
 SHORTEST_LINK_M = 1e-3

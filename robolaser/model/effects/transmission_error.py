@@ -7,10 +7,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, nonlinear, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
 from robolaser.model.effects.requirements import turning_joint
-from robolaser.model.stages import Stage
 
 FEWEST, MOST = 10.0, 330.0
 """Cycles a joint turn: fewer are dead zones and cables; a harmonic drive has at most twice 160."""
