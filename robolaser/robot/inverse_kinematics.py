@@ -15,14 +15,7 @@ SPARE = 4  # candidates for each posture wanted
 PATCH = 0.3  # radius of the candidate positions, over the reach
 
 
-def touching(
-    robot: Robot,
-    tool: Array,
-    goal: Array,
-    q: Array,
-    *,
-    still: Bools | None = None,
-) -> tuple[Array, Bools]:
+def touching(robot: Robot, tool: Array, goal: Array, q: Array, *, still: Bools | None = None) -> tuple[Array, Bools]:
     """Bring a point on the flange to given positions, the orientation free.
 
     Args:
