@@ -14,10 +14,8 @@ from robolaser.geometry.rigid_motion import from_quaternion, inverse, log_so3, p
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.placements import motion, six_names, six_of
-from robolaser.model.sensors.sensor import Sensor, SensorParameters
+from robolaser.model.sensors.sensor import Perturbation, Sensor, SensorParameters, Stage, Values
 from robolaser.model.sensors.tracker_fit import enough_of_each
-from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Values
 
 
 @final

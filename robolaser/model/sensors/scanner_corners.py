@@ -16,10 +16,8 @@ from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.placements import six_names
 from robolaser.model.sensors.scanner_start import camera_start, spans, target_by_corners
-from robolaser.model.sensors.sensor import Sensor, SensorParameters
+from robolaser.model.sensors.sensor import Perturbation, Sensor, SensorParameters, Stage, Values
 from robolaser.model.sensors.stripe import Stripe, gauge
-from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Values
 
 CAMERA = ("f", "s_u", "s_v", "u_0", "v_0", "k", "w", "phi", "psi", "t_x", "t_y", "t_z")
 

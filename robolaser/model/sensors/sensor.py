@@ -20,6 +20,8 @@ from robolaser.model.sensors.placements import vector
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 
+__all__ = ["NewPoses", "Perturbation", "Sensor", "SensorParameters", "Stage", "Values"]  # what sensors are written with
+
 Seen = tuple[Points, Bools] | None
 """Rows pose by pose, the same number of each, numbered from 0; and which poses see all of theirs, (p,)."""
 

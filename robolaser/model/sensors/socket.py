@@ -13,9 +13,7 @@ from robolaser.geometry.rigid_motion import carry
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.grouped_rows import group_means
 from robolaser.model.sensors.placements import places, vector
-from robolaser.model.sensors.sensor import NewPoses, Sensor, SensorParameters
-from robolaser.model.stages import Perturbation
-from robolaser.parameters import Values
+from robolaser.model.sensors.sensor import NewPoses, Perturbation, Sensor, SensorParameters, Values
 
 MOST_APART = 4  # connected sockets that are each held out alone: two pairs would leave each fit half of the data
 RANK = 1e-12  # of the largest eigenvalue: directions of the ball below are not determined

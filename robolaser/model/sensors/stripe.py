@@ -17,10 +17,8 @@ from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.placements import motion, six_names
 from robolaser.model.sensors.scanner_start import laser_start, spans, target_by_stripe
-from robolaser.model.sensors.sensor import NewPoses, Sensor, SensorParameters, not_given
+from robolaser.model.sensors.sensor import NewPoses, Perturbation, Sensor, SensorParameters, Stage, Values, not_given
 from robolaser.model.sensors.stripe_similarity import SIMILARITY, solve_similarity
-from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Values
 
 SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
 """The paper's fourteen, in its order (eq. 15)."""
