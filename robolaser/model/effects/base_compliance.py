@@ -68,8 +68,7 @@ class BaseCompliance(Effect):
 
 def _moment(run: Run) -> Array:
     """The overturning moment about each horizontal axis, (n, 2) [Nm]."""
-    moment: Array = run.loads.overturning_moment @ horizontal_axes(np.array(run.robot.gravity)).T
-    return moment
+    return run.loads.overturning_moment @ horizontal_axes(np.array(run.robot.gravity)).T
 
 
 def horizontal_axes(gravity: Array) -> Array:

@@ -72,8 +72,7 @@ class JointCompliance(Effect):
     def _wound(self, run: Run) -> Array:
         column = joint_column(run, self.where)
         g, of_one_kg = run.loads.gravity_torques[:, column], run.loads.torques_of_one_kg[:, column]
-        wound: Array = self.compliance[:, None] * g + self.payload[:, None] * of_one_kg
-        return wound
+        return self.compliance[:, None] * g + self.payload[:, None] * of_one_kg
 
     def parts(self, run: Run) -> tuple[MechanismPart, ...]:
         """A spring; none where the joint is unloaded, as one about the vertical."""

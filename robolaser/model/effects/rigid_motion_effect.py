@@ -105,8 +105,7 @@ class MountMotion(RigidMotion):
     def apply(self, T: Array, run: Run, /) -> Array:
         """The poses (c, n, 4, 4), moved in their own frames."""
         shift, turn = self.motion(run)
-        moved: Array = T @ pose(turn, shift)
-        return moved
+        return T @ pose(turn, shift)
 
 
 @dataclass(frozen=True)
