@@ -23,8 +23,7 @@ from robolaser.robot.kinematics import Robot
 
 STARTED = "_started"
 CHUNK = 400_000  # point-evaluations at a time: their residuals still fit into a processor's cache
-ROWS = 6_000
-"""Number of rows at which a batch ends: their derivatives by some ten parameters fit a processor's cache."""
+ROWS = 6_000  # number of rows at which a batch ends: their derivatives by some ten parameters fit a processor's cache
 
 
 def started(dataset: Dataset) -> Dataset:

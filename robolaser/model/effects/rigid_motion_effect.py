@@ -14,8 +14,7 @@ from robolaser.model.effects.requirements import pose_order
 from robolaser.model.effects.thermal_state import crept
 
 SETTLINGS = (0.0, 1.5, 3.5, 8.0)  # of a creep, to try: even with the first, over in a third of the run with the last
-FEWEST: Final = 3
-"""Poses before and after a moment: any six numbers fit fewer."""
+FEWEST: Final = 3  # poses before and after a moment: any six numbers fit fewer
 
 
 def enough_poses(dataset: Dataset) -> str:

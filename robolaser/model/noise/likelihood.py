@@ -16,8 +16,7 @@ from robolaser.model.noise.covariance import FLOOR, NoiseModel, Origin
 MOST_ROWS_A_POSE = 30  # more add nothing on the size of the errors
 MOST_ROWS = 2000  # altogether, as long as each pose keeps a few
 LEAST_ROWS_A_POSE = 3
-Known = Mapping[str, tuple[float, Origin]]
-"""Sizes of sources, and where they come from, by name."""
+Known = Mapping[str, tuple[float, Origin]]  # sizes of sources, and where they come from, by name
 UNMOVED = 1e-12  # variance by a source, over the largest, up to which it does not move a number
 FEW = 0.5  # share of a pose's numbers up to which it pays to separate the directions of its errors
 

@@ -29,8 +29,7 @@ NO_START = (
     " from closed forms."
 )
 SEEN_ALONG = 5  # points that represent the stripe at planned poses
-LARGEST_PX = 0.1
-"""Of a detected corner: a larger common motion of an image's rows is no error of corners."""
+LARGEST_PX = 0.1  # of a detected corner: a larger common motion of an image's rows is no error of corners
 LEAST_TARGET_M = 1e-5
 """No printed target is better, and rows from images of a board, with residuals along their rays by construction, would
 otherwise seem to be exact across them."""
