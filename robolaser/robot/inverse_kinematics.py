@@ -29,7 +29,6 @@ def touching(robot: Robot, tool: Array, goal: Array, q: Array, *, still: Bools |
         Joint values (n, j), and whether each is within the limits with the point at its goal, (n,).
     """
     fixed = np.zeros(q.shape[1], dtype=bool) if still is None else still
-
     tools = np.broadcast_to(tool, goal.shape)
 
     def missing(values: Array, which: Ints) -> tuple[Array, Array]:

@@ -187,8 +187,7 @@ class Blocks:
 
     def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Distance from the sensor at which each row was measured, one candidate, (m,) [m]; None: some have none."""
-        at = values, T_base_flange, perturb
-        return self.or_none([block.sensor.ranges(*block.at(*at)) for block in self], axis=0)
+        return self.or_none([block.sensor.ranges(*block.at(values, T_base_flange, perturb)) for block in self], axis=0)
 
     def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
         """Whether the sensor could see each row's known point at its stated position, one candidate, (m,)."""

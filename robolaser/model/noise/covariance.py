@@ -244,8 +244,7 @@ class NoiseModel:
 
     def correlate(self, white: Array) -> Array:
         """The inverse of `whiten`, (c, m k) -> (c, m k) [row's unit]."""
-        weighed = self.weigh(white)
-        rows = weighed.reshape(len(white), self._rows, self.numbers).transpose(1, 2, 0)
+        rows = self.weigh(white).reshape(len(white), self._rows, self.numbers).transpose(1, 2, 0)
         total: Array = FLOOR**2 * rows
         for source in self.sources:
             moved = rows if source.isotropic else np.swapaxes(source.effect, -1, -2) @ rows

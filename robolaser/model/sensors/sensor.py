@@ -210,8 +210,7 @@ class Sensor(ABC):
     @property
     def new_poses(self) -> NewPoses:
         """Its measurements at new poses: by default each named point once, from everywhere."""
-        points = self.dataset.points
-        return NewPoses(lambda _, T: (each_once(points, len(T)), np.ones(len(T), dtype=bool)))
+        return NewPoses(lambda _, T: (each_once(self.dataset.points, len(T)), np.ones(len(T), dtype=bool)))
 
     @final
     def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
