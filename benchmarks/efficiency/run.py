@@ -26,8 +26,7 @@ from robolaser.arrays import Array
 from robolaser.calibration.calibrate import Plan, calibrate
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
-from robolaser.model.derivatives import jacobian_matrix
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian_matrix
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, simulate
 

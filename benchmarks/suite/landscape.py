@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.distance import pdist
 from scipy.stats import spearmanr
 
-from robolaser.model.derivatives import jacobian_matrix
+from robolaser.model.forward_model import jacobian_matrix
 from robolaser.problems.calibration_suite import SuiteProblem
 
 SAMPLES = 2000

@@ -10,9 +10,7 @@ from robolaser.data.subsampling import evenly
 from robolaser.errors import DataError, EstimationError
 from robolaser.estimation.problem import Problem
 from robolaser.geometry.hand_eye import LEAST_TURN, principal_turns, undetermined_reason
-from robolaser.model.batches import depends_on_trajectory, with_rows
-from robolaser.model.derivatives import jacobian
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, depends_on_trajectory, jacobian, with_rows
 
 RANK_TOLERANCE = 1e-6  # of a pose's Jacobian, relative to its largest singular value
 SAMPLE = 20  # poses whose Jacobians are compared

@@ -11,8 +11,7 @@ from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.calibration.misread import FALLS
 from robolaser.calibration.result import rms, rms_of_poses
 from robolaser.data.dataset import Dataset
-from robolaser.model.batches import of_data
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, of_data
 
 FAR: Final = 2.0
 """Times the median error above which a pose is far off, and factor by which its rows must fit better elsewhere."""

@@ -24,8 +24,7 @@ from robolaser.errors import RobolaserError
 from robolaser.estimation.multistart import SEARCH_POINTS
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
-from robolaser.model.batches import of_data
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, of_data
 
 FALLS = 5.0
 """Factor by which another reading of the joints must lower the error to be reported. A judgement: exchanged columns

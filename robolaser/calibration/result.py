@@ -16,7 +16,7 @@ from robolaser.estimation.folds import FoldFits
 from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
 from robolaser.model.blocks.cell_frames import in_cell
-from robolaser.model.effects.run_summary import RunSummary
+from robolaser.model.effects.run import RunSummary
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.parameters import Parameter, Values

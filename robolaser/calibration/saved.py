@@ -9,7 +9,7 @@ from robolaser.bounded_reading import ROBOT_BYTES, read_json, read_text
 from robolaser.data.dataset_file import Pixels
 from robolaser.data.toml_schema import typed
 from robolaser.errors import DataError
-from robolaser.model.effects.run_summary import RunSummary
+from robolaser.model.effects.run import RunSummary
 from robolaser.robot.kinematics import DOWN, Robot
 
 CALIBRATION: Final = "robolaser-calibration/1"

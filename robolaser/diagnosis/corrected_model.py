@@ -12,8 +12,7 @@ from robolaser.diagnosis.result import Diagnosis
 from robolaser.estimation.fisher_information import Information
 from robolaser.estimation.identifiability import unidentifiable
 from robolaser.estimation.noise_estimate import noise_of
-from robolaser.model.derivatives import jacobian
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian
 
 ALGORITHM: Final = "diagnosis"
 

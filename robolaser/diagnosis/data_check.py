@@ -14,11 +14,10 @@ from robolaser.errors import RobolaserError
 from robolaser.estimation.identifiability import null_directions
 from robolaser.estimation.outliers import MIN_POSES
 from robolaser.estimation.problem import Problem
-from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import Effect
 from robolaser.model.effects.requirements import DataLack
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian_matrix
 
 MOST_POINTS = 3000
 """Number of points for the check of parameters."""

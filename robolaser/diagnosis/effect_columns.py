@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.stage_derivatives import StageDerivatives, stage_derivatives
-from robolaser.duals import Dual
+from robolaser.duals import Dual, slopes_of
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.effects.effect import CandidateEffect, perturb_with
 from robolaser.model.effects.run import Run
@@ -134,10 +134,8 @@ def _slopes(model: Model, candidate_effect: CandidateEffect, x: Array, direction
         slopes = np.repeat(way[by, None], len(x), axis=1)
         numbers.append(Dual(at, slopes, tuple(by.tolist())) if len(by) else at)
     effect = candidate_effect.at(cast("Values", dict(zip(candidate_effect.parameters.names, numbers, strict=True))))
-    moved: Any = perturb_with((effect,), model.run)(candidate_effect.effect.stage_in(model.dataset), value[None])
-    slopes = np.zeros((len(x), len(directions), *moved.shape[1:]))
-    slopes[:, list(moved.of)] = np.swapaxes(moved.slopes, 0, 1)
-    return slopes.reshape(-1, *slopes.shape[2:])
+    moved = perturb_with((effect,), model.run)(candidate_effect.effect.stage_in(model.dataset), value[None])
+    return np.swapaxes(slopes_of(moved, len(directions)), 0, 1).reshape(-1, *moved.shape[1:])
 
 
 def _twists(T: Array, slopes: Array) -> Array:

@@ -20,10 +20,8 @@ from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import sources_of
-from robolaser.model.batches import of_data, with_rows
-from robolaser.model.derivatives import jacobian
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian, of_data, with_rows
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.stages import OF_ROWS
 

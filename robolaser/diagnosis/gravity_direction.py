@@ -13,10 +13,9 @@ from robolaser.diagnosis.summary_text import millimetres
 from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, with_fault
 from robolaser.estimation.certainty import CERTAIN
-from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_compliance import JointCompliance
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian_matrix
 
 POSES = 80
 """Most poses for the search of a direction; the diagnosis with it uses all."""

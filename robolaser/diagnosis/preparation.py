@@ -23,10 +23,8 @@ from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import NoiseEstimate, left_by, sources_of
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
 from robolaser.estimation.outliers import MIN_POSES, outliers_of
-from robolaser.model.batches import of_data
-from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian_matrix, of_data
 from robolaser.model.noise.covariance import FLOOR, NoiseModel
 
 

@@ -20,7 +20,7 @@ from robolaser.diagnosis.random_functions import RandomFunctions
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.estimation.noise_estimate import LEVER_M
 from robolaser.model.effects.joints import moving_joints
-from robolaser.model.effects.moments import moments
+from robolaser.model.effects.rigid_motion_effect import moments
 from robolaser.model.grouped_rows import GroupedRows
 from robolaser.model.stages import Stage
 

@@ -20,8 +20,7 @@ from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.model.effects.run import Course
-from robolaser.model.effects.run_summary import RunSummary, continued
+from robolaser.model.effects.run import Course, RunSummary, continued
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.parameters import Parameter, Parameters

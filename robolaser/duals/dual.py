@@ -237,6 +237,14 @@ def is_dual(array: Any) -> bool:
     return isinstance(array, Dual)
 
 
+def slopes_of(array: Any, count: int) -> Array:
+    """Derivatives of an array by the first so many parameters, (count, *shape); zero of a plain one."""
+    slopes = np.zeros((count, *array.shape))
+    if isinstance(array, Dual):
+        slopes[list(array.of)] = array.slopes
+    return slopes
+
+
 def _unknown(function: Any) -> TypeError:
     return TypeError(
         f"np.{function.__name__} has no derivative here: residuals may use"

@@ -11,8 +11,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.r_factor import triangle
-from robolaser.model.derivatives import jacobian
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources, shared_by_rows
 

@@ -10,8 +10,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.estimation.plain_fit import gradients, sampled, solve_corrected
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import MOST_STEPS, solve
-from robolaser.model.batches import with_rows
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, with_rows
 
 FOLDS = 10
 FEWEST = 3  # groups of poses; fewer cannot be held out, since the rest fits anything

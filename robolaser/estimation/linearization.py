@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, cast, final
+from typing import cast, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.duals import Dual
+from robolaser.duals import Dual, slopes_of
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.r_factor import triangle
 from robolaser.model.effects.effect import CandidateEffect
@@ -127,9 +127,7 @@ class Linearization:
         values = problem.parameters.values(np.tile(self.x, (len(shapes), 1)))
         amplitudes = {name: Dual.parameter(np.zeros(len(shapes)), i) for i, name in enumerate(names[:q])}
         inner = dict(zip(names[q:], shapes.T, strict=True))
-        moved: Any = model.residuals_at({**values, **cast("Values", amplitudes), **inner})
-        J = np.zeros((q, len(shapes), *self.plain.shape))
-        J[list(moved.of)] = moved.slopes
+        J = slopes_of(model.residuals_at({**values, **cast("Values", amplitudes), **inner}), q)
         white = problem.whitened(J.reshape(-1, *self.plain.shape))
         return np.moveaxis(white.reshape(q, len(shapes), -1), 0, 2)
 

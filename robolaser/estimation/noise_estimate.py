@@ -9,10 +9,8 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.estimation.averaging import AveragedData
-from robolaser.model.batches import of_data
-from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian_matrix, of_data
 from robolaser.model.noise.covariance import FLOOR, NoiseModel, Origin
 from robolaser.model.noise.likelihood import Known, NoiseLikelihood
 from robolaser.model.noise.repeats import pixel_repeats

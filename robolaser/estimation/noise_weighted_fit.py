@@ -10,8 +10,7 @@ from robolaser.estimation.noise_estimate import NoiseEstimate
 from robolaser.estimation.outliers import outliers_within_poses, robust_fit
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
-from robolaser.model.batches import of_data
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, of_data
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources
 

@@ -9,9 +9,8 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.errors import PlanError
 from robolaser.estimation.board_visibility import BoardObserver, board_observer
-from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects import candidate_effects
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian_matrix
 
 SPARE = 4  # candidates for each posture wanted,
 LEAST_CANDIDATES, MOST_CANDIDATES = 60, 400  # within these bounds, but never fewer than are wanted

@@ -16,9 +16,8 @@ from robolaser.estimation.linearization import RANK
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.r_factor import triangle
 from robolaser.estimation.solver import TOLERANCE, Solution, solve
-from robolaser.model.batches import depends_on_trajectory, with_rows
 from robolaser.model.blocks.errors import row_errors
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, depends_on_trajectory, with_rows
 from robolaser.model.noise.covariance import FLOOR, NoiseModel
 
 ROUNDS = 3  # the size of rows depends on the estimate; a fourth round changes nothing

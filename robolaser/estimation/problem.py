@@ -8,9 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.estimation.robust_loss import SQUARE, Loss
-from robolaser.model.batches import batches_of
-from robolaser.model.derivatives import jacobian
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, batches_of, jacobian
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.parameters import Parameters
 

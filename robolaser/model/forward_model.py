@@ -1,18 +1,19 @@
 """The model of a cell: the chain from encoder and image to points, with effects at its stages."""
 
 import shlex
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import final
+from itertools import pairwise
+from typing import cast, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
+from robolaser.duals import Dual, slopes_of
 from robolaser.errors import DataError
-from robolaser.model.blocks.blocks import Blocks
-from robolaser.model.blocks.distances import KnownDistances, known_distances
+from robolaser.model.blocks.blocks import Blocks, KnownDistances
 from robolaser.model.blocks.start import initialize, parameters_of
 from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
 from robolaser.model.effects.run import Course
@@ -22,6 +23,7 @@ from robolaser.robot.kinematics import Robot
 
 STARTED = "_started"
 CHUNK = 400_000  # point-evaluations at a time: their residuals still fit into a processor's cache
+ROWS = 6_000  # number of rows at which a batch ends: their derivatives by some ten parameters fit a processor's cache
 
 
 def started(dataset: Dataset) -> Dataset:
@@ -167,10 +169,10 @@ class Model:
         perturb = self.perturb(values)
         return self.blocks.residuals(values, self.flange(values, perturb, only_seen=True), perturb)
 
-    @cached_property
+    @property
     def known_distances(self) -> KnownDistances | None:
         """Additional rows of every fit beside those of points.csv, of no pose; None where there are none."""
-        return known_distances(self.blocks)
+        return self.blocks.known_distances
 
     def extra_residuals(self, x: Array) -> Array:
         """Known distances less the model's over their standard deviation, (c, d) -> (c, r); r may be 0.
@@ -237,3 +239,66 @@ class Model:
             parts = (self.residuals_at(self.parameters.values(part)) for part in self._in_chunks(x))
             J = np.concatenate([np.einsum("cmk,cmk->c", residuals, residuals) for residuals in parts])
         return np.where(np.isfinite(J), J, np.inf)
+
+
+def jacobian(model: Model, x: Array) -> Array:
+    """Derivatives of the residuals at candidates (c, d) by all parameters, (c, d, m, k), in their unit per unit.
+
+    Effects and sensors run on duals.
+    """
+    values = {name: Dual.parameter(x[:, i], i) for i, name in enumerate(model.parameters.names)}
+    slopes = slopes_of(model.residuals_at(cast("Values", values)), x.shape[1])
+    return np.ascontiguousarray(np.swapaxes(slopes, 0, 1))
+
+
+def jacobian_matrix(model: Model, x: Array) -> Array:
+    """The same at one candidate (d,), for all numbers of all rows, (m k, d)."""
+    J = jacobian(model, x[None])[0]
+    return np.asarray(J.reshape(len(J), -1).T)
+
+
+def batches_of(model: Model) -> tuple[tuple[Ints, Model], ...]:
+    """A model in batches of whole poses; a single one if it is small, or if an effect depends on other poses.
+
+    Returns:
+        The numbers of some of its rows, (m,), and the model of only these and their poses, with the parameters of the
+        whole.
+    """
+    whole = np.arange(len(model.dataset.points))
+    if len(whole) <= ROWS or depends_on_trajectory(model):
+        return ((whole, model),)
+    return tuple(_cut(model))
+
+
+def depends_on_trajectory(model: Model) -> bool:
+    """Whether rows of a model depend on poses besides their own."""
+    return any(candidate_effect.effect.depends_on_trajectory for candidate_effect in model.effects)
+
+
+def with_rows(model: Model, rows: Ints) -> Model:
+    """The model of some rows; effects that depend on the trajectory see only these and all poses."""
+    return of_data(model, replace(model.dataset, points=model.dataset.points.take(rows)))
+
+
+def of_data(model: Model, dataset: Dataset) -> Model:
+    """The model of some of its data, which may be averaged, with the parameters of the whole."""
+    return Model(dataset, model.effects, model.course).sharing(model.sensor_parameters)
+
+
+def _cut(model: Model) -> Iterator[tuple[Ints, Model]]:
+    dataset = model.dataset
+    order = np.argsort(dataset.points.pose, kind="stable")
+    counts = np.bincount(dataset.points.pose, minlength=len(dataset.poses))
+    ends = np.cumsum(counts)
+    begins = np.searchsorted(ends, np.arange(0, len(order), ROWS), side="right")
+    poses = np.unique([*begins, len(counts)])
+    for first, last in pairwise(poses.tolist()):
+        rows = order[ends[first] - counts[first] : ends[last - 1]]
+        if len(rows):
+            points = dataset.points.take(rows)
+            part = replace(
+                dataset,
+                poses=dataset.poses.take(np.arange(first, last)),
+                points=replace(points, pose=points.pose - first),
+            )
+            yield rows, Model(part, model.effects).sharing(model.sensor_parameters)

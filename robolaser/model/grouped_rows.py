@@ -38,6 +38,12 @@ class GroupedRows:
         return rows
 
 
+def group_means(rows: Array, group: Ints, groups: int = 0) -> Array:
+    """The mean of rows (m, k) that share a group's number (m,), for so many groups or more, (g, k); 0 of no row."""
+    sums = np.stack([np.bincount(group, column, minlength=groups) for column in rows.T], axis=-1)
+    return np.asarray(sums / np.bincount(group, minlength=groups).clip(min=1)[:, None])
+
+
 def group_sums(rows: Array, group: Ints) -> Array:
     """Sum rows (m, ...) that share a group's number (m,), -> (largest number + 1, ...)."""
     order = np.argsort(group, kind="stable")

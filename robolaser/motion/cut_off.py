@@ -13,8 +13,7 @@ from robolaser.motion.gap import root_mean_squares, white_noise
 from robolaser.motion.kind_diagnosis import OVER_NOISE
 from robolaser.motion.quantities import Quantities
 
-FEWEST_ROWS = 30
-"""On either side of a limit. A judgement."""
+FEWEST_ROWS = 30  # on either side of a limit. A judgement
 ROUNDS = 6  # of the limit by the rows at it, and of these by the limit
 NEAR = 6.0
 """Rows within so many times the noise of the largest value are tried first as rows at a limit: noise reaches less."""

@@ -21,8 +21,7 @@ from robolaser.motion.log import MotionLog, filled
 from robolaser.motion.misread import misread
 from robolaser.motion.selection import SelectedEffect, search
 
-OF_PULLS = ("offset", "scale", "droop")
-"""Effects of a servo that an unknown torque imitates."""
+OF_PULLS = ("offset", "scale", "droop")  # effects of a servo that an unknown torque imitates
 
 
 @final

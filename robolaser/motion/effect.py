@@ -14,13 +14,10 @@ if TYPE_CHECKING:
     from robolaser.motion.quantities import Quantities
 
 TIMING, TOOL, JOINTS = "timing", "tool", "joints"
-UNKNOWN = "unknown"
-"""The cause of functions of unknown form."""
-OF_ANGLE, OF_LOAD = "function_of_angle", "function_of_load"
-"""Names of these functions."""
+UNKNOWN = "unknown"  # the cause of functions of unknown form
+OF_ANGLE, OF_LOAD = "function_of_angle", "function_of_load"  # names of these functions
 
-MOVES_RAD = 1e-3
-"""Least spread of the commands of a moving joint. A judgement."""
+MOVES_RAD = 1e-3  # least spread of the commands of a moving joint. A judgement
 RowKind = Literal["tracking", "torque", "load"]
 """Kinds of rows: readings against commands, torques against inverse dynamics, one encoder against the other."""
 

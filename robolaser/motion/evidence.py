@@ -10,10 +10,8 @@ from robolaser.arrays import Array, Ints
 from robolaser.motion.effect import At
 
 FEWEST_VALUES = 2.0
-IDEAL_SHARE = 0.01
-"""Share of an ideal arm's error that is left by the form of its model. A judgement."""
-BY_CHANCE = 1e-3
-"""Level of significance: noise alone is rejected below it. A judgement."""
+IDEAL_SHARE = 0.01  # share of an ideal arm's error that is left by the form of its model. A judgement
+BY_CHANCE = 1e-3  # level of significance: noise alone is rejected below it. A judgement
 
 
 @final

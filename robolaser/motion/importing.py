@@ -28,10 +28,8 @@ CALIBRATION, TORQUE_UNIT = "calibration", "torque_unit"
 FURTHER: Final = (CALIBRATION, TORQUE_UNIT, JOINT_TOPIC, COMMAND_TOPIC, STAMPS)
 """Options by name: LeRobot's calibration file, the unit of torques, a bag's topics of readings and commands, and the
 time of a message that counts."""
-OF_SERVO: Final = ("percent", "ticks")
-"""Units that need the calibration file of an arm."""
-GRIPPER: Final = "gripper"
-"""The joint that LeRobot counts from 0 to 100 per cent; the others from -100 to 100."""
+OF_SERVO: Final = ("percent", "ticks")  # units that need the calibration file of an arm
+GRIPPER: Final = "gripper"  # the joint that LeRobot counts from 0 to 100 per cent; the others from -100 to 100
 
 
 @final

@@ -12,21 +12,16 @@ from robolaser.motion.effect import TIMING, At
 from robolaser.motion.gap import KindGap, medians, root_mean_squares, root_mean_squares_of_runs
 from robolaser.motion.selection import SelectedEffect
 
-FOLLOWS_RAD = 5e-4
-"""Largest usual error of a joint that follows its commands. A judgement: 0.03°."""
+FOLLOWS_RAD = 5e-4  # largest usual error of a joint that follows its commands. A judgement: 0.03°
 FOLLOWS_SHARE, OF_LARGEST = 0.01, 0.005
 """The same as a share of a joint's torque, and of the largest one: no torque model is better. A judgement."""
-LEFT_SHARE = 0.02
-"""Share of the squared gap above the noise that may remain of an explained gap."""
+LEFT_SHARE = 0.02  # share of the squared gap above the noise that may remain of an explained gap
 LEFT_OVER_NOISE = 4.0
 """Times the noise, or the error of arms that follow, above which no share of the gap is small enough for that. A
 judgement: a motor whose torque is cut off, taken for a scale, leaves 6 times as much, and 1 % of the gap."""
-IS_NOISE = 1.1
-"""Multiple of the noise up to which an error is noise."""
-OVER_NOISE = 2.0
-"""Multiple of the noise that may remain of an explained gap."""
-LISTED = 0.33
-"""Least probability of an effect or one of its rivals to be reported."""
+IS_NOISE = 1.1  # multiple of the noise up to which an error is noise
+OVER_NOISE = 2.0  # multiple of the noise that may remain of an explained gap
+LISTED = 0.33  # least probability of an effect or one of its rivals to be reported
 REST_DISCOUNT = 0.15
 """Credibility that an effect loses by the remaining error: as much as it explains costs 13 %. A judgement, by
 halves of a hobby arm's motions: scales, which that arm does not have, explain up to 1.02 of the remaining error,

@@ -45,8 +45,7 @@ class LinearRows:
     ) -> None:
         self.of, self.values, self.candidates = of, values, tuple(candidates)
         self._there = np.isfinite(values) & (True if used is None else used)
-        self.rows = self._there.sum(axis=0).astype(np.float64)
-        """Number of rows of each joint, (j,)."""
+        self.rows = self._there.sum(axis=0).astype(np.float64)  # number of rows of each joint, (j,)
         self._blocks: dict[tuple[str, int], slice] = {}
         joints = range(values.shape[1])
         columns: list[Array] = []

@@ -10,14 +10,11 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.robot.kinematics import Robot
 
-QUANTITIES = ("command", "q", "qd", "tau", "load")
-"""Quantities of a joint that a log may have."""
+QUANTITIES = ("command", "q", "qd", "tau", "load")  # quantities of a joint that a log may have
 OTHER_UNIT = 5.0
 """Factor to the expected size, or its reciprocal, that suggests another unit of a quantity. A judgement."""
-ENCODER_RAD = 2e-5
-"""Noise of a good arm's encoder, where no resolution is stated. A judgement."""
-PAUSE_S = 1.0
-"""Gap between rows [s] from which the arm's motion counts as unknown."""
+ENCODER_RAD = 2e-5  # noise of a good arm's encoder, where no resolution is stated. A judgement
+PAUSE_S = 1.0  # gap between rows [s] from which the arm's motion counts as unknown
 HOLE_S, LOST_ROWS = 0.2, 2.5
 """Gap between rows [s], and in usual steps, across which commands are not interpolated. A judgement."""
 

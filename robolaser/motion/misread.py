@@ -31,8 +31,7 @@ AGAINST = replace(
     OPPOSITE, name="joint_direction", form="", cause="servo", clause="the joint turns the other way than in the URDF",
     remedy="Turn the joint's axis round in the URDF, or the signs of its angles and torques in the log.",
 )  # fmt: skip
-PER_NM = {"mNm": 1000.0, "Ncm": 100.0}
-"""Units in which servos give torques, per Newton metre."""
+PER_NM = {"mNm": 1000.0, "Ncm": 100.0}  # units in which servos give torques, per Newton metre
 
 
 @final

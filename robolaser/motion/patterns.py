@@ -10,12 +10,9 @@ from scipy.special import chdtrc
 from robolaser.arrays import Array, Ints
 from robolaser.motion.evidence import BY_CHANCE, independent_values
 
-BINS = 12
-"""Ranges of a coordinate, each with as many rows. A judgement."""
-FINE = 4 * BINS
-"""Ranges of a joint's posture, over which gears and motors have waves. A judgement."""
-LEAST_SHOWN = 0.05
-"""Share of the residual squares that a coordinate must explain to be named. A judgement."""
+BINS = 12  # ranges of a coordinate, each with as many rows. A judgement
+FINE = 4 * BINS  # ranges of a joint's posture, over which gears and motors have waves. A judgement
+LEAST_SHOWN = 0.05  # share of the residual squares that a coordinate must explain to be named. A judgement
 HIDDEN = 0.2
 """Share of the residual squares that undetected patterns may explain where errors count as noise. A judgement."""
 

@@ -19,16 +19,11 @@ from robolaser.motion.result_json import motion_between
 from robolaser.motion.selection import INDISTINGUISHABLE, WORTH_ADDING
 from robolaser.motion.tracking import TrackingRows
 
-MEMORY_S = 5.0
-"""Time between independent values: residuals of a real hobby arm have a memory of 0.1 to 12 s."""
-TRACKED_RAD = 2e-4
-"""Residual of a good arm's servo model, where no resolution is stated. A judgement."""
-SIZES = np.geomspace(0.003, 30.0, 21)
-"""Tried sizes, in usual sizes, or reversed, as shares of the fastest command."""
-SHOWS = 1.28
-"""Standard deviations above an effect's penalty, at which it is found nine times in ten."""
-BETWEEN = (0.75, 1.33)
-"""Factors on a signature that is not linear in its size, between the tried sizes."""
+MEMORY_S = 5.0  # time between independent values: residuals of a real hobby arm have a memory of 0.1 to 12 s
+TRACKED_RAD = 2e-4  # residual of a good arm's servo model, where no resolution is stated. A judgement
+SIZES = np.geomspace(0.003, 30.0, 21)  # tried sizes, in usual sizes, or reversed, as shares of the fastest command
+SHOWS = 1.28  # standard deviations above an effect's penalty, at which it is found nine times in ten
+BETWEEN = (0.75, 1.33)  # factors on a signature that is not linear in its size, between the tried sizes
 NONLINEAR = ("dead_time", "clock_shift", "lag", "dead_zone", "play", "speed_limit")
 UNPLANNED = ("range_limit", "gear_ripple")
 """Effects that commands do not predict: the position of a limit, and the period of a gear's error."""

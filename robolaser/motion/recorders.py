@@ -238,8 +238,7 @@ def _bag(source: Path, robot: Robot, stated: Mapping[str, str]) -> list[Recorded
     with Bag.opened([source], stated.get(STAMPS)) as bag:
         sent = stated.get(COMMAND_TOPIC)
         read = stated.get(JOINT_TOPIC)
-        of_controllers = bag.topics(CONTROLLER)
-        sent = sent or next(iter(bag.topics(ARRAY) or of_controllers), None)
+        sent = sent or next(iter(bag.topics(ARRAY) or bag.topics(CONTROLLER)), None)
         if sent is not None and read is None:
             states = [topic for topic in bag.topics(JOINTS) if topic != sent]
             read = states[0] if len(states) == 1 else None

@@ -16,8 +16,7 @@ from robolaser.motion.gap import KindGap
 from robolaser.motion.kind_diagnosis import FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE
 from robolaser.motion.selection import SelectedEffect
 
-NAMED = 3
-"""Effects, and joints of each, that the sentence names."""
+NAMED = 3  # effects, and joints of each, that the sentence names
 
 
 def motion_json(found: MotionDiagnosis) -> dict[str, Any]:

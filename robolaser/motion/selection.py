@@ -17,8 +17,7 @@ TRIED = 3  # best candidates of the previous round, which are fitted before all 
 INDISTINGUISHABLE = 6.0  # the same: a rival that is up to twenty to one worse
 ALIKE = 1e-3  # share by which squares of the same effect at a neighbour may be larger if both are one motion
 Sets = Sequence[tuple[At, ...]]
-Estimate = tuple[float, float, str]
-"""An estimated number: value, standard deviation, unit."""
+Estimate = tuple[float, float, str]  # an estimated number: value, standard deviation, unit
 Fitting = Callable[[Sequence[tuple[int, tuple[At, ...]]]], Sequence[Fitted]]
 """A model of the rows of each search, with each set of effects."""
 EffectSearch = Generator[Sets, Sequence[Fitted], "Selection"]

@@ -26,12 +26,7 @@ TORQUE_NM = 0.02
 
 
 def simulate_motion(
-    robot: Robot,
-    *,
-    series: int = 6,
-    effects: Mapping[str, float] | None = None,
-    seed: int = 1,
-    name: str = "",
+    robot: Robot, *, series: int = 6, effects: Mapping[str, float] | None = None, seed: int = 1, name: str = ""
 ) -> MotionLog:
     """Move an arm along sines, from rest to rest and at constant speeds; log commands, both encoders and torques.
 

@@ -107,8 +107,7 @@ class TrackingRows:
         self.joints: Ints = np.flatnonzero(known).astype(np.int64)
         """Columns of the joints that have commands, and readings that count."""
         self._form = np.hypot(IDEAL_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
-        self.independent = np.ones(joints)
-        """Effective sample size of each joint's rows, (j,)."""
+        self.independent = np.ones(joints)  # effective sample size of each joint's rows, (j,)
         self._found: dict[tuple[int, frozenset[str]], _ServoFit] = {}
 
     @property

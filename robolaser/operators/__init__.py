@@ -5,9 +5,4 @@ from robolaser.operators.elitist_replacement import ElitistReplacement
 from robolaser.operators.non_uniform_mutation import NonUniformMutation
 from robolaser.operators.roulette_selection import RouletteSelection
 
-__all__ = [
-    "ArithmeticCrossover",
-    "ElitistReplacement",
-    "NonUniformMutation",
-    "RouletteSelection",
-]
+__all__ = ["ArithmeticCrossover", "ElitistReplacement", "NonUniformMutation", "RouletteSelection"]

@@ -141,9 +141,9 @@ def _act(operator: Any, pop: Any, seed: int) -> Array:
     return np.asarray(found)
 
 
-def evaluated_population(n: int = 60, seed: int = 0) -> Any:
+def evaluated_population(n: int = 60) -> Any:
     """Individuals uniform in the bounds of `Bowl`, some on the bounds, evaluated."""
-    problem, rng = Bowl(), np.random.default_rng(seed)
+    problem, rng = Bowl(), np.random.default_rng(0)
     X = rng.uniform(problem.xl, problem.xu, (n, problem.n_var))
     X = np.where(rng.random(X.shape) < 0.1, problem.xl, np.where(rng.random(X.shape) < 0.1, problem.xu, X))
     return Population.new(X=X, F=problem.evaluate(X, return_values_of=["F"]))

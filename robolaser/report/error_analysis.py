@@ -12,9 +12,8 @@ from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly, rows_of_each
 from robolaser.estimation.noise_estimate import known_sizes
-from robolaser.model.batches import depends_on_trajectory, with_rows
 from robolaser.model.error_source import ErrorSource
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, depends_on_trajectory, with_rows
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources
 from robolaser.report.digits import millimetres, times

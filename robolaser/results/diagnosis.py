@@ -18,7 +18,7 @@ from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import UsageError
 from robolaser.export import servo_table
 from robolaser.export.files import exported
-from robolaser.model.effects.run_summary import RunSummary
+from robolaser.model.effects.run import RunSummary
 from robolaser.report.diagnosis import page as of_diagnosis
 from robolaser.report.document import Document
 from robolaser.report.page import render

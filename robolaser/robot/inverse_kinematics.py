@@ -15,14 +15,7 @@ SPARE = 4  # candidates for each posture wanted
 PATCH = 0.3  # radius of the candidate positions, over the reach
 
 
-def touching(
-    robot: Robot,
-    tool: Array,
-    goal: Array,
-    q: Array,
-    *,
-    still: Bools | None = None,
-) -> tuple[Array, Bools]:
+def touching(robot: Robot, tool: Array, goal: Array, q: Array, *, still: Bools | None = None) -> tuple[Array, Bools]:
     """Bring a point on the flange to given positions, the orientation free.
 
     Args:
@@ -36,7 +29,6 @@ def touching(
         Joint values (n, j), and whether each is within the limits with the point at its goal, (n,).
     """
     fixed = np.zeros(q.shape[1], dtype=bool) if still is None else still
-
     tools = np.broadcast_to(tool, goal.shape)
 
     def missing(values: Array, which: Ints) -> tuple[Array, Array]:

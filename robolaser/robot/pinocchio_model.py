@@ -55,8 +55,7 @@ class PinocchioModel:
         self.way[np.array(model.supports[frame.parentJoint])[1:] - 1] = 1.0
         """One for each joint that carries the flange, (m,)."""
         moved = (int(column) for joint in np.flatnonzero(self.way) for column in np.flatnonzero(ratios[joint]))
-        self.chain = tuple(dict.fromkeys(moved))
-        """The joints read that move the flange, from base to flange."""
+        self.chain = tuple(dict.fromkeys(moved))  # the joints read that move the flange, from base to flange
         self._endless = np.array(model.nqs)[1:] == 2
         self.placements = _poses(np.array(_view(model.jointPlacements)[1:]))
         """Of each joint on the one that carries it, or the base, (m, 4, 4)."""

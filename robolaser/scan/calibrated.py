@@ -26,7 +26,7 @@ from robolaser.errors import DataError, EffectError, ScanError, UsageError
 from robolaser.geometry.rigid_motion import Quaternion
 from robolaser.model.effects import found_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
-from robolaser.model.effects.run_summary import RunSummary
+from robolaser.model.effects.run import RunSummary
 from robolaser.model.sensors.stripe import SCANNER, Stripe
 from robolaser.parameters import Parameter, Values, as_batch
 from robolaser.robot.kinematics import Robot

@@ -14,8 +14,7 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.duals import Dual
 from robolaser.geometry.rigid_motion import apply
 from robolaser.model.effects.effect import CarryOver, Effect, Run, perturb_with
-from robolaser.model.effects.run import Course
-from robolaser.model.effects.run_summary import RunSummary, continued
+from robolaser.model.effects.run import Course, RunSummary, continued
 from robolaser.model.sensors.scanner_geometry import in_camera, mount
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values

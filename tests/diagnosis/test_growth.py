@@ -15,9 +15,9 @@ from robolaser.diagnosis.growth import SHARE, with_poses
 from robolaser.errors import DataError, UsageError
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import sources_of
-from robolaser.model.batches import of_data
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.tracker_scale import TrackerScale
+from robolaser.model.forward_model import of_data
 from robolaser.results.diagnosis import DiagnosisResult
 from robolaser.simulation import CellOptions, simulate
 

@@ -9,9 +9,8 @@ from several import together
 from robolaser import calibrate
 from robolaser.data.stated_noise import Noise
 from robolaser.estimation.averaging import AveragedData
-from robolaser.model.batches import of_data
 from robolaser.model.effects import candidate_effects
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, of_data
 from robolaser.simulation import CellOptions, simulate
 
 

@@ -10,8 +10,7 @@ from robolaser import Plan, calibrate
 from robolaser.data.stated_noise import Noise
 from robolaser.estimation.fisher_information import Information
 from robolaser.estimation.identifiability import null_directions, standard_errors, unidentifiable
-from robolaser.model.derivatives import jacobian
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources
 from robolaser.robot.by_name import find_robot

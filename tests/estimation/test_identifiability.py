@@ -10,10 +10,9 @@ from robolaser.estimation.fisher_information import Information
 from robolaser.estimation.identifiability import null_directions, standard_errors, unidentifiable
 from robolaser.estimation.noise_estimate import known_sizes, noise_of
 from robolaser.estimation.solver import solve
-from robolaser.model import derivatives
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian_matrix
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.likelihood import NoiseLikelihood
 from robolaser.model.noise.sources import error_sources
@@ -26,12 +25,6 @@ ROUNDED = Information(np.eye(2), np.eye(2), np.diag([4.0, -1e-30]), np.ones(2))
 
 def likeliest(dataset, sources, residuals, J):
     return NoiseLikelihood(sources, dataset.points.pose, residuals, J).likeliest(known_sizes(sources, dataset))[0]
-
-
-def jacobian(model, x):
-    """Derivatives of all numbers of the rows, (K, d)."""
-    J = derivatives.jacobian(model, x[None])[0]
-    return J.reshape(len(J), -1).T
 
 
 def said(J, noise, **more):
@@ -52,7 +45,7 @@ def coverage(cell: Cell, rng: np.random.Generator, *, stated: Noise, **noise: fl
     """
     model = cell.model()
     truth = cell.truth(model)
-    J, sources = jacobian(model, truth), error_sources(model, truth)
+    J, sources = jacobian_matrix(model, truth), error_sources(model, truth)
     held = np.isin(model.parameters.names, ["f"])
     scale = model.parameters.width[~held]
     free = J[:, ~held]
@@ -118,7 +111,7 @@ def test_a_true_fit_to_real_errors_is_held_too():
 
         problem = FunctionProblem(residuals, truth, model.parameters.lower, model.parameters.upper, axes=3)
         x = solve(problem, truth[None], tol=1e-9).x[0]
-        J = jacobian(model, x)
+        J = jacobian_matrix(model, x)
         noise = likeliest(model.dataset, sources, residuals(x[None]).reshape(-1, 3), J)
         std = standard_errors(said(J, noise), fixed=np.zeros(len(truth), dtype=bool))
         hits.append(np.abs(x - truth) < 1.96 * std)
@@ -134,7 +127,7 @@ def known_noise(model: Model, x: np.ndarray, **sigmas: float) -> NoiseModel:
 def tracked():
     model = tracker_cell(np.random.default_rng(23), poses=10, robot="scorbot_er7").model()
     x = np.array([TRUTH[name] for name in model.parameters.names])
-    return model, x, jacobian(model, x)
+    return model, x, jacobian_matrix(model, x)
 
 
 def test_weighing_by_the_noise_loses_no_parameter_any_sureness(tracked):
@@ -177,7 +170,9 @@ def found_in(cell: Cell, *candidate_effects: CandidateEffect) -> list[tuple[str,
     noise = known_noise(model, x, pixel=0.1, target=3e-5, point=3e-5)
     return [
         each.parameters
-        for each in unidentifiable(said(jacobian(model, x), noise), model.parameters.names, model.parameters.width)
+        for each in unidentifiable(
+            said(jacobian_matrix(model, x), noise), model.parameters.names, model.parameters.width
+        )
     ]
 
 
@@ -198,7 +193,7 @@ def test_the_gauge_is_read_from_the_derivatives_not_known_beforehand():
     cell = stripe_cell(np.random.default_rng(25), poses=40, points=10, robot="ur5")
     model = cell.model()
     x = cell.truth(model)
-    (direction,) = null_directions(jacobian(model, x))
+    (direction,) = null_directions(jacobian_matrix(model, x))
     scaled = direction / direction[0] * x[0]
     expected = {"f": TRUTH["f"], "s_u": TRUTH["s_u"], "s_v": TRUTH["s_v"], "k": -2 * TRUTH["k"]}
     np.testing.assert_allclose(scaled, [expected.get(name, 0.0) for name in model.parameters.names], rtol=1e-4)
@@ -210,7 +205,7 @@ def test_a_sheet_seen_without_distortion_has_two_freedoms_more():
     model = cell.model()
     x = cell.truth(model)
     x[model.parameters.columns(["k"])] = 0.0
-    directions = null_directions(jacobian(model, x))
+    directions = null_directions(jacobian_matrix(model, x))
     names = np.array(model.parameters.names)
     assert len(directions) == 3
     assert ("f", "s_u", "s_v") in [tuple(names[direction != 0]) for direction in directions]
@@ -237,7 +232,7 @@ def test_zyz_angles_near_their_pole_are_named(phi):
     model = cell.model()
     x = model.parameters.nominal
     noise = known_noise(model, x, pixel=0.1, target=3e-5)
-    J = jacobian(model, x)
+    J = jacobian_matrix(model, x)
     known = said(J, noise)
     found = unidentifiable(known, model.parameters.names, model.parameters.width)
     assert ("w", "psi") in [each.parameters for each in found]
@@ -289,7 +284,7 @@ def test_what_twenty_five_points_barely_see_is_named_with_its_size():
     model = cell.model()
     x = cell.truth(model)
     noise = known_noise(model, x, target=1e-3)
-    known = said(jacobian(model, x), noise)
+    known = said(jacobian_matrix(model, x), noise)
     found = unidentifiable(known, model.parameters.names, model.parameters.width)
     weak = [each for each in found if each.parameters != GAUGE]
     assert weak
@@ -305,7 +300,7 @@ def test_noise_of_a_fitted_model_needs_no_more_than_the_model():
     )
     model = cell.model()
     x = cell.truth(model)
-    J, e = jacobian(model, x), model.residuals(x[None])[0]
+    J, e = jacobian_matrix(model, x), model.residuals(x[None])[0]
     assert noise_of(model, x).sigmas == likeliest(model.dataset, error_sources(model, x), e, J).sigmas
 
 

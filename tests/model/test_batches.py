@@ -15,9 +15,8 @@ from robolaser.estimation.folds import TOLERANCE, assign_folds, held_out
 from robolaser.estimation.noise_estimate import noise_of
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
-from robolaser.model.batches import batches_of
 from robolaser.model.effects import candidate_effects
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, batches_of
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources
 from robolaser.robot.by_name import find_robot
@@ -44,7 +43,7 @@ def dataset(request):
 
 @pytest.fixture
 def small_batches(monkeypatch):
-    monkeypatch.setattr("robolaser.model.batches.ROWS", SMALL)
+    monkeypatch.setattr("robolaser.model.forward_model.ROWS", SMALL)
 
 
 def near(model, count):
@@ -96,7 +95,7 @@ NOISY = ("stripe, unplaced, repeated", "tracker", "camera")
 def test_a_calibration_in_batches_is_that_of_the_whole(dataset, monkeypatch, weights):
     plan = Plan(algorithm="gauss-newton", weights=weights)
     whole = calibrate(dataset, plan)
-    monkeypatch.setattr("robolaser.model.batches.ROWS", SMALL)
+    monkeypatch.setattr("robolaser.model.forward_model.ROWS", SMALL)
     monkeypatch.setattr("robolaser.estimation.plain_fit.FEWER", 50)
     parts = calibrate(dataset, plan)
     width = whole.model.parameters.width
@@ -127,7 +126,7 @@ def test_poses_of_one_row_err_as_a_whole_too_although_all_of_a_batch_have_one(mo
     points = points.take((points.pose < 20) | (points.number == 0))
     dataset = replace(made, points=points, noise=Noise())
     whole = calibrate(dataset)
-    monkeypatch.setattr("robolaser.model.batches.ROWS", 30)
+    monkeypatch.setattr("robolaser.model.forward_model.ROWS", 30)
     np.testing.assert_allclose(calibrate(dataset).std, whole.std, rtol=1e-6)
 
 
@@ -141,7 +140,7 @@ def test_a_batch_may_lack_the_sensor_of_the_longest_rows(weights, sessions, monk
     dataset = with_points_of(replace(made.dataset, members=tuple(members), board=board), [camera.data.points, early])
     plan = Plan(algorithm="gauss-newton", weights=weights)
     whole = calibrate(dataset, plan)
-    monkeypatch.setattr("robolaser.model.batches.ROWS", 2 * SMALL)
+    monkeypatch.setattr("robolaser.model.forward_model.ROWS", 2 * SMALL)
     parts = calibrate(dataset, plan)
     assert parts.rms_m == pytest.approx(whole.rms_m, rel=1e-6)
     assert parts.held_out_rms_m == pytest.approx(whole.held_out_rms_m, rel=1e-3)

@@ -10,9 +10,8 @@ from several import two_trackers
 
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
-from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian
 from robolaser.robot.by_name import find_robot
 
 KINDS = ("stripe", "camera", "point", "pose", "profile", "socket")

@@ -15,7 +15,7 @@ from robolaser.data.stated_noise import Noise
 from robolaser.duals import Dual
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import CandidateEffect, Effect
-from robolaser.model.effects.run_summary import RunSummary, continued
+from robolaser.model.effects.run import RunSummary, continued
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values

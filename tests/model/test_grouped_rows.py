@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robolaser.model.grouped_rows import GroupedRows
-from robolaser.model.noise.whitening import GroupStage
+from robolaser.model.noise.covariance import GroupStage
 
 ALIKE, UNEVEN, UNORDERED = [0, 0, 1, 1, 2, 2], [0, 1, 1, 1, 3, 3], [2, 0, 1, 0, 2, 2]
 

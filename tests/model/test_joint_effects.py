@@ -183,7 +183,7 @@ def test_an_arm_at_rest_cannot_tell_a_late_exposure() -> None:
 
 def grown(dataset: Dataset, tau: float = 0.3) -> Array:
     placements = dataset.robot.placements[None, None]
-    bent = ThermalDrift("joint_3", 1e-3 * ONE, tau * ONE).apply(placements, Run(dataset))[0]
+    bent = ThermalDrift("joint_3", tau=tau * ONE, growth=1e-3 * ONE).apply(placements, Run(dataset))[0]
     return np.linalg.norm(bent[:, 2, :3, 3], axis=-1) / np.linalg.norm(dataset.robot.placements[2, :3, 3]) - 1
 
 
@@ -208,7 +208,7 @@ def test_where_time_only_orders_the_poses_the_run_goes_on_by_poses() -> None:
 def test_growing_leaves_the_links_turn_and_the_other_links_alone() -> None:
     dataset = arm(anywhere(11))
     placements = dataset.robot.placements[None, None]
-    bent = ThermalDrift("joint_3", 1e-3 * ONE, 0.3 * ONE).apply(placements, Run(dataset))
+    bent = ThermalDrift("joint_3", tau=0.3 * ONE, growth=1e-3 * ONE).apply(placements, Run(dataset))
     np.testing.assert_array_equal(bent[0, -1, :, :3, :3], placements[0, 0, :, :3, :3])
     np.testing.assert_array_equal(np.delete(bent[0, -1], 2, axis=0), np.delete(placements[0, 0], 2, axis=0))
 

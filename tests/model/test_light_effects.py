@@ -95,7 +95,7 @@ def test_points_on_a_cone_of_light_lie_on_it_and_on_their_rays(dataset: Dataset,
 
 def test_a_drifting_sheet_is_one_of_another_angle_that_keeps_its_baseline(dataset: Dataset, run: Run) -> None:
     values = nominal(dataset)
-    drifted = LaserDrift("laser", np.array([2e-3]), np.array([0.3])).apply(laser_plane(values), run)[0]
+    drifted = LaserDrift("laser", angle=np.array([2e-3]), tau=np.array([0.3])).apply(laser_plane(values), run)[0]
     for row, pose in enumerate(dataset.points.pose):
         share = 1 - np.exp(-run.progress[pose] / 0.3)
         turned = values | {"theta": values["theta"] + 2e-3 * share}

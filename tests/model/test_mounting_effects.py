@@ -9,9 +9,10 @@ from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 from robolaser.model.effects.base_drift import BaseDrift
 from robolaser.model.effects.base_shift import BaseShift
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.model.effects.hand_eye_drift import HandEyeDrift, crept
+from robolaser.model.effects.hand_eye_drift import HandEyeDrift
 from robolaser.model.effects.mount_shift import MountShift
 from robolaser.model.effects.requirements import NO_ORDER
+from robolaser.model.effects.thermal_state import crept
 from robolaser.model.effects.tool_drift import ToolDrift
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage

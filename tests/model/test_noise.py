@@ -8,12 +8,10 @@ from cells import Cell, at_truth, board_cell, on_board, stripe_cell, tracker_cel
 from robolaser.data.board import Board
 from robolaser.data.stated_noise import Noise
 from robolaser.estimation.noise_estimate import known_sizes, noise_of
-from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian_matrix
 from robolaser.model.noise.covariance import NoiseModel
-from robolaser.model.noise.likelihood import NoiseLikelihood, PoseErrors, condensed
-from robolaser.model.noise.reml import estimate, restricted
+from robolaser.model.noise.likelihood import NoiseLikelihood, PoseErrors, condensed, estimate, restricted
 from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.sensors import scanner_geometry

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.model.noise.whitening import Whitener
+from robolaser.model.noise.covariance import Whitener
 
 M, K = 12, 2
 

@@ -12,8 +12,7 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.sensor import REGISTERED, Sensor
-from robolaser.model.sensors.sensor_parameters import SensorParameters
+from robolaser.model.sensors.sensor import REGISTERED, Sensor, SensorParameters
 from robolaser.report.calibration.page import document
 from robolaser.report.diagnosis.page import document as diagnosis_document
 from robolaser.report.error_analysis import ErrorAnalysis, lengths_mm

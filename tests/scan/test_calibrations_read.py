@@ -9,7 +9,7 @@ from scanned import calibrated, dataset, written
 
 from robolaser.errors import DataError, EffectError, ScanError
 from robolaser.model.effects import EFFECTS
-from robolaser.model.effects.run_summary import RunSummary
+from robolaser.model.effects.run import RunSummary
 from robolaser.scan import prepare, read_calibration
 
 

@@ -1,6 +1,7 @@
-"""All blocks of a problem: its rows and parameters, combined from its blocks."""
+"""All blocks of a problem: its rows and parameters, combined from its blocks, and the distances known beside them."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
 from typing import Any, TypeVar, cast, final
@@ -10,7 +11,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.data.several_sensors import with_points_of
-from robolaser.duals import is_dual
+from robolaser.duals import Dual, is_dual, slopes_of
 from robolaser.model.blocks.block import Block, blocks_of
 from robolaser.model.sensors.sensor import Seen, Sensor
 from robolaser.model.stages import Perturbation
@@ -18,6 +19,41 @@ from robolaser.parameters import Parameter, Values
 
 T = TypeVar("T")
 A = TypeVar("A", bound=np.ndarray[Any, Any])
+USUAL_M = 5e-5  # standard deviation where `[noise] distance_m` does not state one: a plate from a milling machine
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class KnownDistances:
+    """Distances between named points: rows of every fit that belong to no pose and to no point of points.csv."""
+
+    # parameters of each row's first point, such as `socket.a.x`, `.y` and `.z`, (r,)
+    first: tuple[tuple[str, ...], ...]
+    second: tuple[tuple[str, ...], ...]  # of its second, (r,)
+    known: Array  # the distances, (r,) [m]
+    sigma_m: float  # their standard deviation
+
+    def __len__(self) -> int:
+        return len(self.known)
+
+    def residuals(self, values: Values) -> Array:
+        """Known distance less the model's, (c, r) [m]."""
+        left: Array = self.known - np.linalg.norm(self._apart(values), axis=-1)
+        return left
+
+    def jacobian(self, values: Values, names: Sequence[str]) -> Array:
+        """Derivatives of the residuals by the named parameters, (c, r, len(names)); zero except by points."""
+        moving = {name: Dual.parameter(values[name], i) for i, name in enumerate(names) if name in values}
+        slopes = slopes_of(self.residuals(cast("Values", {**values, **moving})), len(names))
+        return np.ascontiguousarray(np.moveaxis(slopes, 0, -1))
+
+    def _apart(self, values: Values) -> Array:
+        """From each row's first point to its second, (c, r, 3) [m]."""
+        parts = [
+            np.stack([values[b] - values[a] for a, b in zip(first, second, strict=True)], axis=-1)
+            for first, second in zip(self.first, self.second, strict=True)
+        ]
+        return np.stack(parts, axis=1)
 
 
 @final
@@ -151,8 +187,7 @@ class Blocks:
 
     def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Distance from the sensor at which each row was measured, one candidate, (m,) [m]; None: some have none."""
-        at = values, T_base_flange, perturb
-        return self.or_none([block.sensor.ranges(*block.at(*at)) for block in self], axis=0)
+        return self.or_none([block.sensor.ranges(*block.at(values, T_base_flange, perturb)) for block in self], axis=0)
 
     def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
         """Whether the sensor could see each row's known point at its stated position, one candidate, (m,)."""
@@ -203,6 +238,21 @@ class Blocks:
         last = self.one_sensor[-1:]
         return last[0].sensor.new_poses.aims(last[0].values(values), T_base_flange) if last else None
 
+    @cached_property
+    def known_distances(self) -> KnownDistances | None:
+        """The stated distances between named points, each once; None where there are none."""
+        rows, noise = {}, self.dataset.noise
+        for block in self:
+            for one, other, distance in block.sensor.dataset.distances_m:
+                first, second = _place(block, one), _place(block, other)
+                if first and second:
+                    rows[first, second], noise = distance, block.sensor.dataset.noise
+        if not rows:
+            return None
+        firsts, seconds = zip(*rows, strict=True)
+        sigma_m = USUAL_M if noise.distance_m is None else noise.distance_m
+        return KnownDistances(firsts, seconds, np.array(list(rows.values())), sigma_m)
+
     @property
     def description(self) -> dict[str, Any]:
         """The entries of calibration.json under `model`: of the first sensor; if there are several, of each."""
@@ -226,3 +276,9 @@ class Blocks:
         """The same; None where a block has none."""
         known = [part for part in parts if part is not None]
         return self.together(known, axis) if len(known) == len(parts) else None
+
+
+def _place(block: Block, point: str) -> tuple[str, ...]:
+    """The problem's names of a named point's coordinates; none where it has no such point."""
+    own = (f"{block.sensor.format.named_points}.{point}.{part}" for part in "xyz")
+    return tuple(block.named[name] for name in own if name in block.named)

@@ -12,6 +12,7 @@ from robolaser.geometry.rigid_motion import skew
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.grouped_rows import group_means
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
@@ -80,7 +81,7 @@ def _pivots(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Pertu
             points.append(known[0])
             of_pose.append(block.sensor.dataset.points.pose)
     number = np.concatenate(of_pose)
-    middle = _pose_centroids(np.concatenate(points), number, len(pivot))
+    middle = group_means(np.concatenate(points), number, len(pivot))
     seen = np.bincount(number, minlength=len(pivot)) > 0
     pivot[seen] = middle[seen]
     return pivot
@@ -91,20 +92,13 @@ def _rigid_moves(points: Array, of_pose: Ints, numbers: int) -> tuple[Array, Arr
 
     A row has three numbers, its point (m, 3) [m] less the predicted one, and may have three more, the turn between.
     """
-    arms = points - _pose_centroids(points, of_pose, int(of_pose.max()) + 1)[of_pose]
+    arms = points - group_means(points, of_pose)[of_pose]
     if numbers == 3:
         return along_each_axis(len(points), 3), skew(arms)
     shifts, turns = np.zeros((2, len(points), numbers, 3))
     shifts[:, :3] = turns[:, 3:] = np.eye(3)
     turns[:, :3] = -skew(arms)
     return shifts, turns
-
-
-def _pose_centroids(points: Array, of_pose: Ints, poses: int) -> Array:
-    """The mean of each pose's points (m, 3), (poses, 3)."""
-    sums = np.stack([np.bincount(of_pose, points[:, axis], minlength=poses) for axis in range(3)], axis=-1)
-    mean: Array = sums / np.bincount(of_pose, minlength=poses).clip(min=1)[:, None]
-    return mean
 
 
 def _in_six_ways(T_base_flange: Array, pivot: Array) -> Dual:

@@ -9,7 +9,7 @@ from robolaser.data.sessions import OWN, matches
 from robolaser.errors import DataError, EstimationError, near
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.blocks import Blocks
-from robolaser.model.sensors.sensor_parameters import not_given
+from robolaser.model.sensors.sensor import not_given
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter, Parameters, Values, from_batch
 

@@ -32,7 +32,7 @@ def _library() -> tuple[type[Effect], ...]:
         importlib.import_module(f"{__name__}.{module.name}")
     ours = [effect for effect in _final(Effect) if effect.__module__.startswith(f"{__name__}.")]
     others = announced(GROUP, Effect, taken=[effect.name for effect in ours], required=DECLARED)
-    return tuple(sorted((*ours, *others.values()), key=lambda effect: effect.name))
+    return tuple(sorted({*ours, *others.values()}, key=lambda effect: effect.name))
 
 
 def _final(kind: type[Effect]) -> list[type[Effect]]:

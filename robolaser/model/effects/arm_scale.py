@@ -5,9 +5,8 @@ from typing import final
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import pose
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.requirements import joint_angles
-from robolaser.model.stages import Stage
 
 
 @final
@@ -40,6 +39,5 @@ class ArmScale(Effect):
     scale: Array = parameter(unit="", bound=2e-3, prior_scale=2e-4)
 
     def apply(self, placements: Array, run: Run, /) -> Array:
-        """Put each joint farther out."""
         longer = 1.0 + self.scale[:, None, None, None]
         return pose(placements[..., :3, :3], placements[..., :3, 3] * longer)

@@ -6,13 +6,11 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import CarryOver, Effect, Run, RunSummary, Stage, nonlinear, parameter
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.effects.joints import add_to_joint, joint_column
 from robolaser.model.effects.mechanism import MechanismPart, Play
 from robolaser.model.effects.requirements import path
-from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.stages import Stage
 
 NARROWEST_RAD = 1e-7  # half the play in which a vanishing one is looked at: far above rounding, far below any reading
 

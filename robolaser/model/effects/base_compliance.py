@@ -7,12 +7,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
-from robolaser.model.effects.hardening import hardened, with_hardening
+from robolaser.model.effects.effect import CarryOver, Effect, Run, RunSummary, Stage, nonlinear, parameter
+from robolaser.model.effects.joint_compliance import hardened, with_hardening
 from robolaser.model.effects.mechanism import Footing, MechanismPart
 from robolaser.model.effects.requirements import masses
-from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.stages import Stage
 
 
 @final
@@ -45,7 +43,6 @@ class BaseCompliance(Effect):
     hardening: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
-        """Turn the base under each pose's moment."""
         turn = self._turn(run) @ horizontal_axes(np.array(run.robot.gravity))
         return pose(exp_so3(turn), np.zeros(3)) @ T_base_flange
 
@@ -71,8 +68,7 @@ class BaseCompliance(Effect):
 
 def _moment(run: Run) -> Array:
     """The overturning moment about each horizontal axis, (n, 2) [Nm]."""
-    moment: Array = run.loads.overturning_moment @ horizontal_axes(np.array(run.robot.gravity)).T
-    return moment
+    return run.loads.overturning_moment @ horizontal_axes(np.array(run.robot.gravity)).T
 
 
 def horizontal_axes(gravity: Array) -> Array:

@@ -4,17 +4,14 @@ from dataclasses import dataclass
 from typing import final
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import NOT_WARM, CarryOver, Run, parameter
+from robolaser.model.effects.effect import Stage, parameter
 from robolaser.model.effects.requirements import no_mount, order_of_its_own
-from robolaser.model.effects.rigid_motion_effect import BaseMotion
-from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.effects.thermal_state import crept, settling
-from robolaser.model.stages import Stage
+from robolaser.model.effects.rigid_motion_effect import BaseMotion, Creep
 
 
 @final
 @dataclass(frozen=True)
-class BaseDrift(BaseMotion):
+class BaseDrift(Creep, BaseMotion):
     """The flange creeps as `hand_eye_drift` does, but in the base frame.
 
     A measuring system that creeps looks the same, with the opposite sign. For a sensor on the flange there is
@@ -35,12 +32,3 @@ class BaseDrift(BaseMotion):
     turn_x: Array = parameter(unit="rad", bound=0.05, prior_scale=5e-4)
     turn_y: Array = parameter(unit="rad", bound=0.05, prior_scale=5e-4)
     turn_z: Array = parameter(unit="rad", bound=0.05, prior_scale=5e-4)
-    settling: Array = settling()
-
-    def share(self, run: Run) -> Array:
-        """Of the creep."""
-        return crept(run.progress, self.settling)
-
-    def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
-        """It stays as at the end of the run that it was found in."""
-        return CarryOver(self.about_middle_of(run, found_in), NOT_WARM, alternatives=(None,))

@@ -3,23 +3,15 @@
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.arrays import Array, Bools
-from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import CarryOver, Run, nonlinear, parameter
-from robolaser.model.effects.moments import enough_poses, later, moments
-from robolaser.model.effects.requirements import pose_order
-from robolaser.model.effects.rigid_motion_effect import BaseMotion
-from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.stages import Stage
+from robolaser.arrays import Array
+from robolaser.model.effects.effect import Stage, parameter
+from robolaser.model.effects.rigid_motion_effect import BaseMotion, Shift
 
 
 @final
 @dataclass(frozen=True)
-class BaseShift(BaseMotion):
-    """After a moment of the run the flange is elsewhere; of several sessions the moment is in one.
-
-    A moved target looks the same, with the opposite sign.
-    """
+class BaseShift(Shift, BaseMotion):
+    """After a moment of the run the flange is elsewhere. A moved target looks the same, with the opposite sign."""
 
     name = "base_shift"
     title = "robot or target moved at a moment of the run"
@@ -33,8 +25,7 @@ class BaseShift(BaseMotion):
     stage = Stage.FLANGE
     cause = "base"
     site = "base"
-    needs = (pose_order, enough_poses)
-    begins = True
+    after = "the cell is taken as it was after the shift"
 
     x: Array = parameter(unit="m", bound=0.02, prior_scale=1e-3)
     y: Array = parameter(unit="m", bound=0.02, prior_scale=1e-3)
@@ -42,18 +33,3 @@ class BaseShift(BaseMotion):
     turn_x: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
     turn_y: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
     turn_z: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
-    moment: Array = nonlinear(unit="", lower=0.0, upper=1.0, nominal=0.5)
-
-    @classmethod
-    def grid(cls, dataset: Dataset, where: str) -> Array:
-        """Each pause between poses with points, (g, 1)."""
-        return moments(Run(dataset))[:, None]
-
-    def share(self, run: Run) -> Bools:
-        """All of it at the poses that came later."""
-        return later(run, self.moment)
-
-    def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
-        """All poses are after the shift."""
-        doubt = "the cell is taken as it was after the shift. If it was moved again, calibrate again"
-        return CarryOver(self.about_middle_of(run, found_in), doubt)

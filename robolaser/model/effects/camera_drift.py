@@ -7,19 +7,17 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import Run, Stage, nonlinear, parameter
 from robolaser.model.effects.requirements import camera_alone_on_flange, warm_up
 from robolaser.model.effects.run import temperature_rise
-from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.effects.thermal_state import carried_by_temperature, crept
-from robolaser.model.stages import Stage
+from robolaser.model.effects.thermal_state import Warming, crept
 
 SHARPEST = 20.0  # by then the camera is warm after a tenth of the run
 
 
 @final
 @dataclass(frozen=True)
-class CameraDrift(Effect):
+class CameraDrift(Warming):
     r"""A pixel at :math:`p` from the image's middle moves by :math:`g (t + \mathrm{growth}\,p + \mathrm{turn}\,Jp)`.
 
     J turns from u to v, and t is (x, y); g is the measured rise of temperature over its largest (`temperature_c` in the
@@ -36,7 +34,6 @@ class CameraDrift(Effect):
     cause = "camera"
     site = "camera"
     needs = (camera_alone_on_flange, warm_up)
-    depends_on_trajectory = True
 
     x: Array = parameter(unit="px", bound=20.0, prior_scale=0.5)
     y: Array = parameter(unit="px", bound=20.0, prior_scale=0.5)
@@ -54,7 +51,6 @@ class CameraDrift(Effect):
         return tried if temperature_rise(dataset.poses) is None else tried[:1]
 
     def apply(self, pixel: Array, run: Run, /) -> Array:
-        """The pixels of a cold camera."""
         risen = crept(run.progress, self.settling) if run.rise is None else run.rise[None]
         size = run.dataset.image_px
         middle = run.reference.points["pixel"].mean(axis=0) if size is None else 0.5 * np.array(size)
@@ -64,7 +60,3 @@ class CameraDrift(Effect):
         moved = shift + growth * away + turn * np.stack([-away[..., 1], away[..., 0]], axis=-1)
         cold: Array = pixel - risen[:, run.points.pose, None] * moved
         return cold
-
-    def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
-        """It follows the thermometer."""
-        return carried_by_temperature(self, run)

@@ -15,15 +15,14 @@ from robolaser.duals import Dual, is_dual
 from robolaser.model.effects.joints import moving_joints, turning_joints
 from robolaser.model.effects.mechanism import MechanismPart
 from robolaser.model.effects.requirements import passes, turning_joint
-from robolaser.model.effects.run import Run
-from robolaser.model.effects.run_summary import RunSummary
+from robolaser.model.effects.run import Run, RunSummary
 from robolaser.model.effects.sensor_sites import of_sensor, sensors_at, sites_of_sensors
 from robolaser.model.sensors import parts_with_lens
 from robolaser.model.stages import OF_ROWS, Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
 from robolaser.robot.kinematics import Robot
 
-__all__ = ["CandidateEffect", "CarryOver", "Effect", "Run", "nonlinear", "parameter", "perturb_with"]
+__all__ = ["CarryOver", "Effect", "Run", "RunSummary", "Stage", "nonlinear", "parameter"]  # for effects
 
 NOT_WARM = (
     "how far it has come in this recording is not known; it is taken as at the end of the calibrated run, warmed up. If"

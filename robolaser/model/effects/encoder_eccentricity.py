@@ -6,10 +6,9 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
 from robolaser.model.effects.requirements import turning_joint
-from robolaser.model.stages import Stage
 
 
 @final
@@ -36,7 +35,6 @@ class EncoderEccentricity(Effect):
     cosine: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
 
     def apply(self, q: Array, run: Run, /) -> Array:
-        """Add the wave."""
         angle = q[:, :, joint_column(run, self.where)]
         wave = self.sine[:, None] * np.sin(angle) + self.cosine[:, None] * np.cos(angle)
         return add_to_joint(q, run, self.where, wave)

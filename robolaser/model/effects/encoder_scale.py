@@ -4,10 +4,9 @@ from dataclasses import dataclass
 from typing import final
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
 from robolaser.model.effects.mechanism import MechanismPart, MimicJoint
-from robolaser.model.stages import Stage
 
 
 @final
@@ -27,10 +26,8 @@ class EncoderScale(Effect):
     scale: Array = parameter(unit="", bound=0.05, prior_scale=1e-3)
 
     def apply(self, q: Array, run: Run, /) -> Array:
-        """Stretch the joint's column."""
         angle = q[:, :, joint_column(run, self.where)]
         return add_to_joint(q, run, self.where, self.scale[:, None] * angle)
 
     def parts(self, run: Run) -> tuple[MechanismPart, ...]:
-        """A joint that follows itself."""
         return (MimicJoint(self.where, self.where, float(self.scale[0])),)

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from typing import final
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.requirements import known_ranges
-from robolaser.model.stages import Stage
 
 
 @final
@@ -35,5 +34,4 @@ class FocusBreathing(Effect):
     breathing: Array = parameter(unit="", bound=0.5, prior_scale=5e-3)
 
     def apply(self, image: Array, run: Run, /) -> Array:
-        """Stretch the image about the principal point."""
         return image * (1.0 + self.breathing[:, None] * run.relative_range)[..., None]

@@ -3,18 +3,14 @@
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.arrays import Array
-from robolaser.model.effects.effect import NOT_WARM, CarryOver, Run
 from robolaser.model.effects.requirements import pose_order
-from robolaser.model.effects.rigid_motion_effect import MountMotion
-from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.effects.thermal_state import crept, settling
+from robolaser.model.effects.rigid_motion_effect import Creep, MountMotion
 from robolaser.model.stages import Stage
 
 
 @final
 @dataclass(frozen=True)
-class HandEyeDrift(MountMotion):
+class HandEyeDrift(Creep, MountMotion):
     r"""T' = T (exp(g turn), g shift), in the camera's own frame: it turns about its optical centre.
 
     :math:`g = (1 - e^{-s\,p}) / (1 - e^{-s})` of the run's progress p, where s is `settling`: with 0 the creep is
@@ -31,13 +27,3 @@ class HandEyeDrift(MountMotion):
     cause = "mount"
     site = "hand_eye"
     needs = (pose_order,)
-
-    settling: Array = settling()
-
-    def share(self, run: Run) -> Array:
-        """Of the creep."""
-        return crept(run.progress, self.settling)
-
-    def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
-        """It stays as at the end of the run that it was found in."""
-        return CarryOver(self, NOT_WARM, alternatives=(None,))

@@ -7,9 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.requirements import weight
-from robolaser.model.stages import Stage
 
 
 @final
@@ -44,7 +43,6 @@ class HandEyeSag(Effect):
     uneven_z: Array = parameter(unit="rad", bound=0.1, prior_scale=5e-4)
 
     def apply(self, T_flange_camera: Array, run: Run, /) -> Array:
-        """Move the camera under its weight."""
         down = run.gravity_in_flange
         turn = np.cross(np.stack([self.moment_x, self.moment_y, self.moment_z], axis=-1)[:, None], down)
         x, y, z = (each[:, None] for each in (self.uneven_x, self.uneven_y, self.uneven_z))

@@ -6,15 +6,34 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
-from robolaser.model.effects.hardening import hardened, with_hardening
+from robolaser.model.effects.effect import CarryOver, Effect, Run, RunSummary, Stage, nonlinear, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
 from robolaser.model.effects.mechanism import ElasticJoint, MechanismPart
 from robolaser.model.effects.requirements import masses
-from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.stages import Stage
 
 UNSEEN_RAD = 1e-12  # by which rounding may seem to move a joint: a spring for it would be too stiff to be simulated
+
+
+def hardened(deflection: Array, reference: Array, hardening: Array) -> Array:
+    """Deflections d (c, n, k) as d (1 - hardening |d| / max |d|); below zero they soften.
+
+    Args:
+        deflection: In proportion to the load, in k directions.
+        reference: The same at the calibrated poses, (c, m, k), of which the largest counts.
+        hardening: Of each candidate, (c,).
+    """
+    most = np.linalg.norm(reference, axis=2).max(axis=1)[:, None, None]
+    share = np.linalg.norm(deflection, axis=2, keepdims=True) / np.where(most > 0.0, most, 1.0)
+    less: Array = deflection * (1.0 - hardening[:, None, None] * share)
+    return less
+
+
+def with_hardening(carried: CarryOver, hardening: Array, unhardened: Effect) -> CarryOver:
+    """A hardening effect in another run with another largest load."""
+    if carried.effect is None or not hardening.any():
+        return carried
+    doubt = "its hardening is relative to the largest load of the poses, which differ from the calibrated ones"
+    return replace(carried, doubt=doubt, alternatives=(unhardened,))
 
 
 @final
@@ -47,15 +66,13 @@ class JointCompliance(Effect):
     hardening: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0)
 
     def apply(self, q: Array, run: Run, /) -> Array:
-        """Let the joint sink."""
         wound, reference = (self._wound(each)[:, :, None] for each in (run, run.reference))
         return add_to_joint(q, run, self.where, -hardened(wound, reference, self.hardening)[:, :, 0])
 
     def _wound(self, run: Run) -> Array:
         column = joint_column(run, self.where)
         g, of_one_kg = run.loads.gravity_torques[:, column], run.loads.torques_of_one_kg[:, column]
-        wound: Array = self.compliance[:, None] * g + self.payload[:, None] * of_one_kg
-        return wound
+        return self.compliance[:, None] * g + self.payload[:, None] * of_one_kg
 
     def parts(self, run: Run) -> tuple[MechanismPart, ...]:
         """A spring; none where the joint is unloaded, as one about the vertical."""

@@ -8,10 +8,9 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, nonlinear, parameter
 from robolaser.model.effects.joints import add_to_joint, moving_joints
 from robolaser.model.effects.mechanism import MechanismPart, MimicJoint
-from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.reading import MOST_JOINTS
 
@@ -64,13 +63,11 @@ class JointCoupling(Effect):
         return {"other": float(cls.grid(dataset, where)[0, 0])}
 
     def apply(self, q: Array, run: Run, /) -> Array:
-        """Turn the joint with the other one."""
         column = self._column(run)
         other = np.broadcast_to(q, (len(column), *q.shape[1:]))[np.arange(len(column)), :, column]
         return add_to_joint(q, run, self.where, self.ratio[:, None] * (other - self.home[:, None]))
 
     def parts(self, run: Run) -> tuple[MechanismPart, ...]:
-        """A joint that follows the other one."""
         other = run.robot.joints[self._column(run)[0]]
         ratio = float(self.ratio[0])
         return (MimicJoint(self.where, other, ratio, -ratio * float(self.home[0])),)

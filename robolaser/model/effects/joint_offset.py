@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from typing import final
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.joints import add_to_joint
-from robolaser.model.stages import Stage
 
 
 @final
@@ -30,5 +29,4 @@ class JointOffset(Effect):
     offset: Array = parameter(unit="rad", bound=0.1, prior_scale=1.7e-3)
 
     def apply(self, q: Array, run: Run, /) -> Array:
-        """Add the offset to the joint's column."""
         return add_to_joint(q, run, self.where, self.offset[:, None])

@@ -6,8 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import Effect, Run, parameter
-from robolaser.model.stages import Stage
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 
 
 @final

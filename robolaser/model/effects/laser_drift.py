@@ -6,17 +6,14 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import CarryOver, Effect, Run, parameter
+from robolaser.model.effects.effect import Run, Stage, parameter
 from robolaser.model.effects.requirements import warm_up
-from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.effects.thermal_state import carried_by_temperature, time_constant, time_constants, warmed
-from robolaser.model.stages import Stage
+from robolaser.model.effects.thermal_state import NewtonWarming, warmed
 
 
 @final
 @dataclass(frozen=True)
-class LaserDrift(Effect):
+class LaserDrift(NewtonWarming):
     r"""The laser plane turns about the point where it meets the camera's x axis: :math:`θ' = θ + \mathrm{angle}\, g`.
 
     g is the measured rise of temperature over its largest (`temperature_c` in the data), else
@@ -33,15 +30,8 @@ class LaserDrift(Effect):
     cause = "laser"
     site = "laser"
     needs = (warm_up,)
-    depends_on_trajectory = True
 
     angle: Array = parameter(unit="rad", bound=0.05, prior_scale=1e-3)
-    tau: Array = time_constant()
-
-    @classmethod
-    def grid(cls, dataset: Dataset, where: str) -> Array:
-        """Time constants from a twentieth of the run to three runs."""
-        return time_constants(dataset)
 
     def apply(self, plane: Array, run: Run, /) -> Array:
         """Turn each row's plane about the camera's y axis; it keeps its intersection with the x axis."""
@@ -52,7 +42,3 @@ class LaserDrift(Effect):
         with np.errstate(divide="ignore", invalid="ignore"):
             kept = d * (turned / x)
         return np.stack([turned, np.broadcast_to(y, turn.shape), z * cos + x * sin, kept], axis=-1)
-
-    def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
-        """It follows the thermometer."""
-        return carried_by_temperature(self, run)

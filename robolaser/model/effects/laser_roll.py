@@ -6,8 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import Effect, Run, parameter
-from robolaser.model.stages import Stage
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 
 
 @final
@@ -27,7 +26,6 @@ class LaserRoll(Effect):
     angle: Array = parameter(unit="rad", bound=0.5, prior_scale=0.02)
 
     def apply(self, plane: Array, run: Run, /) -> Array:
-        """Turn each plane's normal about the camera's z axis."""
         cos, sin = np.cos(self.angle)[:, None], np.sin(self.angle)[:, None]
         x, y, z, d = np.moveaxis(plane, -1, 0)
         turned = x * cos - y * sin, x * sin + y * cos

@@ -6,9 +6,8 @@ from typing import final
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.requirements import velocities
-from robolaser.model.stages import Stage
 
 
 @final

@@ -7,10 +7,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, nonlinear, parameter
 from robolaser.model.effects.joints import joint_column, moving_joints, placed_anew
 from robolaser.model.effects.requirements import masses
-from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot
 
 SHORTEST_M = 1e-4
@@ -53,7 +52,6 @@ class LinkCompliance(Effect):
         return moving_joints(robot)[1:]
 
     def apply(self, placements: Array, run: Run, /) -> Array:
-        """Turn the joint's placement in each pose."""
         column, load = joint_column(run, self.where), run.loads.of_link(self.where)
         axis = run.robot.axes[column]
         along = unit(load.link - axis * (load.link @ axis))

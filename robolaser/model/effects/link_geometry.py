@@ -7,9 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.joints import joint_column, placed_anew
-from robolaser.model.stages import Stage
 
 
 @final
@@ -39,7 +38,6 @@ class LinkGeometry(Effect):
     turn_z: Array = parameter(unit="rad", bound=0.05, prior_scale=2e-3)
 
     def apply(self, placements: Array, run: Run, /) -> Array:
-        """Append the small motion to the joint's placement."""
         turn = np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1)
         motion = pose(exp_so3(turn), np.stack([self.x, self.y, self.z], axis=-1))
         placement = placements[:, :, joint_column(run, self.where)]

@@ -3,20 +3,16 @@
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import CarryOver, Run, nonlinear
-from robolaser.model.effects.moments import enough_poses, later, moments
-from robolaser.model.effects.requirements import passes, pose_order
-from robolaser.model.effects.rigid_motion_effect import MountMotion
-from robolaser.model.effects.run_summary import RunSummary
+from robolaser.model.effects.requirements import passes
+from robolaser.model.effects.rigid_motion_effect import MountMotion, Shift
 from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot
 
 
 @final
 @dataclass(frozen=True)
-class MountShift(MountMotion):
+class MountShift(Shift, MountMotion):
     """After a moment of the run, what the flange carries is shifted, and turned about the flange's origin."""
 
     name = "mount_shift"
@@ -27,10 +23,7 @@ class MountShift(MountMotion):
     reference = "Bickford 2007, Introduction to the Design and Behavior of Bolted Joints, ch. 15: slip; 0.1-2 mm"
     stage = Stage.FLANGE
     cause = "mount"
-    needs = (pose_order, enough_poses)
-    begins = True
-
-    moment: Array = nonlinear(unit="", lower=0.0, upper=1.0, nominal=0.5)
+    after = "the mount is taken as it was after the slip"
 
     @classmethod
     def sites(cls, robot: Robot | None) -> tuple[str, ...]:
@@ -43,16 +36,3 @@ class MountShift(MountMotion):
         if cls.missing(dataset):
             return ()
         return ("tool",) if passes(Stage.MOUNT, dataset) else ("hand_eye",)
-
-    @classmethod
-    def grid(cls, dataset: Dataset, where: str) -> Array:
-        """Each pause between poses with points, (g, 1)."""
-        return moments(Run(dataset))[:, None]
-
-    def share(self, run: Run) -> Bools:
-        """All of it at the poses that came later."""
-        return later(run, self.moment)
-
-    def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
-        """All poses are after the slip."""
-        return CarryOver(self, "the mount is taken as it was after the slip. If it was moved again, calibrate again")

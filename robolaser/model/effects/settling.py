@@ -7,10 +7,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
 from robolaser.model.effects.requirements import path
-from robolaser.model.stages import Stage
 
 ALIKE = 0.2
 """Spread of the lengths of a joint's moves over their mean, up to which a missing share looks like lost motion."""
@@ -65,13 +64,11 @@ class Settling(Effect):
     share: Array = parameter(unit="", bound=0.05, prior_scale=5e-4)
 
     def apply(self, q: Array, run: Run, /) -> Array:
-        """Hold back a share of each move."""
         column = joint_column(run, self.where)
         missing = self.share[:, None] * moves(q[:, :, [column]], run)[:, :, 0]
         return add_to_joint(q, run, self.where, -missing)
 
     @classmethod
     def locations(cls, dataset: Dataset) -> tuple[str, ...]:
-        """The joints whose last moves are of several lengths."""
         every = super().locations(dataset)
         return tuple(joint for joint in every if joint in _joints_of_various_moves(dataset)) if every else ()

@@ -6,10 +6,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import CarryOver, Effect, Run, parameter
+from robolaser.model.effects.effect import CarryOver, Effect, Run, RunSummary, Stage, parameter
 from robolaser.model.effects.requirements import flat_target, laser_plane
-from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.stages import Stage
 
 ORDINARY_DEG = 30.0  # of tilt of an ordinary surface
 
@@ -39,7 +37,6 @@ class StripeBias(Effect):
     tilt: float | None = None  # tangent of a tilt that is assumed everywhere instead
 
     def apply(self, pixel: Array, run: Run, /) -> Array:
-        """Shift the coordinate across the stripe."""
         tilt = run.tilt if self.tilt is None else np.full(pixel.shape[1], self.tilt)
         shift = self.slope[:, None] * tilt
         return pixel + shift[..., None] * run.across_stripe

@@ -6,9 +6,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.requirements import centred_lens
-from robolaser.model.stages import Stage
 
 
 @final

@@ -9,6 +9,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.camera import intersect, laser_plane, rays
 from robolaser.geometry.rigid_motion import apply, rigid_fit
+from robolaser.model.grouped_rows import group_means
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.stages import Perturbation
 
@@ -55,10 +56,9 @@ def _stepped(xyz: Array, guess: Array) -> tuple[Array, float]:
     size = float(np.ptp(xyz, axis=0).max())
     step = np.empty(len(xyz), dtype=np.int64)
     step[order] = np.cumsum(np.diff(along[order], prepend=along[order[0]]) > STEP * size)
-    count = np.bincount(step)
-    if len(xyz) < FEWEST * len(count) and len(count) > 1:
+    mean = group_means(xyz, step)
+    if len(xyz) < FEWEST * len(mean) and len(mean) > 1:
         return guess, np.inf
-    mean = np.stack([np.bincount(step, weights=column) / count for column in xyz.T], axis=-1)
     _, spread, axes = np.linalg.svd(xyz - mean[step], full_matrices=False)
     if len(spread) < 3 or spread[1] <= np.finfo(float).eps * size:
         return guess, np.inf

@@ -7,9 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, nonlinear, parameter
 from robolaser.model.effects.requirements import flat_target
-from robolaser.model.stages import Stage
 
 
 @final
@@ -46,7 +45,6 @@ class TargetScale(Effect):
         return half * np.array([[x, y] for x in (0.0, -0.7, 0.7) for y in (0.0, -0.7, 0.7)])
 
     def apply(self, points: Array, run: Run, /) -> Array:
-        """Stretch the target in its plane."""
         plane = run.target
         flat = plane.axes[:, :2]
         centre = np.stack([self.centre_x, self.centre_y], axis=-1) @ flat.T

@@ -7,9 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, nonlinear, parameter
 from robolaser.model.effects.requirements import flat_target
-from robolaser.model.stages import Stage
 
 DIRECTIONS = 8  # of the grid, over half a turn
 
@@ -47,7 +46,6 @@ class TargetStretch(Effect):
         return np.array([[turn, centre] for centre in centres for turn in turns])
 
     def apply(self, points: Array, run: Run, /) -> Array:
-        """Stretch the target in its plane."""
         plane = run.target
         e = np.stack([np.cos(self.direction), np.sin(self.direction)], axis=-1) @ plane.axes[:, :2].T
         along = ((points - plane.centre) * e[:, None]).sum(axis=-1) - self.centre[:, None]

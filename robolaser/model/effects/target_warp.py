@@ -6,9 +6,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.requirements import flat_target
-from robolaser.model.stages import Stage
 
 FIELD = 1.2  # half the extent of the field of waves over that of the points: a wave need not be even beyond the points
 WAVES = 4  # the most half waves along either side
@@ -61,7 +60,6 @@ class TargetWarp(Effect):
     wave_4_1: Array = parameter(unit="m", bound=3e-3, prior_scale=2e-4)
 
     def apply(self, points: Array, run: Run, /) -> Array:
-        """Lift each point along the normal."""
         plane = run.target
         xi, eta = np.moveaxis((points - plane.centre) @ plane.axes[:, :2] / plane.half, -1, 0)
         bow = self.xx[:, None] * xi**2 + self.xy[:, None] * xi * eta + self.yy[:, None] * eta**2

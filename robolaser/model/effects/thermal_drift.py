@@ -6,14 +6,11 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import pose
-from robolaser.model.effects.effect import CarryOver, Effect, Run, parameter
+from robolaser.model.effects.effect import Run, Stage, parameter
 from robolaser.model.effects.joints import joint_column, moving_joints, placed_anew
 from robolaser.model.effects.requirements import warm_up
-from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.effects.thermal_state import carried_by_temperature, time_constant, time_constants, warmed
-from robolaser.model.stages import Stage
+from robolaser.model.effects.thermal_state import NewtonWarming, warmed
 from robolaser.robot.kinematics import Robot
 
 SHORTEST_LINK_M = 1e-3
@@ -21,7 +18,7 @@ SHORTEST_LINK_M = 1e-3
 
 @final
 @dataclass(frozen=True)
-class ThermalDrift(Effect):
+class ThermalDrift(NewtonWarming):
     r"""The link from the joint before to this one stretches: :math:`p' = p\,(1 + \mathrm{growth}\,g)`.
 
     g is the measured rise of temperature over its largest (`temperature_c` in the data), else
@@ -38,10 +35,8 @@ class ThermalDrift(Effect):
     stage = Stage.LINKS
     cause = "thermal"
     needs = (warm_up,)
-    depends_on_trajectory = True
 
     growth: Array = parameter(unit="", bound=5e-3, prior_scale=5e-4, lower=0.0)
-    tau: Array = time_constant()
 
     @classmethod
     def sites(cls, robot: Robot | None) -> tuple[str, ...]:
@@ -51,19 +46,9 @@ class ThermalDrift(Effect):
         length = dict(zip(robot.joints, np.linalg.norm(robot.placements[:, :3, 3], axis=-1), strict=True))
         return tuple(joint for joint in moving_joints(robot) if length[joint] > SHORTEST_LINK_M)
 
-    @classmethod
-    def grid(cls, dataset: Dataset, where: str) -> Array:
-        """Time constants from a twentieth of the run to three runs."""
-        return time_constants(dataset)
-
     def apply(self, placements: Array, run: Run, /) -> Array:
-        """Stretch the joint's placement in each pose."""
         column = joint_column(run, self.where)
         strain = self.growth[:, None] * warmed(run, self.tau)
         placement = placements[:, :, column]
         longer = pose(placement[..., :3, :3], placement[..., :3, 3] * (1.0 + strain[..., None]))
         return placed_anew(placements, run, self.where, longer)
-
-    def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
-        """It follows the thermometer."""
-        return carried_by_temperature(self, run)

@@ -3,18 +3,14 @@
 from dataclasses import dataclass
 from typing import final
 
-from robolaser.arrays import Array
-from robolaser.model.effects.effect import NOT_WARM, CarryOver, Run
 from robolaser.model.effects.requirements import no_mount, order_of_its_own
-from robolaser.model.effects.rigid_motion_effect import MountMotion
-from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.effects.thermal_state import crept, settling
+from robolaser.model.effects.rigid_motion_effect import Creep, MountMotion
 from robolaser.model.stages import Stage
 
 
 @final
 @dataclass(frozen=True)
-class ToolDrift(MountMotion):
+class ToolDrift(Creep, MountMotion):
     """The tool shifts, and turns about the flange's origin, with the creep of `hand_eye_drift`."""
 
     name = "tool_drift"
@@ -27,13 +23,3 @@ class ToolDrift(MountMotion):
     cause = "mount"
     site = "tool"
     needs = (no_mount, order_of_its_own)
-
-    settling: Array = settling()
-
-    def share(self, run: Run) -> Array:
-        """Of the creep."""
-        return crept(run.progress, self.settling)
-
-    def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
-        """It stays as at the end of the run that it was found in."""
-        return CarryOver(self, NOT_WARM, alternatives=(None,))

@@ -7,9 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.requirements import no_mount, weight
-from robolaser.model.stages import Stage
 
 
 @final
@@ -44,7 +43,6 @@ class ToolSag(Effect):
     moment_z: Array = parameter(unit="rad", bound=0.1, prior_scale=1e-3)
 
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
-        """Move the tool under its weight."""
         down = run.gravity_in_flange
         turn = np.cross(np.stack([self.moment_x, self.moment_y, self.moment_z], axis=-1)[:, None], down)
         xx, xy, xz, yz = (e[:, None] for e in (self.uneven_xx, self.uneven_xy, self.uneven_xz, self.uneven_yz))

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from typing import final
 
 from robolaser.arrays import Array
-from robolaser.model.effects.effect import Effect, Run, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, parameter
 from robolaser.model.effects.requirements import own_lengths
-from robolaser.model.stages import Stage
 
 
 @final
@@ -34,5 +33,4 @@ class TrackerScale(Effect):
     scale: Array = parameter(unit="", bound=0.02, prior_scale=2e-4)
 
     def apply(self, points: Array, run: Run, /) -> Array:
-        """Shorten what was measured."""
         return points / (1.0 + self.scale[:, None, None])

@@ -7,10 +7,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
+from robolaser.model.effects.effect import Effect, Run, Stage, nonlinear, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
 from robolaser.model.effects.requirements import turning_joint
-from robolaser.model.stages import Stage
 
 FEWEST, MOST = 10.0, 330.0
 """Cycles a joint turn: fewer are dead zones and cables; a harmonic drive has at most twice 160."""
@@ -51,7 +50,6 @@ class TransmissionError(Effect):
         return np.linspace(FEWEST, MOST, count)[:, None]
 
     def apply(self, q: Array, run: Run, /) -> Array:
-        """Add the two waves."""
         phase = self.cycles[:, None] * q[:, :, joint_column(run, self.where)]
         sin, cos = np.sin(phase), np.cos(phase)
         once = self.sine[:, None] * sin + self.cosine[:, None] * cos

@@ -77,9 +77,7 @@ def _averaged(source: ErrorSource, shots: Ints) -> ErrorSource:
 def _joint_effect(model: Model, values: Values, perturb: Perturbation) -> Array:
     """Move of each row with each joint of the chain, (m, k, j); loads are kept at the angles read."""
     robot, q = model.dataset.arm
-    slopes = np.zeros((len(robot.chain), 1, *q.shape))
-    for number, joint in enumerate(robot.chain):
-        slopes[number, ..., joint] = 1.0
+    slopes = np.broadcast_to(np.eye(q.shape[1])[list(robot.chain), None, None], (len(robot.chain), 1, *q.shape))
     moving = cast("Array", Dual(q[None], slopes, tuple(range(len(robot.chain)))))
     flange = model.flange(values, perturb, moving, only_seen=True)
     moved: Any = model.blocks.residuals(values, flange, perturb)

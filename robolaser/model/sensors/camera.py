@@ -18,9 +18,7 @@ from robolaser.model.sensors.camera_projection import distort, on_plane, project
 from robolaser.model.sensors.camera_start import CameraStart
 from robolaser.model.sensors.in_cell import CameraView, InCell, Mounting, is_static
 from robolaser.model.sensors.placements import motion, six_names
-from robolaser.model.sensors.sensor import NewPoses, Sensor, each_once
-from robolaser.model.sensors.sensor_parameters import SensorParameters
-from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.sensors.sensor import NewPoses, Perturbation, Sensor, SensorParameters, Stage, each_once
 from robolaser.parameters import Values, from_batch
 
 SENSOR_WIDTH_M = 4.8e-3

@@ -15,8 +15,7 @@ INVERSIONS = 30  # steps of Newton's method from distorted to straight image poi
 def on_plane(points: Array) -> Array:
     """x/z and y/z of points in the camera frame, (..., 3) -> (..., 2); NaN behind the camera."""
     depth = np.where(points[..., 2:] > 0.0, points[..., 2:], np.nan)
-    on_plane: Array = points[..., :2] / depth
-    return on_plane
+    return points[..., :2] / depth
 
 
 def distort(straight: Array, values: Values) -> Array:
@@ -33,8 +32,7 @@ def distort(straight: Array, values: Values) -> Array:
 def to_pixels(distorted: Array, values: Values) -> Array:
     """Distorted image points at unit focal length to pixels, (c, m, 2) [px]."""
     focal = np.stack([values["fx"], values["fy"]], axis=-1)[:, None]
-    pixel: Array = focal * distorted + np.stack([values["cx"], values["cy"]], axis=-1)[:, None]
-    return pixel
+    return focal * distorted + np.stack([values["cx"], values["cy"]], axis=-1)[:, None]
 
 
 def project(points: Array, values: Values) -> Array:

@@ -10,12 +10,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.errors import EstimationError
 from robolaser.geometry.board_views import INTRINSICS, BoardView, board_pose, find_intrinsics
-from robolaser.geometry.hand_eye import (
-    LEAST_TURN,
-    hand_eye_by_travel,
-    robot_world_hand_eye,
-    turn_about_second_axis,
-)
+from robolaser.geometry.hand_eye import LEAST_TURN, hand_eye_by_travel, robot_world_hand_eye, turn_about_second_axis
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.sensors.placements import SIX, motion, numbers_of_motion
 from robolaser.parameters import Values

@@ -11,11 +11,8 @@ from robolaser.data.sensor_format import XYZ, SensorFormat
 from robolaser.geometry.rigid_motion import carry, pose
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.placements import motion, places, places_by_name, six_names, six_of
-from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.sensor_parameters import SensorParameters
+from robolaser.model.sensors.sensor import Perturbation, Sensor, SensorParameters, Stage, Values
 from robolaser.model.sensors.tracker_fit import base_and_tools, enough_of_each
-from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Values
 
 
 @final

@@ -14,11 +14,8 @@ from robolaser.geometry.rigid_motion import from_quaternion, inverse, log_so3, p
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.placements import motion, six_names, six_of
-from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.sensor_parameters import SensorParameters
+from robolaser.model.sensors.sensor import Perturbation, Sensor, SensorParameters, Stage, Values
 from robolaser.model.sensors.tracker_fit import enough_of_each
-from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Values
 
 
 @final
@@ -75,16 +72,13 @@ class Pose(Sensor):
 
     def predicted(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """T_world_body of each row, (c, m, 4, 4): one bracket carries all bodies, the first of them is its camera."""
-        T_world_flange, tools = motion(values, "base")[:, None] @ T_base_flange, self._tools(values)
+        T_world_flange = motion(values, "base")[:, None] @ T_base_flange
+        tools = np.stack([motion(values, f"tool.{name}") for name in self.names], axis=1)
         if perturb.touches(Stage.MOUNT):
             T_world_flange = T_world_flange @ perturb(Stage.MOUNT, tools[:, :1])
             tools = inverse(tools[:, :1]) @ tools
             tools[:, 0] = np.eye(4)
         return T_world_flange[:, self.dataset.points.pose] @ tools[:, self.dataset.points.number]
-
-    def _tools(self, values: Values) -> Array:
-        """T_flange_body of each body, (c, b, 4, 4)."""
-        return np.stack([motion(values, f"tool.{name}") for name in self.names], axis=1)
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Of the position alone, (c, m, 3) [m]."""

@@ -16,11 +16,8 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.model.grouped_rows import group_sums
 from robolaser.model.sensors.in_cell import InCell, Mounting, is_static
 from robolaser.model.sensors.placements import motion, places, places_by_name, six_names, six_of
-from robolaser.model.sensors.sensor import NewPoses, Sensor
-from robolaser.model.sensors.sensor_parameters import SensorParameters
+from robolaser.model.sensors.sensor import NewPoses, Perturbation, Sensor, SensorParameters, Stage, Values
 from robolaser.model.sensors.tracker_fit import base_and_tools
-from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Values
 
 ENOUGH_PROFILES = 600  # profiles for start values
 ROUNDS = 20  # alternations between sides and positions from each start

@@ -16,11 +16,8 @@ from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.placements import six_names
 from robolaser.model.sensors.scanner_start import camera_start, spans, target_by_corners
-from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.sensor_parameters import SensorParameters
+from robolaser.model.sensors.sensor import Perturbation, Sensor, SensorParameters, Stage, Values
 from robolaser.model.sensors.stripe import Stripe, gauge
-from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Values
 
 CAMERA = ("f", "s_u", "s_v", "u_0", "v_0", "k", "w", "phi", "psi", "t_x", "t_y", "t_z")
 
@@ -58,10 +55,6 @@ class ScannerCorners(Sensor, registered=False):
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.PIXELS, Stage.IMAGE, Stage.TARGET}
 
-    def __init__(self, dataset: Dataset) -> None:
-        super().__init__(dataset)
-        self._pixel, self._xyz = dataset.points["pixel"][None], dataset.points["xyz"][None]
-
     @cached_property
     def parameters(self) -> SensorParameters:
         """The scanner's camera parameters, whose gauge the scanner fixes; T_base_target of an unplaced target."""
@@ -86,7 +79,7 @@ class ScannerCorners(Sensor, registered=False):
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Measured less predicted, (c, m, 2) [px]; NaN behind the camera."""
-        seen = scanner_geometry.in_image(self._pixel, values, perturb)
+        seen = scanner_geometry.in_image(self.dataset.points["pixel"][None], values, perturb)
         return seen / self._pitch(values) - self._pixels_of(self._in_camera(values, T_base_flange, perturb), values)
 
     def _in_camera(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:

@@ -37,8 +37,7 @@ def camera_start(corners: Dataset, known: Values, T_base_flange: Array) -> dict[
     T_flange_optical = motion(found, "hand_eye")
     R_flange_camera = T_flange_optical[:, :3, :3] @ scanner_geometry.optical(corners)[:3, :3].T
     turn = from_quaternion(np.array(corners.bracket_quat)).T @ R_flange_camera
-    w, phi, psi = to_angles(turn, order=corners.angles)
-    t_x, t_y, t_z = T_flange_optical[:, :3, 3].T
+    mount = (*to_angles(turn, order=corners.angles), *T_flange_optical[:, :3, 3].T)
     return {
         "f": f,
         "s_u": f / found["fx"],
@@ -46,7 +45,7 @@ def camera_start(corners: Dataset, known: Values, T_base_flange: Array) -> dict[
         "u_0": found["cx"],
         "v_0": found["cy"],
         "k": -found["k1"] / f**2,
-        **dict(zip(("w", "phi", "psi", "t_x", "t_y", "t_z"), (w, phi, psi, t_x, t_y, t_z), strict=True)),
+        **dict(zip(("w", "phi", "psi", "t_x", "t_y", "t_z"), mount, strict=True)),
         **{name: found[name] for name in six_names("target") if name in found},
     }
 

@@ -1,7 +1,7 @@
 """A sensor: its parameters, its rows of residuals, their unit and errors, and its measurements at new poses."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, final
@@ -12,16 +12,57 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.data.sessions import ON_FLANGE, OWN, STANDING, matches
+from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import carry, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.in_cell import InCell, is_static
 from robolaser.model.sensors.placements import vector
-from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Values
+from robolaser.parameters import Parameter, Values
+
+__all__ = ["NewPoses", "Perturbation", "Sensor", "SensorParameters", "Stage", "Values"]  # what sensors are written with
 
 Seen = tuple[Points, Bools] | None
 """Rows pose by pose, the same number of each, numbered from 0; and which poses see all of theirs, (p,)."""
+
+
+@final
+@dataclass(frozen=True)
+class SensorParameters:
+    """Names of the parameters, and prior knowledge of them.
+
+    Attributes:
+        free: Parameters whose nominal values and bounds the data set gives; none where all follow from the data.
+        derived: Parameters that `initialize` finds from the others; the data set may leave them out.
+        fixed: Those that stay at their nominal values because the model has a freedom that no data can fix.
+        fix_gauge: Converts values (c,) by name to those of an equivalent model for any data, with the fixed parameters
+            at their nominal values.
+        closed_form: Source from which `initialize` finds missing free parameters: "the board's corners"; "" where the
+            data set must give them.
+        spans: How far parameters may be from their closed-form start values, by name, from all values; others a metre
+            or half a turn.
+        two_axes: Whether the flange must turn about two axes for any fit to find them: unknown placements at both ends
+            of the arm, A X = Z B.
+        linear: Free parameters that `solve` finds from the other free ones: searches need only the latter.
+        solve: From all values, T_base_flange (c or 1, n, 4, 4), the effects of the model and all parameters by name to
+            the linear and the derived parameters that fit best with the others, (c,) each; the model is linearized
+            where the values have them.
+    """
+
+    free: tuple[str, ...] = ()
+    derived: tuple[str, ...] = ()
+    fixed: tuple[str, ...] = ()
+    fix_gauge: Callable[[Values], Values] = lambda values: values
+    closed_form: str = ""
+    spans: Callable[[Mapping[str, float]], Mapping[str, float]] = lambda values: {}
+    two_axes: bool = False
+    linear: tuple[str, ...] = ()
+    solve: Callable[[Values, Array, Perturbation, Mapping[str, Parameter]], Values] | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All of them."""
+        return self.free + self.derived
 
 
 @final
@@ -43,6 +84,16 @@ class NewPoses:
     aims: Callable[[Values, Array], tuple[Array, Array] | None] = lambda values, T_base_flange: None
     fold_groups: Ints | None = None
     relocated: Callable[[Array], Array] = lambda errors: errors
+
+
+def not_given(sensor: SensorFormat, missing: Sequence[str], otherwise: str = "") -> DataError:
+    """The error of missing free parameters, and what to do otherwise."""
+    return DataError(
+        f"dataset.toml, [parameters] lacks {', '.join(missing)}: a {sensor.kind} sensor needs "
+        f"{{ nominal, lower, upper }} for each.{otherwise}",
+        file="dataset.toml",
+        column="[parameters]",
+    )
 
 
 def each_once(points: Points, poses: int) -> Points:
@@ -159,8 +210,7 @@ class Sensor(ABC):
     @property
     def new_poses(self) -> NewPoses:
         """Its measurements at new poses: by default each named point once, from everywhere."""
-        points = self.dataset.points
-        return NewPoses(lambda _, T: (each_once(points, len(T)), np.ones(len(T), dtype=bool)))
+        return NewPoses(lambda _, T: (each_once(self.dataset.points, len(T)), np.ones(len(T), dtype=bool)))
 
     @final
     def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:

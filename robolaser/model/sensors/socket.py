@@ -11,11 +11,9 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.geometry.rigid_motion import carry
 from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.grouped_rows import group_means
 from robolaser.model.sensors.placements import places, vector
-from robolaser.model.sensors.sensor import NewPoses, Sensor
-from robolaser.model.sensors.sensor_parameters import SensorParameters
-from robolaser.model.stages import Perturbation
-from robolaser.parameters import Values
+from robolaser.model.sensors.sensor import NewPoses, Perturbation, Sensor, SensorParameters, Values
 
 MOST_APART = 4  # connected sockets that are each held out alone: two pairs would leave each fit half of the data
 RANK = 1e-12  # of the largest eigenvalue: directions of the ball below are not determined
@@ -107,6 +105,4 @@ class Socket(Sensor):
 
     def _relocated(self, errors: Array) -> Array:
         """Errors from the mean of each socket's rows: a held-out socket is located from its own poses."""
-        counts = np.bincount(self._socket)[:, None]
-        sums = np.stack([np.bincount(self._socket, errors[:, axis]) for axis in range(3)], axis=-1)
-        return np.asarray(errors - (sums / counts)[self._socket])
+        return np.asarray(errors - group_means(errors, self._socket)[self._socket])

@@ -17,11 +17,8 @@ from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.placements import motion, six_names
 from robolaser.model.sensors.scanner_start import laser_start, spans, target_by_stripe
-from robolaser.model.sensors.sensor import NewPoses, Sensor
-from robolaser.model.sensors.sensor_parameters import SensorParameters, not_given
+from robolaser.model.sensors.sensor import NewPoses, Perturbation, Sensor, SensorParameters, Stage, Values, not_given
 from robolaser.model.sensors.stripe_similarity import SIMILARITY, solve_similarity
-from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Values
 
 SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
 """The paper's fourteen, in its order (eq. 15)."""
@@ -32,8 +29,7 @@ NO_START = (
     " from closed forms."
 )
 SEEN_ALONG = 5  # points that represent the stripe at planned poses
-LARGEST_PX = 0.1
-"""Of a detected corner: a larger common motion of an image's rows is no error of corners."""
+LARGEST_PX = 0.1  # of a detected corner: a larger common motion of an image's rows is no error of corners
 LEAST_TARGET_M = 1e-5
 """No printed target is better, and rows from images of a board, with residuals along their rays by construction, would
 otherwise seem to be exact across them."""

@@ -10,10 +10,6 @@ from robolaser.motion.effect import TIMING, MotionEffect, Number
 from robolaser.motion.quantities import Quantities
 
 
-def _late_torques(quantities: Quantities, joint: int) -> Sequence[Array]:
-    return [-quantities.rigid_rate[..., None]]
-
-
 def _late_encoder(quantities: Quantities, joint: int) -> Sequence[Array]:
     speed = quantities.speed * np.isfinite(quantities.measured)
     return [np.where(np.isfinite(speed), -speed, 0.0)[..., None]]
@@ -27,7 +23,8 @@ of_clock = partial(
 CLOCKS = (
     of_clock(
         clause="torques are not read at the instant of the encoders, or are filtered", rows="torque",
-        numbers=(Number("delay", "s", 0.005),), columns=_late_torques, rivals=("viscous_friction", "rotor_inertia"),
+        numbers=(Number("delay", "s", 0.005),), columns=lambda quantities, _: [-quantities.rigid_rate[..., None]],
+        rivals=("viscous_friction", "rotor_inertia"),
         remedy="Read torques and encoders at one instant, or correct for the delay.",
     ),
     of_clock(

@@ -8,15 +8,13 @@ from robolaser.arrays import Array
 from robolaser.motion.effect import OF_ANGLE, TIMING, MotionEffect, Number, Trace, if_sent
 from robolaser.motion.servo import IDEAL
 
-ONE_CLOCK_S, ONE_CLOCK_SHARE = 1e-3, 0.2
-"""Largest apparent difference between delays of one clock. A judgement."""
+ONE_CLOCK_S, ONE_CLOCK_SHARE = 1e-3, 0.2  # largest apparent difference between delays of one clock. A judgement
 P_GAIN = "the servo's P gain (`P_Coefficient` in LeRobot)"
 HOBBY = "Feetech STS3215 and Dynamixel manuals: P control with a dead band of some encoder steps"
 SURVEY = "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Automatica 30: a survey of friction and its compensation"
 LOOPS = "Siciliano et al. 2009, Robotics, ch. 8: independent joint control; a lag of one over the position loop's gain"
 
-HOLDS_NM = 1e-3
-"""Least spread of a joint's gravity torque for droop to be tested. A judgement."""
+HOLDS_NM = 1e-3  # least spread of a joint's gravity torque for droop to be tested. A judgement
 DIFFERS = 0.2
 """Share of a motion's torque spread that must not be gravity for the two to be distinguishable. A judgement."""
 EXCEEDS_RAD, EXCEEDS_ERRORS = 0.05, 3.0

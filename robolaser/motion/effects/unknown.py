@@ -1,6 +1,6 @@
 """Functions of unknown form: what a cause outside the library may do instead of an effect of smooth form."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -13,17 +13,10 @@ from robolaser.motion.servo import BENDS, DEGREE, over_range
 NUMBERS = tuple(Number(f"factor_{degree}", "", 1.0) for degree in range(DEGREE + 1))
 
 
-def polynomials(values: Array) -> Array:
-    """Chebyshev polynomials of values (n,) over their range, (n, degrees)."""
-    return np.asarray(np.polynomial.chebyshev.chebvander(over_range(values), DEGREE), np.float64)
-
-
-def _of_angle(of: Quantities, joint: int) -> Sequence[Array]:
-    return [at_joint(of, joint, polynomials(of.q[:, joint]))]
-
-
-def _of_load(of: Quantities, joint: int) -> Sequence[Array]:
-    return [at_joint(of, joint, polynomials(of.rigid[:, joint]))]
+def _polynomials(values: Callable[[Quantities], Array]) -> Callable[[Quantities, int], Sequence[Array]]:
+    """The columns of Chebyshev polynomials of a joint's values, of (n, j), over their range."""
+    chebvander = np.polynomial.chebyshev.chebvander
+    return lambda of, joint: [at_joint(of, joint, np.asarray(chebvander(over_range(values(of)[:, joint]), DEGREE)))]
 
 
 def _is_loaded(of: Quantities, joint: int) -> str:
@@ -43,7 +36,10 @@ FUNCTIONS = (
     *(
         of_unknown(name=name, rows=rows, rarity=rarity, columns=columns, needs=needs)
         for rows, rarity in _LINEAR
-        for name, columns, needs in ((OF_ANGLE, _of_angle, hardly_moves), (OF_LOAD, _of_load, _is_loaded))
+        for name, columns, needs in (
+            (OF_ANGLE, _polynomials(lambda of: of.q), hardly_moves),
+            (OF_LOAD, _polynomials(lambda of: of.rigid), _is_loaded),
+        )
     ),
 )  # fmt: skip
 """Rivals only: no diagnosis names them."""

@@ -10,7 +10,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points
 from robolaser.errors import DataError
 from robolaser.model.effects.effect import CandidateEffect, CarryOver, Run
-from robolaser.model.effects.run_summary import RunSummary, continued
+from robolaser.model.effects.run import RunSummary, continued
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.stripe import SCANNER

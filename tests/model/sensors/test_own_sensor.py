@@ -21,13 +21,11 @@ from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.error_source import ErrorSource, along_each_axis
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian
 from robolaser.model.sensors.placements import motion, six_names
-from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.sensor_parameters import SensorParameters
+from robolaser.model.sensors.sensor import Sensor, SensorParameters
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 from robolaser.report.error_analysis import ErrorAnalysis

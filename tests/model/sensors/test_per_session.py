@@ -19,11 +19,9 @@ from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import DataError, EffectError, UsageError
-from robolaser.model.batches import batches_of
-from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.run import Run
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, batches_of, jacobian
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, simulate

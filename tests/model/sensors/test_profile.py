@@ -19,9 +19,8 @@ from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.export.ros import static_transform
 from robolaser.geometry.rigid_motion import inverse
-from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
-from robolaser.model.forward_model import Model
+from robolaser.model.forward_model import Model, jacobian
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.sensors.placements import motion
 from robolaser.model.sensors.profile import circles

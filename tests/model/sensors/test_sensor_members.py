@@ -13,8 +13,7 @@ from robolaser.data.sensor_format import SensorFormat
 from robolaser.errors import DataError
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors import sensors
-from robolaser.model.sensors.sensor import REGISTERED, Sensor
-from robolaser.model.sensors.sensor_parameters import SensorParameters
+from robolaser.model.sensors.sensor import REGISTERED, Sensor, SensorParameters
 
 MOST = 10
 
