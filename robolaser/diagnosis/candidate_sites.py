@@ -35,27 +35,19 @@ DENTS = 80
 @final
 @dataclass(frozen=True)
 class Site:
-    """A site, a coordinate, and the effect of smooth functions of that coordinate there.
+    """A site, a coordinate, and the effect of smooth functions of that coordinate there."""
 
-    Attributes:
-        site: A joint's name, or one of `camera laser hand_eye target base timing image tool measuring_system`; with the
-            sensor's name before it where each of several sensors has its own: `left.laser`.
-        coordinate: Its name in reports.
-        moves: Derivatives of the whitened residuals by the moved quantities at their own poses, (K, q); for a function
-            of the row, by each basis function of each quantity.
-        basis: The basis functions at each pose, (n, p); 1 for a function of the row.
-        of_number: Row of `basis` for each whitened number, (K,).
-        unknown: Whether the function may have a form outside the library of effects.
-        most: Largest plausible standard deviation of the function, in its unit.
-    """
-
+    # a joint's name, or one of `camera laser hand_eye target base timing image tool measuring_system`; with the
+    # sensor's name before it where each of several sensors has its own: `left.laser`
     site: str
-    coordinate: str
+    coordinate: str  # its name in reports
+    # derivatives of the whitened residuals by the moved quantities at their own poses, (K, q); for a function of
+    # the row, by each basis function of each quantity
     moves: Array
-    basis: Array
-    of_number: Ints
-    unknown: bool = True
-    most: float = np.inf
+    basis: Array  # the basis functions at each pose, (n, p); 1 for a function of the row
+    of_number: Ints  # row of `basis` for each whitened number, (K,)
+    unknown: bool = True  # whether the function may have a form outside the library of effects
+    most: float = np.inf  # largest plausible standard deviation of the function, in its unit
 
     @property
     def columns(self) -> Array:

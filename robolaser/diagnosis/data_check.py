@@ -32,41 +32,25 @@ NO_POINTS = "There are no points: points.csv must have the measurements of each 
 @final
 @dataclass(frozen=True)
 class Testability:
-    """Whether an effect can be tested.
+    """Whether an effect can be tested."""
 
-    Attributes:
-        effect: Its name.
-        locations: Its possible locations; empty if it cannot be tested.
-        reason: Why it cannot be tested; "" if it can.
-        remedy: Data to record or state; "" if nothing helps with this kind of sensor.
-    """
-
-    effect: str
-    locations: tuple[str, ...]
-    reason: str = ""
-    remedy: str = ""
+    effect: str  # its name
+    locations: tuple[str, ...]  # its possible locations; empty if it cannot be tested
+    reason: str = ""  # why it cannot be tested; "" if it can
+    remedy: str = ""  # data to record or state; "" if nothing helps with this kind of sensor
 
 
 @final
 @dataclass(frozen=True)
 class DataCheck:
-    """Analyses that a data set permits.
-
-    Attributes:
-        dataset: The data set.
-        hindrance: Why it cannot be calibrated; "" if it can.
-        parameters: Names of the calibration's parameters.
-        inseparable: Groups of them that these data cannot separate near the start values.
-        effects: Testability of every effect.
-        missing: Data to record or state, and the effects that need them.
-    """
+    """Analyses that a data set permits."""
 
     dataset: Dataset
-    hindrance: str
-    parameters: tuple[str, ...]
-    inseparable: tuple[tuple[str, ...], ...]
-    effects: tuple[Testability, ...]
-    missing: Mapping[str, tuple[str, ...]]
+    hindrance: str  # why it cannot be calibrated; "" if it can
+    parameters: tuple[str, ...]  # names of the calibration's parameters
+    inseparable: tuple[tuple[str, ...], ...]  # groups of them that these data cannot separate near the start values
+    effects: tuple[Testability, ...]  # testability of every effect
+    missing: Mapping[str, tuple[str, ...]]  # data to record or state, and the effects that need them
 
     def to_dict(self) -> dict[str, Any]:
         """As JSON."""

@@ -24,25 +24,17 @@ from robolaser.model.effects.effect import CandidateEffect
 @final
 @dataclass(frozen=True)
 class EffectEvidence:
-    """An effect of the final model against all alternatives.
-
-    Attributes:
-        candidate_effect: The effect.
-        explained: Increase of chi-squared without the effect.
-        probability: Probability of the effect.
-        credibility: Probability that the effect, not an unmodelled cause, explains this.
-        weights: Probabilities of the effect, of each candidate tried instead, and, under None, of neither; their sum is
-            1, except for candidates that occur together.
-        fits: The model for each of these probabilities.
-        alternatives: Indistinguishable candidates, the cheapest first, and the final model with each instead.
-    """
+    """An effect of the final model against all alternatives."""
 
     candidate_effect: CandidateEffect
-    explained: float
+    explained: float  # increase of chi-squared without the effect
     probability: float
-    credibility: float
+    credibility: float  # probability that the effect, not an unmodelled cause, explains this
+    # probabilities of the effect, of each candidate tried instead, and, under None, of neither; their sum is 1,
+    # except for candidates that occur together
     weights: Mapping[CandidateEffect | None, float]
-    fits: Mapping[CandidateEffect | None, Fit]
+    fits: Mapping[CandidateEffect | None, Fit]  # the model for each of these probabilities
+    # indistinguishable candidates, the cheapest first, and the final model with each instead
     alternatives: tuple[tuple[CandidateEffect, Fit], ...]
 
     @property

@@ -60,17 +60,11 @@ def problem_of(model: Model, noise: NoiseModel, sensor: Parameters) -> Problem:
 @final
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The optimum of a problem.
-
-    Attributes:
-        problem: The fitted problem.
-        x: The parameters, (d,).
-        slopes: Derivatives of the whitened residuals there, if known, see `Linearization`, (K, d).
-    """
+    """The optimum of a problem."""
 
     problem: Problem
-    x: Array
-    slopes: Array | None = None
+    x: Array  # the parameters, (d,)
+    slopes: Array | None = None  # derivatives of the whitened residuals there, if known, see `Linearization`, (K, d)
 
     @classmethod
     def of(cls, problem: Problem, start: Array, slopes: Array | None = None, rival: float = np.inf) -> "Fit":

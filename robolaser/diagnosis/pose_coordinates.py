@@ -21,17 +21,11 @@ UNITS: Final = {"temperature_c": "°C", "payload_kg": "kg"}
 @final
 @dataclass(frozen=True, eq=False)
 class Coordinate:
-    """A quantity with one or more values at each pose.
+    """A quantity with one or more values at each pose."""
 
-    Attributes:
-        name: Its name in reports.
-        values: Its values at each pose, (n, k).
-        unit: "rad", "m", "rad/s", "m/s", "Nm", "°C", "kg", "sign" of a direction, "share of the run", or "".
-    """
-
-    name: str
-    values: Array
-    unit: str = ""
+    name: str  # its name in reports
+    values: Array  # its values at each pose, (n, k)
+    unit: str = ""  # "rad", "m", "rad/s", "m/s", "Nm", "°C", "kg", "sign" of a direction, "share of the run", or ""
 
 
 def of_run(run: Run) -> Iterator[Coordinate]:

@@ -36,49 +36,30 @@ NUMBERS: Final = {"m": "shift", "rad": "turn"}
 @final
 @dataclass(frozen=True)
 class Spread:
-    """The size of a scatter.
+    """The size of a scatter."""
 
-    Attributes:
-        value: Standard deviation.
-        std: Its standard error.
-        unit: Unit of both.
-        limit: The largest standard deviation that counts as noise.
-    """
-
-    value: float
-    std: float
-    unit: str
-    limit: float
+    value: float  # standard deviation
+    std: float  # its standard error
+    unit: str  # unit of both
+    limit: float  # the largest standard deviation that counts as noise
 
 
 @final
 @dataclass(frozen=True)
 class PartScatter:
-    """Scatter of whole poses at one location: noise within its limit, a gap beyond it.
+    """Scatter of whole poses at one location: noise within its limit, a gap beyond it."""
 
-    Attributes:
-        where: A joint, `joints` or `flange`.
-        probability: Probability of this location among all possible ones.
-        sizes: `turn` [rad] or `shift` [m], of a joint reading or of the flange.
-        is_stated: Whether the limit is the repeatability that the data set states.
-        likelihood_ratio: Twice its logarithm, against scatter within the limits.
-        p_value: Of that ratio, corrected for the locations that were tried.
-        size_m: Root-mean-square 3-D error of a row by all noise, this scatter included [m].
-        noise: All noise, each source at most at its limit.
-        whole_noise: All noise, this scatter without a limit.
-        share: Share of the gap beside functions of unknown form, and probability of scatter: errors with steps and
-            corners leave scatter beside a smooth function.
-    """
-
-    where: str
-    probability: float
-    sizes: Mapping[str, Spread]
-    is_stated: bool
-    likelihood_ratio: float
-    p_value: float
-    size_m: float
-    noise: NoiseModel
-    whole_noise: NoiseModel
+    where: str  # a joint, `joints` or `flange`
+    probability: float  # probability of this location among all possible ones
+    sizes: Mapping[str, Spread]  # `turn` [rad] or `shift` [m], of a joint reading or of the flange
+    is_stated: bool  # whether the limit is the repeatability that the data set states
+    likelihood_ratio: float  # twice its logarithm, against scatter within the limits
+    p_value: float  # of that ratio, corrected for the locations that were tried
+    size_m: float  # root-mean-square 3-D error of a row by all noise, this scatter included [m]
+    noise: NoiseModel  # all noise, each source at most at its limit
+    whole_noise: NoiseModel  # all noise, this scatter without a limit
+    # share of the gap beside functions of unknown form, and probability of scatter: errors with steps and corners
+    # leave scatter beside a smooth function
     share: float = 1.0
 
     @property

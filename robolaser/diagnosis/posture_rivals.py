@@ -19,14 +19,10 @@ from robolaser.model.effects.effect import CandidateEffect
 @final
 @dataclass(frozen=True)
 class PostureRivals:
-    """Models with such a function and subsets of the final model's effects.
+    """Models with such a function and subsets of the final model's effects."""
 
-    Attributes:
-        held: The effects in each model.
-        weights: Their probabilities; the remainder to 1 is that of the final model without such a function.
-    """
-
-    held: tuple[frozenset[CandidateEffect], ...]
+    held: tuple[frozenset[CandidateEffect], ...]  # the effects in each model
+    # their probabilities; the remainder to 1 is that of the final model without such a function
     weights: tuple[float, ...]
 
     @classmethod

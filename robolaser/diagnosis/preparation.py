@@ -33,16 +33,11 @@ from robolaser.model.noise.covariance import FLOOR, NoiseModel
 @final
 @dataclass(frozen=True)
 class Preparation:
-    """A data set prepared for diagnosis.
+    """A data set prepared for diagnosis."""
 
-    Attributes:
-        calibration: The calibration without effects, weighed by noise.
-        weighted: The fitted rows, and their weights.
-        belongs: The right poses of exchanged rows, by their poses in the data set; the calibration uses the right ones.
-    """
-
-    calibration: Calibration
-    weighted: NoiseWeightedFit
+    calibration: Calibration  # the calibration without effects, weighed by noise
+    weighted: NoiseWeightedFit  # the fitted rows, and their weights
+    # the right poses of exchanged rows, by their poses in the data set; the calibration uses the right ones
     belongs: Mapping[int, int] = field(default_factory=dict)
 
     @classmethod

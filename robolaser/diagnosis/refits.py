@@ -37,17 +37,11 @@ Chi2By = Callable[..., float]
 @final
 @dataclass
 class Refits:
-    """Fits of all sets of effects that were tried.
+    """Fits of all sets of effects that were tried."""
 
-    Attributes:
-        start: The model without effects, fitted.
-        effects: Candidate effects.
-        separate: The separate effects that cost more than the selected geometry of the whole arm, if any.
-    """
-
-    start: Fit
-    effects: Sequence[CandidateEffect]
-    separate: Fit | None = None
+    start: Fit  # the model without effects, fitted
+    effects: Sequence[CandidateEffect]  # candidate effects
+    separate: Fit | None = None  # effects that cost more than the selected geometry of the whole arm, if any
     _fits: dict[frozenset[CandidateEffect], Fit] = field(default_factory=dict)
     _tests: dict[frozenset[CandidateEffect], list[ScoreTest]] = field(default_factory=dict)
     _begun: set[tuple[frozenset[CandidateEffect], tuple[object, ...]]] = field(default_factory=set)

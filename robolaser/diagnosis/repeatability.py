@@ -14,35 +14,22 @@ from robolaser.model.noise.covariance import NoiseModel, Origin
 @final
 @dataclass(frozen=True)
 class NoiseSource:
-    """The size of a source of noise.
+    """The size of a source of noise."""
 
-    Attributes:
-        value: Standard deviation.
-        unit: Its unit.
-        origin: Origin of the value.
-        of_poses: Whether it moves whole poses.
-    """
-
-    value: float
+    value: float  # standard deviation
     unit: str
     origin: Origin
-    of_poses: bool
+    of_poses: bool  # whether it moves whole poses
 
 
 @final
 @dataclass(frozen=True)
 class Repeatability:
-    """The scatter of whole poses.
+    """The scatter of whole poses."""
 
-    Attributes:
-        sources: Its sources by name: joint readings, flange poses, a tracker's probe.
-        at_sensor_m: Resulting root-mean-square 3-D error of a row [m].
-        is_stated: Whether the data set states the arm's repeatability.
-    """
-
-    sources: Mapping[str, NoiseSource]
-    at_sensor_m: float
-    is_stated: bool = False
+    sources: Mapping[str, NoiseSource]  # its sources by name: joint readings, flange poses, a tracker's probe
+    at_sensor_m: float  # resulting root-mean-square 3-D error of a row [m]
+    is_stated: bool = False  # whether the data set states the arm's repeatability
 
     def is_most_of(self, floor_m: float) -> bool:
         """Whether it is reported: it is not stated, and is most of a row's noise.

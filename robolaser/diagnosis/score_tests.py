@@ -29,24 +29,17 @@ BEFORE_ALL = -1.0
 @final
 @dataclass(frozen=True)
 class ScoreTest:
-    """A candidate effect against a fitted model, its nonlinear parameters fixed.
-
-    Attributes:
-        candidate_effect: The effect.
-        nonlinear: Its nonlinear parameters.
-        white: Derivatives of the whitened residuals by its linear parameters in units of their prior scales, (K, a).
-        columns: These derivatives, then those of distances and priors, without the part that the fitted parameters
-            imitate, (K + e, a).
-        against: The fitted model.
-        tried: Number of values of the nonlinear parameters that were tried.
-    """
+    """A candidate effect against a fitted model, its nonlinear parameters fixed."""
 
     candidate_effect: CandidateEffect
-    nonlinear: tuple[float, ...]
+    nonlinear: tuple[float, ...]  # values of its nonlinear parameters
+    # derivatives of the whitened residuals by its linear parameters in units of their prior scales, (K, a)
     white: Array
+    # these derivatives, then those of distances and priors, without the part that the fitted parameters imitate,
+    # (K + e, a)
     columns: Array
-    against: Fit
-    tried: int
+    against: Fit  # the fitted model
+    tried: int  # number of values of the nonlinear parameters that were tried
 
     @property
     def key(self) -> tuple[str, str, tuple[float, ...]]:

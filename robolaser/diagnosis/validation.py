@@ -120,17 +120,11 @@ def _carried(
 @final
 @dataclass(frozen=True, eq=False)
 class Transfer:
-    """A model of other data with all parameters held except placements and mounts.
+    """A model of other data with all parameters held except placements and mounts."""
 
-    Attributes:
-        problem: The problem; both bounds of a held parameter are its value.
-        noise: The noise of its rows.
-        x: Start values, (d,).
-    """
-
-    problem: Problem
-    noise: NoiseModel
-    x: Array
+    problem: Problem  # the problem; both bounds of a held parameter are its value
+    noise: NoiseModel  # the noise of its rows
+    x: Array  # start values, (d,)
 
     @classmethod
     def of(

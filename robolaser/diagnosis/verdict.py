@@ -88,39 +88,23 @@ def spread_of(squares: Array, numbers: Ints) -> float:
 @final
 @dataclass(frozen=True)
 class Evidence:
-    """The numbers that determine a verdict.
+    """The numbers that determine a verdict."""
 
-    Attributes:
-        chi2_before: Chi-squared of the model without effects.
-        chi2_after: Chi-squared of the model with the effects found.
-        localized: Sum of the likelihood ratios of all sites of the remaining error.
-        floor_m: Root-mean-square error of a row by noise: the noise floor of the gap [m].
-        expected_m: Expected root-mean-square error of a held-out row by noise and the parameters' errors [m].
-        gap_m: Remaining held-out gap [m].
-        least_m: Lower end of its interval, from resampled poses [m].
-        gap_before_m: Held-out gap of the model without effects [m].
-        has_effects: Whether any effect was found.
-        estimated_m: Size of noise that is estimated from residuals alone [m]; centimetres mean that the model is wrong.
-        rotations: Ratio of the held-out error of rotations to that of a row by noise; 0 if none are measured.
-        least_rotations: Lower end of its interval.
-        spread: Unevenness of the error over the rows, see `spread_of`.
-        over_stated: Largest ratio of estimated to stated row noise; 0 if none is stated.
-    """
-
-    chi2_before: float
-    chi2_after: float
-    localized: float
-    floor_m: float
-    expected_m: float
-    gap_m: float
-    least_m: float
-    gap_before_m: float
-    has_effects: bool
+    chi2_before: float  # chi-squared of the model without effects
+    chi2_after: float  # chi-squared of the model with the effects found
+    localized: float  # sum of the likelihood ratios of all sites of the remaining error
+    floor_m: float  # root-mean-square error of a row by noise: the noise floor of the gap [m]
+    expected_m: float  # expected root-mean-square error of a held-out row by noise and the parameters' errors [m]
+    gap_m: float  # remaining held-out gap [m]
+    least_m: float  # lower end of its interval, from resampled poses [m]
+    gap_before_m: float  # held-out gap of the model without effects [m]
+    has_effects: bool  # whether any effect was found
+    # size of noise that is estimated from residuals alone [m]; centimetres mean that the model is wrong
     estimated_m: float
-    rotations: float = 0.0
-    least_rotations: float = 0.0
-    spread: float = 1.0
-    over_stated: float = 0.0
+    rotations: float = 0.0  # ratio of the held-out error of rotations to that of a row by noise; 0 if none are measured
+    least_rotations: float = 0.0  # lower end of its interval
+    spread: float = 1.0  # unevenness of the error over the rows, see `spread_of`
+    over_stated: float = 0.0  # largest ratio of estimated to stated row noise; 0 if none is stated
 
     @property
     def is_noise(self) -> bool:

@@ -29,17 +29,11 @@ SIZES: Final = np.geomspace(0.1, 100.0, 13)
 @final
 @dataclass(frozen=True)
 class SetRival:
-    """A model with zeros instead of a placement, or a placement instead of zeros.
+    """A model with zeros instead of a placement, or a placement instead of zeros."""
 
-    Attributes:
-        effects: Its effects that the other model lacks.
-        fit: The fitted model.
-        probability: Its probability against the other model.
-    """
-
-    effects: tuple[CandidateEffect, ...]
+    effects: tuple[CandidateEffect, ...]  # its effects that the other model lacks
     fit: Fit
-    probability: float
+    probability: float  # its probability against the other model
 
 
 def set_rivals(refits: Refits, fit: Fit, one: CandidateEffect, held_out: HeldOut) -> Iterator[SetRival]:
