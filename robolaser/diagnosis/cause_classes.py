@@ -17,10 +17,9 @@ from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import CLASS as SCATTER
 from robolaser.diagnosis.pose_scatter import PartScatter
-from robolaser.diagnosis.posture_rivals import PostureRivals
-from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.refits import PostureRivals, Refits
 from robolaser.diagnosis.result import CauseClass, CauseKind
-from robolaser.diagnosis.stepwise_order import stepwise_order
+from robolaser.diagnosis.score_tests import stepwise_order
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CREDIBLE_MASS, LEAST_PROBABILITY
 from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.estimation.certainty import EVEN
@@ -264,5 +263,5 @@ def _substitutes(
     others = refits.among([one for one in refits.effects if of(one) != name])
     tests = others.score_tests(without)
     most = len(final.effects) - len(without.effects)
-    order = stepwise_order(tests, most, least=0.0)
+    order = stepwise_order(tests, most)
     return [others.of(without, [tests[i] for i in order])] if order else []

@@ -8,7 +8,7 @@ from robolaser.arrays import Array
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import smooth_remainder
-from robolaser.diagnosis.refits import Refits, penalty
+from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import MOTIONS_PER_PARAMETER, OPEN_SHARE
 from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.identifiability import UNIFORM
@@ -58,7 +58,7 @@ def _beside_cause(fit: Fit, effects: Sequence[CandidateEffect]) -> Fit:
     refits = Refits(fit, effects)
     tests = refits.score_tests(fit)[:1]
     above_noise = fit.chi2 - fit.freedoms
-    if not tests or tests[0].gain <= max(penalty(tests[0]), (1.0 - OPEN_SHARE) * above_noise):
+    if not tests or tests[0].gain <= max(tests[0].penalty, (1.0 - OPEN_SHARE) * above_noise):
         return fit
     return refits.refit(fit, tests)
 

@@ -13,8 +13,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import GEOMETRY, has_form
 from robolaser.diagnosis.localization import Localization, localize
-from robolaser.diagnosis.posture_rivals import PostureRivals
-from robolaser.diagnosis.refits import Announce, Refits
+from robolaser.diagnosis.refits import Announce, PostureRivals, Refits
 from robolaser.diagnosis.result import CauseClass
 from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, NO_NOISE, SMALL_SHARE
 from robolaser.diagnosis.verdict import credibility

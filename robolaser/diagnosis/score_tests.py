@@ -1,12 +1,14 @@
-"""Score tests (Rao 1948): chi-squared that candidate effects would explain, without a refit."""
+"""Score tests (Rao 1948): chi-squared that candidate effects would explain, alone or in turn, without a refit."""
 
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import final
 
 import numpy as np
+from scipy.linalg import pinvh
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.checks import different_poses
@@ -15,6 +17,7 @@ from robolaser.diagnosis.dense_grids import gains_of_steps, gains_of_waves
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit, best_amplitudes
 from robolaser.diagnosis.thresholds import CHI2_PER_PARAMETER, OPEN_SHARE
+from robolaser.diagnosis.verdict import complexity_penalty
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import DataLack
 from robolaser.model.grouped_rows import group_sums
@@ -45,6 +48,11 @@ class ScoreTest:
     def key(self) -> tuple[str, str, tuple[float, ...]]:
         """Effect, location and nonlinear parameters."""
         return self.candidate_effect.effect.name, self.candidate_effect.where, self.nonlinear
+
+    @property
+    def penalty(self) -> float:
+        """The complexity penalty of the effect."""
+        return complexity_penalty(freedom(self.candidate_effect.effect, self.tried), self.tried)
 
     @cached_property
     def basis(self) -> Array:
@@ -229,3 +237,52 @@ def lack_of_poses(kind: type[Effect], dataset: Dataset) -> str:
 def freedom(kind: type[Effect], tried: int) -> int:
     """Number of an effect's parameters; nonlinear ones count if several values were tried."""
     return len(kind.units()) if tried > 1 else len(kind.amplitudes())
+
+
+def stepwise_order(tests: Sequence[ScoreTest], most: int) -> list[int]:
+    """Order effects by the chi-squared that each explains beyond its penalty, beside those before it.
+
+    Args:
+        tests: Score tests of the effects, all against one model.
+        most: Largest number of effects to return; none explains less than its penalty.
+
+    Returns:
+        Indices of the tests.
+    """
+    if not tests:
+        return []
+    G, spans = _products(tests)
+    prices = np.array([test.penalty for test in tests])
+    order: list[int] = []
+    for _ in range(min(most, len(tests))):
+        net = _gains_beside(G, spans) - prices
+        net[order] = -np.inf
+        best = int(net.argmax())
+        if net[best] < 0.0:
+            break
+        order.append(best)
+        span = spans[best]
+        G = G - G[:, span] @ pinvh(G[np.ix_(span, span)], atol=NEGLIGIBLE, rtol=0.0) @ G[span]
+    return order
+
+
+def _products(tests: Sequence[ScoreTest]) -> tuple[Array, list[Ints]]:
+    """Products of all effects' columns, in units of their lengths, and the residuals; and the rows of each effect."""
+    columns = np.hstack([test.columns for test in tests])
+    squares = (np.hstack([test.white for test in tests]) ** 2).sum(axis=0)
+    tall = np.column_stack([columns / np.sqrt(np.maximum(squares, np.finfo(float).tiny)), tests[0].against.at.r])
+    ends = np.cumsum([0] + [test.columns.shape[1] for test in tests])
+    return tall.T @ tall, [np.arange(start, end) for start, end in pairwise(ends)]
+
+
+def _gains_beside(G: Array, spans: Sequence[Ints]) -> Array:
+    """Chi-squared that each effect explains, (n,), computed together for equal numbers of columns."""
+    gains, widths = np.zeros(len(spans)), np.array([len(span) for span in spans])
+    for width in np.unique(widths):
+        same_width = np.flatnonzero(widths == width)
+        own = np.stack([spans[i] for i in same_width.tolist()])
+        squares, vectors = np.linalg.eigh(G[own[:, :, None], own[:, None]])
+        along = (np.swapaxes(vectors, 1, 2) @ G[own, -1][..., None])[..., 0]
+        seen = squares > NEGLIGIBLE
+        gains[same_width] = np.divide(along**2, squares, out=np.zeros_like(squares), where=seen).sum(axis=1)
+    return gains

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from scipy.special import softmax
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.diagnosis.thresholds import (
-    CHI2_OF_UNMODELLED_CAUSE,
     CHI2_PER_EFFECT,
     CHI2_PER_FURTHER_PARAMETER,
     CHI2_PER_PARAMETER,
@@ -40,20 +40,7 @@ def complexity_penalty(parameters: int, shapes: int) -> float:
 
 def posterior_weights(costs: Array) -> Array:
     """Probabilities of models, one of them true, from their costs in chi-squared, (n,) each."""
-    weights = np.exp(-0.5 * (costs - costs.min()))
-    normalized: Array = weights / weights.sum()
-    return normalized
-
-
-def probability_of_unmodelled(cost_without: float, cost_with: float) -> float:
-    """Probability that an unmodelled cause explains the same as some effects and makes them unnecessary.
-
-    Args:
-        cost_without: Cost of the model without these effects, beside an unmodelled cause.
-        cost_with: Cost of the model with these effects, beside an unmodelled cause.
-    """
-    excess = np.clip(0.5 * (cost_without + CHI2_OF_UNMODELLED_CAUSE - cost_with), -700.0, 700.0)
-    return float(1.0 / (1.0 + np.exp(excess)))
+    return np.asarray(softmax(-0.5 * costs))
 
 
 def credibility(unmodelled: float, unexplained: float, explained: float) -> float:

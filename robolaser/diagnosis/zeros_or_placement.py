@@ -66,7 +66,7 @@ def set_rivals(refits: Refits, fit: Fit, one: CandidateEffect, held_out: HeldOut
         new = tuple(each for each in there if each not in here)
         rival = _exchanged(refits, fit, [each for each in here if each not in there], new)
         if rival is not None:
-            probability = expit(np.clip(0.5 * (_evidence(fit, here) - _evidence(rival, there)), -700.0, 700.0))
+            probability = expit(0.5 * (_evidence(fit, here) - _evidence(rival, there)))
             yield SetRival(new, rival, float(np.clip(probability, *_limits(fit, rival, held_out))))
 
 

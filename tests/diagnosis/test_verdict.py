@@ -16,10 +16,9 @@ from robolaser.diagnosis.verdict import (
     is_indistinguishable,
     judge,
     posterior_weights,
-    probability_of_unmodelled,
     spread_of,
 )
-from robolaser.estimation.certainty import CERTAIN, EVEN
+from robolaser.estimation.certainty import CERTAIN
 from robolaser.estimation.outliers import OUTLIER_SIGMA
 
 CLEAN = Evidence(
@@ -100,15 +99,9 @@ def test_posterior_weights_are_those_of_gaussian_likelihoods_and_add_up_to_one()
 
 
 def test_an_unmodelled_cause_starts_with_odds_of_one_to_four_hundred():
-    assert probability_of_unmodelled(500.0, 500.0) == pytest.approx(1 / 404, rel=0.01)
-    assert thresholds.CHI2_OF_UNMODELLED_CAUSE == 12.0
-
-
-def test_an_unmodelled_cause_is_even_with_an_effect_where_it_costs_that_much_less():
-    assert probability_of_unmodelled(488.0, 500.0) == 0.5 == EVEN
-    assert probability_of_unmodelled(487.0, 500.0) > 0.5
-    assert probability_of_unmodelled(1e9, 0.0) < 1e-300
-    assert probability_of_unmodelled(0.0, 1e9) == 1.0
+    price = thresholds.CHI2_OF_UNMODELLED_CAUSE
+    assert posterior_weights(np.array([0.0, price]))[1] == pytest.approx(1 / 404, rel=0.01)
+    assert posterior_weights(np.array([1e9, price])).tolist() == [0.0, 1.0]
 
 
 def test_credibility_is_halved_where_a_twentieth_of_what_an_effect_explains_is_left():
