@@ -15,13 +15,13 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.penalties import posterior_weights
 from robolaser.diagnosis.pose_scatter import CLASS as SCATTER
 from robolaser.diagnosis.pose_scatter import PartScatter
 from robolaser.diagnosis.refits import PostureRivals, Refits
 from robolaser.diagnosis.result import CauseClass, CauseKind
 from robolaser.diagnosis.score_tests import stepwise_order
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CREDIBLE_MASS, LEAST_PROBABILITY
-from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.estimation.certainty import EVEN
 from robolaser.model.effects.effect import CandidateEffect, Effect
 

@@ -8,14 +8,15 @@ import numpy as np
 
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.penalties import credibility, posterior_weights
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import (
+    CHI2_PER_EFFECT,
     LEAST_PROBABILITY,
     MAX_ALTERNATIVES,
     NO_DIFFERENCE,
     SHARE_OF_BEST_SCORE,
 )
-from robolaser.diagnosis.verdict import credibility, is_indistinguishable, posterior_weights
 from robolaser.diagnosis.zeros_or_placement import set_rivals
 from robolaser.estimation.certainty import LIKELY
 from robolaser.model.effects.effect import CandidateEffect
@@ -71,7 +72,7 @@ def evidence_for(
         zip((candidate_effect, *(one for one, _ in others), None), weights.tolist(), strict=True)
     )
     fits: dict[CandidateEffect | None, Fit] = {candidate_effect: final, None: without, **dict(others)}
-    indistinguishable = [pair for pair in others if is_indistinguishable(final.deviance, pair[1].deviance)]
+    indistinguishable = [pair for pair in others if pair[1].deviance - final.deviance < CHI2_PER_EFFECT]
     indistinguishable = sorted(indistinguishable, key=lambda pair: refits.cost(pair[1]))
     by_candidate |= _of_plausible_sizes(by_candidate, fits, [candidate_effect, *dict(indistinguishable)], held_out)
     for rival in set_rivals(refits, final, candidate_effect, held_out):

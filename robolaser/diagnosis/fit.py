@@ -10,10 +10,17 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
-from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_PLAUSIBLE, LARGEST_USUAL, NO_DIFFERENCE, ROUNDS
-from robolaser.diagnosis.verdict import spread_of
+from robolaser.diagnosis.thresholds import (
+    FULLY_PENALIZED,
+    LARGEST_PLAUSIBLE,
+    LARGEST_USUAL,
+    LEAST_TYPICAL,
+    NO_DIFFERENCE,
+    ROUNDS,
+)
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import TOUCH, Linearization
+from robolaser.estimation.outliers import median_length
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.model.effects.effect import CandidateEffect
@@ -253,6 +260,19 @@ class Fit:
         r = self.at.r.copy()
         r[: len(white)] += white @ amplitudes
         return self.x + self.at.step(r)
+
+
+def spread_of(squares: Array, numbers: Ints) -> float:
+    """Ratio of the root mean square of whitened rows to that expected from their median: 1 for normal noise.
+
+    It is larger if a part of the rows has most of the error: noise estimated from them is no noise of all rows.
+
+    Args:
+        squares: Squared lengths of the rows, (m,).
+        numbers: Number of values of each row, (m,).
+    """
+    typical = np.median(np.sqrt(squares) / median_length(numbers))
+    return float(np.sqrt(squares.sum() / numbers.sum()) / max(typical, LEAST_TYPICAL))
 
 
 def best_amplitudes(columns: Array, residuals: Array) -> Array:

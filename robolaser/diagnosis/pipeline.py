@@ -26,7 +26,6 @@ from robolaser.diagnosis.gravity_direction import with_gravity_turned
 from robolaser.diagnosis.gross_errors import rows_sentence
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.held_parameters import with_parameters_free
-from robolaser.diagnosis.judgement import judged
 from robolaser.diagnosis.localization import Localization, localize, merged
 from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pose_scatter import beside
@@ -41,6 +40,7 @@ from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, ROUNDS
 from robolaser.diagnosis.validation import validated
+from robolaser.diagnosis.verdict import judged
 from robolaser.diagnosis.wrong_input import at_other_poses, mispaired
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.certainty import EVEN

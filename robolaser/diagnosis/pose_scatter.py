@@ -9,10 +9,10 @@ import numpy as np
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.local_unknown import fine_chi2
 from robolaser.diagnosis.localization import Localization, localize, p_value, unmodelled_chi2
+from robolaser.diagnosis.penalties import posterior_weights
 from robolaser.diagnosis.pose_noise import explained
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT
-from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.estimation.noise_estimate import NoiseEstimate, noise_limits
 from robolaser.model.blocks.errors import moved_with_pose
 from robolaser.model.effects.joints import moving_joints

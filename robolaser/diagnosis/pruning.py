@@ -13,10 +13,10 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import GEOMETRY, has_form
 from robolaser.diagnosis.localization import Localization, localize
+from robolaser.diagnosis.penalties import credibility
 from robolaser.diagnosis.refits import Announce, PostureRivals, Refits
 from robolaser.diagnosis.result import CauseClass
 from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, NO_NOISE, SMALL_SHARE
-from robolaser.diagnosis.verdict import credibility
 from robolaser.estimation.certainty import CERTAIN, EVEN
 from robolaser.model.effects.effect import CandidateEffect
 

@@ -19,10 +19,10 @@ from robolaser.diagnosis.local_unknown import (
     probability_of_local_unknown,
 )
 from robolaser.diagnosis.localization import unmodelled_chi2
+from robolaser.diagnosis.penalties import posterior_weights
 from robolaser.diagnosis.score_tests import ScoreTest, retest, score_tests
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, LEAST_PROBABILITY, MIN_IMPROVEMENT
-from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect

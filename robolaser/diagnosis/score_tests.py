@@ -16,8 +16,8 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.dense_grids import gains_of_steps, gains_of_waves
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit, best_amplitudes
+from robolaser.diagnosis.penalties import complexity_penalty
 from robolaser.diagnosis.thresholds import CHI2_PER_PARAMETER, OPEN_SHARE
-from robolaser.diagnosis.verdict import complexity_penalty
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import DataLack
 from robolaser.model.grouped_rows import group_sums
