@@ -23,7 +23,7 @@ from robolaser.diagnosis.result import CauseClass, CauseKind
 from robolaser.diagnosis.score_tests import stepwise_order
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CREDIBLE_MASS, LEAST_PROBABILITY
 from robolaser.estimation.certainty import EVEN
-from robolaser.model.effects.effect import CandidateEffect, Effect
+from robolaser.model.effects.effect import CandidateEffect
 
 UNKNOWN: Final = "unknown"
 """The class of causes outside the library of effects."""
@@ -85,10 +85,6 @@ def cause_classes(
     return tuple(sorted(found, key=_importance))
 
 
-def _kind(candidate_effect: CandidateEffect) -> type[Effect]:
-    return candidate_effect.effect
-
-
 def cause_kinds(
     refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut
 ) -> tuple[CauseKind, ...]:
@@ -110,7 +106,7 @@ def cause_kinds(
         without = refits.without(final, [one.candidate_effect for one in own])
         probability = at_least_one(list(locations.values()))
         if probability < CREDIBLE_MASS and len(locations) > 1:
-            probability = max(probability, _probability(refits, final, without, own, _kind, kind))
+            probability = max(probability, _probability(refits, final, without, own, lambda one: one.effect, kind))
         if probability < LEAST_PROBABILITY:
             continue
         where = tuple(dict.fromkeys(one.candidate_effect.where for one in own))

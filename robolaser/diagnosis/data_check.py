@@ -1,6 +1,6 @@
 """Check of a data set before any fit: whether it can be calibrated, testable effects, and data missing for the rest."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -81,12 +81,12 @@ class DataCheck:
         }
 
 
-def check_data(dataset: Dataset, effects: Sequence[type[Effect]] = EFFECTS) -> DataCheck:
+def check_data(dataset: Dataset) -> DataCheck:
     """Check a data set without any fit, within a second."""
     hindrance, parameters, inseparable = _calibration(dataset)
     images = sum(map(bool, dataset.poses.image or ()))
     poses = len(np.unique(dataset.points.pose)) if len(dataset.points) else images
-    tested = tuple(_testability(kind, dataset, poses) for kind in effects)
+    tested = tuple(_testability(kind, dataset, poses) for kind in EFFECTS)
     missing: dict[str, tuple[str, ...]] = {}
     for one in tested:
         if one.remedy:

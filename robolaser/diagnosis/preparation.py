@@ -18,7 +18,9 @@ from robolaser.data.subsampling import MAX_POSES
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.pose_noise import explainable, explained
 from robolaser.diagnosis.pose_scatter import PartScatter, pose_scatter
+from robolaser.diagnosis.summary_text import exchanged
 from robolaser.diagnosis.thresholds import MOST_RMS_M, NO_DIFFERENCE, NO_NOISE
+from robolaser.errors import RobolaserError
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import NoiseEstimate, left_by, sources_of
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
@@ -190,3 +192,27 @@ def _of_rows(noise: NoiseModel, other: NoiseModel) -> float:
     names = [source.name for source in noise.sources if source.level != "pose"]
     sizes = np.array([[max(one.sigmas[name], FLOOR) for name in names] for one in (noise, other)])
     return float(np.abs(np.log(sizes[0] / sizes[1])).max(initial=0.0))
+
+
+def gross_mistakes(dataset: Dataset) -> tuple[str, ...]:
+    """Sentences on errors of centimetres that another reading of the files removes, and on exchanged images.
+
+    Args:
+        dataset: Has points; no fault is reported if it cannot be calibrated for other reasons.
+    """
+    try:
+        preparation = Preparation.of(dataset, seed=0)
+        found, belongs = preparation.misread(), preparation.belongs
+    except (RobolaserError, np.linalg.LinAlgError):
+        found, belongs = _unfitted(dataset), {}
+    sentences = [found.sentence] if found else []
+    if belongs:
+        sentences.append(f"{exchanged(belongs, dataset.poses.names)}. Correct the data set.")
+    return tuple(sentences)
+
+
+def _unfitted(dataset: Dataset) -> Misread | None:
+    try:
+        return misread(Model(dataset), np.inf)
+    except (RobolaserError, np.linalg.LinAlgError):
+        return None

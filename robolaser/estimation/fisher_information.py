@@ -9,8 +9,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.estimation.linearization import triangle
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.r_factor import triangle
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel

@@ -12,9 +12,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.subsampling import rows_of_each
-from robolaser.estimation.linearization import RANK
+from robolaser.estimation.linearization import RANK, triangle
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.r_factor import triangle
 from robolaser.estimation.solver import TOLERANCE, Solution, solve
 from robolaser.model.batches import depends_on_trajectory, with_rows
 from robolaser.model.blocks.errors import row_errors
