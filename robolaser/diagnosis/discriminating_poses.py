@@ -138,9 +138,5 @@ def _extended(dataset: Dataset, q: Array, seen: Points) -> tuple[Dataset, Ints]:
         poses.take(np.full(k, last)), names=tuple(f"next {i}" for i in range(k)), q=q, image=None, session=session
     )
     number = np.unique(seen.pose, return_inverse=True)[1]
-    longer = replace(
-        dataset,
-        poses=stacked([poses, new]),
-        points=stacked([points, replace(seen, pose=n + number)]),
-    )
+    longer = replace(dataset, poses=stacked([poses, new]), points=stacked([points, replace(seen, pose=n + number)]))
     return longer, len(points) + np.arange(len(seen)).reshape(k, -1)

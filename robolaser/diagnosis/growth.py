@@ -80,15 +80,7 @@ def _updated(found: Diagnosis, before: Weighed, whole: Dataset, grown: Weighed) 
         found,
         dataset=whole,
         added_poses=len(np.unique(grown.dataset.points.pose)) - len(np.unique(found.observed.points.pose)),
-        sentence=sentence(
-            found.verdict,
-            findings,
-            classes,
-            found.where,
-            found.gap,
-            found.repeatability,
-            found.odd_rows,
-        )
+        sentence=sentence(found.verdict, findings, classes, found.where, found.gap, found.repeatability, found.odd_rows)
         + imitated_sentence(found.limits, classes)
         + transfer_sentences(found.validation, has_effects=bool(found.model.effects)),
         findings=findings,

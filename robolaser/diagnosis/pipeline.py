@@ -14,12 +14,7 @@ from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds, class_
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, too_few_poses
 from robolaser.diagnosis.evidence import EffectEvidence
-from robolaser.diagnosis.findings import (
-    explained_sites,
-    findings_of,
-    listed,
-    not_testable,
-)
+from robolaser.diagnosis.findings import explained_sites, findings_of, listed, not_testable
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.gravity_direction import with_gravity_turned
