@@ -268,5 +268,4 @@ def _means(values: Array, pose: Ints, n: int) -> Array:
 def _centred(values: Array, pose: Ints, n: int) -> Array:
     """Mean of the rows' values in each pose, scaled to ±1, (n, 1)."""
     mean = _means(values, pose, n)
-    scaled: Array = (2.0 * (mean - mean.min()) / max(float(np.ptp(mean)), 1e-12) - 1.0)[:, None]
-    return scaled
+    return np.asarray((2.0 * (mean - mean.min()) / max(float(np.ptp(mean)), 1e-12) - 1.0)[:, None])

@@ -108,8 +108,7 @@ def _shares(tests: Sequence[ScoreTest]) -> Array:
     """Share of each effect's squared principal column (second axis) that another one (first axis) imitates, (e, e)."""
     principal = np.stack([test.columns[:, 0] for test in tests], axis=1)
     squares = np.maximum((principal**2).sum(axis=0), np.finfo(float).tiny)
-    shares: Array = np.stack([((test.basis.T @ principal) ** 2).sum(axis=0) for test in tests]) / squares
-    return shares
+    return np.asarray(np.stack([((test.basis.T @ principal) ** 2).sum(axis=0) for test in tests]) / squares)
 
 
 def _at_tool(test: ScoreTest, size: float) -> float:

@@ -98,8 +98,7 @@ def _configurations(dataset: Dataset, rng: np.random.Generator) -> Array:
     tried = np.concatenate([near[: TRIED // 2], random_configurations(robot, TRIED - TRIED // 2, rng)])
     still = _still(q)
     tried[:, still] = q[0, still]
-    inside: Array = tried[((tried >= lower) & (tried <= upper) | still).all(axis=1)]
-    return inside
+    return np.asarray(tried[((tried >= lower) & (tried <= upper) | still).all(axis=1)])
 
 
 def _aimed(fit: Fit, values: Values, tried: Array, rng: np.random.Generator) -> Array:
@@ -122,8 +121,7 @@ def _still(q: Array) -> Bools:
 
 def _prediction(fit: Fit, extended: Dataset) -> Array:
     """Residuals of all rows of an extended data set at a model's parameters, (m, k)."""
-    e: Array = replace(fit.model, dataset=extended).residuals_at(fit.problem.parameters.values(fit.x[None]))[0]
-    return e
+    return np.asarray(replace(fit.model, dataset=extended).residuals_at(fit.problem.parameters.values(fit.x[None]))[0])
 
 
 def _extended(dataset: Dataset, q: Array, seen: Points) -> tuple[Dataset, Ints]:

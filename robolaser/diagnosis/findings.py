@@ -1,4 +1,4 @@
-"""The findings of a diagnosis: the gap step by step, effects with their parameters, and untestable effects."""
+"""The findings of a diagnosis: the gap step by step, noise, effects with their parameters, and untestable effects."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -17,10 +17,19 @@ from robolaser.diagnosis.local_unknown import GEOMETRY
 from robolaser.diagnosis.localization import Localization, corrected, localize
 from robolaser.diagnosis.pose_coordinates import TIME
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap, RotationGap
+from robolaser.diagnosis.result import (
+    Alternative,
+    DetectionLimit,
+    Estimate,
+    Finding,
+    Gap,
+    NoiseSource,
+    Repeatability,
+    RotationGap,
+)
 from robolaser.diagnosis.score_tests import lack_of_poses
 from robolaser.diagnosis.standard_errors import standard_errors
-from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, MAX_ALTERNATIVES
+from robolaser.diagnosis.thresholds import MAX_ALTERNATIVES
 from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.outliers import MIN_POSES
 from robolaser.model.effects.effect import CandidateEffect, Effect
@@ -68,11 +77,6 @@ def findings_of(
     return tuple(findings)
 
 
-def listed(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Findings that are probable enough to be listed; the others are reported as their class."""
-    return tuple(found for found in findings if found.probability >= LEAST_PROBABILITY)
-
-
 def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: int) -> Gap:
     """The held-out gap of the nominal, the calibrated and the final model."""
     pose = start.model.dataset.points.pose
@@ -89,6 +93,30 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
     known = start.model.known_distances is not None
     distances = (rms(distance_errors(start)[:, None]), rms(distance_errors(final)[:, None])) if known else None
     return Gap(nominal, calibrated, rms(after), floor, interval(after, pose, seed), rotations, is_held_out, distances)
+
+
+def noise_sources(noise: NoiseModel) -> dict[str, NoiseSource]:
+    """The sources of noise, by name."""
+    return {
+        source.name: NoiseSource(
+            float(noise.sigmas[source.name]),
+            source.unit,
+            noise.origin.get(source.name, "stated"),
+            source.level == "pose",
+        )
+        for source in noise.sources
+    }
+
+
+def repeatability_of(fit: Fit, noise: NoiseModel) -> Repeatability:
+    """The scatter of whole poses, without row noise."""
+    of_poses = noise.at({source.name: 0.0 for source in noise.sources if source.level != "pose"})
+    zero = noise.at(dict.fromkeys(noise.sigmas, 0.0))
+    sources = {name: source for name, source in noise_sources(noise).items() if source.of_poses}
+    stated = fit.model.dataset.noise.repeatability_m
+    return Repeatability(
+        sources, float(np.sqrt(fit.size_of(of_poses) ** 2 - fit.size_of(zero) ** 2)), stated is not None
+    )
 
 
 def _nominal_gap(start: Fit, calibrated: float) -> float | None:

@@ -282,5 +282,4 @@ def best_amplitudes(columns: Array, residuals: Array) -> Array:
     squares, V = np.linalg.eigh(unit.T @ unit)
     seen = squares > NEGLIGIBLE * squares.max(initial=0.0)
     along = V[:, seen].T @ (unit.T @ residuals)
-    amplitudes: Array = -(V[:, seen] @ (along / squares[seen])) / np.where(length > 0, length, 1.0)
-    return amplitudes
+    return np.asarray(-(V[:, seen] @ (along / squares[seen])) / np.where(length > 0, length, 1.0))

@@ -79,12 +79,10 @@ def _turned(found: Diagnosis) -> Array | None:
     chosen: Bools = np.isin(np.arange(len(found.observed.poses)), poses[evenly(len(poses), POSES)])
     few = found.observed.of_poses(chosen)
     columns, residuals = _columns(few, found, size)
-    best = min((_descended(columns, residuals, start) for start in (*np.eye(3), *-np.eye(3))), key=lambda one: one[1])
-    direction = best[0]
+    ends = (_descended(columns, residuals, start) for start in (*np.eye(3), *-np.eye(3)))
+    direction, left = min(ends, key=lambda one: one[1])
     _, as_stated = _compliances(columns, residuals, np.array(robot.gravity) / size)
-    if best[1] ** 2 > LEFT * as_stated**2:
-        return None
-    return robot.other_gravity(direction)
+    return None if left**2 > LEFT * as_stated**2 else robot.other_gravity(direction)
 
 
 def _columns(few: Dataset, found: Diagnosis, size: float) -> tuple[Array, Array]:
@@ -98,9 +96,7 @@ def _columns(few: Dataset, found: Diagnosis, size: float) -> tuple[Array, Array]
         under = replace(few, robot=robot.under(size * along))
         effects = tuple(CandidateEffect(JointCompliance, joint) for joint in JointCompliance.locations(under))
         model = Model(under, effects)
-        start = {
-            name: float(value) for name, value in zip(found.model.parameters.names, found.calibrated_x, strict=False)
-        }
+        start = dict(zip(found.model.parameters.names, found.calibrated_x.tolist(), strict=False))
         x = np.array([start.get(item.name, item.nominal) for item in model.parameters.items])
         J = jacobian_matrix(model, x)
         names = list(model.parameters.names)

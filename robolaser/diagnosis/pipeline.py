@@ -14,7 +14,7 @@ from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds, class_
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, too_few_poses
 from robolaser.diagnosis.evidence import EffectEvidence
-from robolaser.diagnosis.findings import explained_sites, findings_of, listed, not_testable
+from robolaser.diagnosis.findings import explained_sites, findings_of, noise_sources, not_testable, repeatability_of
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.gravity_direction import with_gravity_turned
@@ -27,7 +27,6 @@ from robolaser.diagnosis.pose_scatter import beside
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import probable_remainder, prune, without_imitations
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
 from robolaser.diagnosis.result import CauseClass, Diagnosis
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select, unless_one_does_it
@@ -156,7 +155,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         + exchanged_sentence(preparation.belongs, dataset.poses.names),
         gap=gap,
         where=tuple(where),
-        findings=listed(findings),
+        findings=tuple(one for one in findings if one.probability >= LEAST_PROBABILITY),
         kinds=cause_kinds(refits, final, evidence, held_out) if verdict != "no_gap" else (),
         classes=classes,
         outliers=outliers,

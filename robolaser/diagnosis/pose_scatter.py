@@ -153,7 +153,7 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> PartScatter | None:
         likelihood_ratio=ratio,
         p_value=p_value(ratio, len(parts)),
         size_m=fit.size_of(noise),
-        noise=_within(noise, limits),
+        noise=noise.at({name: min(noise.sigmas[name], limit) for name, limit in limits.items()}),
         whole_noise=noise,
     )
 
@@ -216,8 +216,3 @@ def _shape_chi2(fit: Fit, where: str) -> float:
         return unmodelled_chi2(fit)
     of_joint = max(sparse_shape_chi2(fit, where), fine_chi2(fit, where))
     return max(of_joint - CHI2_PER_EFFECT, unmodelled_chi2(fit, where))
-
-
-def _within(noise: NoiseModel, limits: Mapping[str, float]) -> NoiseModel:
-    """The noise with each source at most at its limit."""
-    return noise.at({name: min(noise.sigmas[name], limit) for name, limit in limits.items()})

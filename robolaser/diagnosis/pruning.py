@@ -61,7 +61,7 @@ def prune(
             continue
         # without optics the geometry of a whole arm counts, and none of its parts is removed for explaining little
         unmodelled = {one: instead_of(final, one) for one in final.effects if final.has_optics}
-        doubtful = _above(unmodelled, EVEN)
+        doubtful = sorted((one for one in unmodelled if unmodelled[one] > EVEN), key=lambda one: -unmodelled[one])
         if unmodelled and not doubtful:
             doubtful = _incredible(refits, final, unmodelled, unexplained(final))
         if doubtful:
@@ -180,10 +180,6 @@ def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -
     if has_form(final, candidate_effect):
         probabilities.append(refits.locally_unmodelled(final, candidate_effect))
     return max(probabilities)
-
-
-def _above(probability: Mapping[CandidateEffect, float], limit: float) -> list[CandidateEffect]:
-    return sorted((one for one in probability if probability[one] > limit), key=lambda one: -probability[one])
 
 
 def _incredible(

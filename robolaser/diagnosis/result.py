@@ -12,10 +12,11 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import PartScatter
-from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
+from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.folds import FoldFits
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
+from robolaser.model.noise.covariance import Origin
 from robolaser.robot.kinematics import Robot
 
 
@@ -120,6 +121,35 @@ class Gap:
     rotations: RotationGap | None = None  # error of rotations; None if none are measured
     is_held_out: bool = True  # whether any pose was held out; else all errors are of fitted poses
     distances_m: tuple[float, float] | None = None  # of known distances, calibrated and after; None without any
+
+
+@final
+@dataclass(frozen=True)
+class NoiseSource:
+    """The size of a source of noise."""
+
+    value: float  # standard deviation
+    unit: str
+    origin: Origin
+    of_poses: bool  # whether it moves whole poses
+
+
+@final
+@dataclass(frozen=True)
+class Repeatability:
+    """The scatter of whole poses."""
+
+    sources: Mapping[str, NoiseSource]  # its sources by name: joint readings, flange poses, a tracker's probe
+    at_sensor_m: float  # resulting root-mean-square 3-D error of a row [m]
+    is_stated: bool = False  # whether the data set states the arm's repeatability
+
+    def is_most_of(self, floor_m: float) -> bool:
+        """Whether it is reported: it is not stated, and is most of a row's noise.
+
+        Without scatter of poses, chance makes a third of the noise look like it.
+        """
+        is_estimated = any(source.origin != "stated" for source in self.sources.values())
+        return is_estimated and self.at_sensor_m > EVEN * floor_m
 
 
 @final

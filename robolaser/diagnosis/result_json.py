@@ -6,7 +6,6 @@ from typing import Any
 from robolaser.diagnosis.cause_classes import at_least_one
 from robolaser.diagnosis.gross_errors import probability
 from robolaser.diagnosis.pose_scatter import CLASS, NAME, PartScatter
-from robolaser.diagnosis.repeatability import NoiseSource
 from robolaser.diagnosis.result import (
     CauseClass,
     DetectionLimit,
@@ -14,6 +13,7 @@ from robolaser.diagnosis.result import (
     Estimate,
     Finding,
     Gap,
+    NoiseSource,
     Validation,
     WrongInput,
 )

@@ -59,8 +59,7 @@ class ScoreTest:
         """Orthonormal basis of the columns, without directions that the parameters imitate, (K + e, a')."""
         U, s, _ = np.linalg.svd(self.columns, full_matrices=False)
         size = float((self.white**2).sum(axis=0).max(initial=0.0))
-        kept: Array = U[:, s**2 > NEGLIGIBLE * max(size, 1e-12)]
-        return kept
+        return np.asarray(U[:, s**2 > NEGLIGIBLE * max(size, 1e-12)])
 
     @cached_property
     def gain(self) -> float:

@@ -89,13 +89,10 @@ class StageDerivatives:
             joint: The joint, for stages of the arm.
         """
         if (stage, joint) not in self._known:
-            self._known[stage, joint] = self._by_motion(stage, joint)
+            of_arm = stage in (Stage.JOINTS, Stage.LINKS)
+            moved = self._of_arm(stage, joint) if of_arm else self._by(stage, lambda value: value @ _motion(TWISTS))
+            self._known[stage, joint] = moved
         return self._known[stage, joint]
-
-    def _by_motion(self, stage: Stage, joint: str) -> Array:
-        if stage in (Stage.JOINTS, Stage.LINKS):
-            return self._of_arm(stage, joint)
-        return self._by(stage, lambda value: value @ _motion(TWISTS))
 
     def _of_arm(self, stage: Stage, joint: str) -> Array:
         """By motions of one joint, (K, 1), or link, (K, 6), through the six motions of the flange."""
@@ -108,8 +105,7 @@ class StageDerivatives:
             moves = np.zeros((1, len(TWISTS), *placements.shape[1:]))
             moves[:, :, :, i] = TWISTS[:, None]
             twists = motion.twists_by_placements(placements, placements[:, None] @ moves)
-        moved: Array = np.einsum("qkd,kd->kq", twists[0][:, self._fit.pose_of_number], self._by_flange)
-        return moved
+        return np.asarray(np.einsum("qkd,kd->kq", twists[0][:, self._fit.pose_of_number], self._by_flange))
 
     @cached_property
     def _arm(self) -> tuple[Array, FlangeMotion]:

@@ -8,8 +8,7 @@ from robolaser.diagnosis.cause_classes import class_of, of_model, unknown_instea
 from robolaser.diagnosis.cause_words import listed, members, named, noun, site_phrase
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, PartScatter
-from robolaser.diagnosis.repeatability import Repeatability
-from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Validation
+from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Repeatability, Validation
 from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, NO_DIFFERENCE
 from robolaser.estimation.certainty import CERTAIN, EVEN
 

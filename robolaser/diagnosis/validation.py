@@ -72,9 +72,7 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
         after.noise.at({name: scatter.get(name, size) for name, size in after.noise.sigmas.items()})
     )
     errors = after.held_out(seed)
-    before = errors if not effects and calibrated == held else None
-    if before is None:
-        before = Transfer.of(data, later, (), calibrated).held_out(seed)
+    before = errors if not effects and calibrated == held else Transfer.of(data, later, (), calibrated).held_out(seed)
     sim = before if nominal == calibrated else Transfer.of(data, later, (), nominal).held_out(seed)
     return Validation(
         dataset=other.name,
