@@ -79,32 +79,32 @@ def findings_of(
 
 def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: int) -> Gap:
     """The held-out gap of the nominal, the calibrated and the final model."""
-    pose = start.model.dataset.points.pose
-    after = held_out.errors(final)
-    floor = final.size_of(noise)
-    rotations = None
+    pose, after, rotations = start.model.dataset.points.pose, held_out.of(final), None
     if start.model.dataset.format.angles:
         rotated = held_out.rotation_errors(final)
         least = interval(rotated, pose, seed)[0]
         rotations = RotationGap(rms(held_out.rotation_errors(start)), rms(rotated), least, final.rotation_of(noise))
     calibrated = held_out.calibrated(start, final)
-    nominal = _nominal_gap(start, calibrated)
-    is_held_out = held_out.unseen(final) is not None
     known = start.model.known_distances is not None
-    distances = (rms(distance_errors(start)[:, None]), rms(distance_errors(final)[:, None])) if known else None
-    return Gap(nominal, calibrated, rms(after), floor, interval(after, pose, seed), rotations, is_held_out, distances)
+    return Gap(
+        nominal_m=_nominal_gap(start, calibrated),
+        calibrated_m=calibrated,
+        after_m=rms(after.in_metres),
+        noise_floor_m=final.size_of(noise),
+        after_ci95_m=interval(after.in_metres, pose, seed),
+        rotations=rotations,
+        is_held_out=after.folds is not None,
+        distances_m=(rms(distance_errors(start)[:, None]), rms(distance_errors(final)[:, None])) if known else None,
+    )
 
 
 def noise_sources(noise: NoiseModel) -> dict[str, NoiseSource]:
     """The sources of noise, by name."""
     return {
-        source.name: NoiseSource(
-            float(noise.sigmas[source.name]),
-            source.unit,
-            noise.origin.get(source.name, "stated"),
-            source.level == "pose",
+        one.name: NoiseSource(
+            float(noise.sigmas[one.name]), one.unit, noise.origin.get(one.name, "stated"), one.level == "pose"
         )
-        for source in noise.sources
+        for one in noise.sources
     }
 
 
@@ -114,9 +114,8 @@ def repeatability_of(fit: Fit, noise: NoiseModel) -> Repeatability:
     zero = noise.at(dict.fromkeys(noise.sigmas, 0.0))
     sources = {name: source for name, source in noise_sources(noise).items() if source.of_poses}
     stated = fit.model.dataset.noise.repeatability_m
-    return Repeatability(
-        sources, float(np.sqrt(fit.size_of(of_poses) ** 2 - fit.size_of(zero) ** 2)), stated is not None
-    )
+    at_sensor_m = float(np.sqrt(fit.size_of(of_poses) ** 2 - fit.size_of(zero) ** 2))
+    return Repeatability(sources, at_sensor_m, stated is not None)
 
 
 def _nominal_gap(start: Fit, calibrated: float) -> float | None:

@@ -132,6 +132,7 @@ class Fit:
 
     @cached_property
     def _profile(self) -> tuple[float, float]:
+        """Ratio of the likeliest scatter of whole poses to the assumed one, and the change of the deviance by it."""
         noise = self.noise
         showing = int(np.count_nonzero(noise.scatter > SEEN * noise.scatter.max(initial=0.0)))
         share = max(LEAST_SHARE, 1.0 - len(self.sensor) / max(1, showing))
@@ -145,11 +146,6 @@ class Fit:
         """
         return self.chi2 + self._profile[1]
 
-    @property
-    def scatter_factor(self) -> float:
-        """Ratio of the likeliest scatter to the assumed one."""
-        return self._profile[0]
-
     @cached_property
     def with_likeliest_scatter(self) -> "Fit":
         """The same model fitted with the likeliest scatter.
@@ -158,7 +154,7 @@ class Fit:
         """
         fit = self
         for _ in range(ROUNDS):
-            factor = fit.scatter_factor
+            factor, _ = fit._profile
             if not len(fit.noise.scatter) or abs(np.log(max(factor, LEAST_FACTOR))) < np.log(NO_DIFFERENCE):
                 break
             noise = fit.noise.with_scatter_times(max(factor, LEAST_FACTOR))

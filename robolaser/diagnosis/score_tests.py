@@ -100,7 +100,9 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
         if tried > DENSE_GRID and one.effect.harmonics:
             grid = _likeliest_wave(fit, one, grid[:, 0], known)
         elif tried > DENSE_GRID and one.effect.begins:
-            grid = grid[[int(np.argmax(_gains_of_steps(fit, one, grid[:, 0], known)))]]
+            white = known.by_effect(fit, one, np.array([[BEFORE_ALL]]))
+            gains = gains_of_steps(fit, white, fit.model.run.progress_of_all, grid[:, 0])
+            grid = grid[[int(np.argmax(gains))]]
         elif tried > DENSE_GRID and grid.shape[1] == 1:
             grid = _nested(fit, one, grid, known)
         found.append(_best(fit, one, grid, tried, known))
@@ -124,11 +126,6 @@ def _likeliest_wave(fit: Fit, wave: CandidateEffect, frequencies: Array, known: 
         if single - double < max(2.0 * CHI2_PER_PARAMETER, OPEN_SHARE * single):
             best *= 2.0
     return np.array([[best]])
-
-
-def _gains_of_steps(fit: Fit, step: CandidateEffect, moments: Array, known: Columns) -> Array:
-    white = known.by_effect(fit, step, np.array([[BEFORE_ALL]]))
-    return gains_of_steps(fit, white, fit.model.run.progress_of_all, moments)
 
 
 def typical_tests(fit: Fit, effects: Iterable[CandidateEffect]) -> list[ScoreTest]:

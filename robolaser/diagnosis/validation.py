@@ -163,7 +163,7 @@ class Transfer:
     def held_out(self, seed: int) -> Array:
         """Errors of rows on held-out poses, (m, j) [m]."""
         fit = self.fit()
-        return HeldOut(fit, seed).errors(fit)
+        return HeldOut(fit, seed).of(fit).in_metres
 
 
 def _item(item: Parameter, value: float, held: Mapping[str, float]) -> Parameter:
