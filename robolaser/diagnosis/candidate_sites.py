@@ -24,12 +24,9 @@ from robolaser.model.stages import Stage
 
 Basis = tuple[str, Array]
 """Name of a coordinate of poses, and its basis functions, (n, p)."""
-FORCE = "force at the flange"
-"""The coordinate of an external force at the flange."""
-SEVERAL = 2
-"""Least number of joints for a common cause."""
-DENTS = 80
-"""Most basis functions that locate dents in a target."""
+FORCE = "force at the flange"  # the coordinate of an external force at the flange
+SEVERAL = 2  # least number of joints for a common cause
+DENTS = 80  # most basis functions that locate dents in a target
 
 
 @final

@@ -25,8 +25,7 @@ from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CREDIBLE_MA
 from robolaser.estimation.certainty import EVEN
 from robolaser.model.effects.effect import CandidateEffect
 
-UNKNOWN: Final = "unknown"
-"""The class of causes outside the library of effects."""
+UNKNOWN: Final = "unknown"  # the class of causes outside the library of effects
 
 
 def class_of(candidate_effect: CandidateEffect) -> str:
@@ -117,13 +116,7 @@ def cause_kinds(
 def reweighed_classes(
     classes: Sequence[CauseClass], before: Sequence[EffectEvidence], now: Sequence[EffectEvidence]
 ) -> tuple[CauseClass, ...]:
-    """The classes with new evidence for their members; everything else in their probabilities is unchanged.
-
-    Args:
-        classes: As reported.
-        before: The evidence for that report.
-        now: The new evidence.
-    """
+    """The reported classes with new evidence for their members; everything else in their probabilities is unchanged."""
     were, are = member_probabilities(before), member_probabilities(now)
     updated = []
     for one in classes:

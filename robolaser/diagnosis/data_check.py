@@ -20,8 +20,7 @@ from robolaser.model.effects.effect import Effect
 from robolaser.model.effects.requirements import DataLack
 from robolaser.model.forward_model import Model
 
-MOST_POINTS = 3000
-"""Number of points for the check of parameters."""
+MOST_POINTS = 3000  # number of points for the check of parameters
 ASIDE = 0.02
 """Share of the bounds' width: parameters are checked at random values near their start values, which are often special
 (a right angle, a lens without distortion), so that less is identifiable there than at the true values. A judgement."""

@@ -17,13 +17,10 @@ from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import touching
 from robolaser.robot.postures import limits, random_configurations
 
-TRIED = 1500
-"""Number of configurations tried: half near measured ones, half anywhere."""
-NEAR_RAD = 0.4
-"""Standard deviation of each joint around a measured configuration [rad or m]."""
+TRIED = 1500  # number of configurations tried: half near measured ones, half anywhere
+NEAR_RAD = 0.4  # standard deviation of each joint around a measured configuration [rad or m]
 WANTED = 5
-APART_RAD = 0.3
-"""Least distance of two configurations in joint space [rad or m]."""
+APART_RAD = 0.3  # least distance of two configurations in joint space [rad or m]
 
 
 def too_few_poses(dataset: Dataset) -> str:

@@ -31,8 +31,7 @@ from robolaser.parameters import Parameters
 SEEN, LEAST_SHARE = 1e-3, 0.1
 """Least variance by the scatter of whole poses, relative to the largest, in directions that show it; and the least
 share of those directions that remains beside the sensor's parameters. Effects count by their penalties."""
-LEAST_FACTOR = 1e-2
-"""Least factor on an assumed scatter."""
+LEAST_FACTOR = 1e-2  # least factor on an assumed scatter
 MOST_STEPS = 40
 """Most steps of a fit: a good model takes twenty at most; a hopeless one may creep along a curved valley, for a sixth
 of the time of a tracked arm's diagnosis."""
@@ -261,11 +260,8 @@ class Fit:
 def spread_of(squares: Array, numbers: Ints) -> float:
     """Ratio of the root mean square of whitened rows to that expected from their median: 1 for normal noise.
 
-    It is larger if a part of the rows has most of the error: noise estimated from them is no noise of all rows.
-
-    Args:
-        squares: Squared lengths of the rows, (m,).
-        numbers: Number of values of each row, (m,).
+    By their squared lengths and numbers of values, (m,) each. It is larger if a part of the rows has most of the error:
+    noise estimated from them is no noise of all rows.
     """
     typical = np.median(np.sqrt(squares) / median_length(numbers))
     return float(np.sqrt(squares.sum() / numbers.sum()) / max(typical, LEAST_TYPICAL))

@@ -39,13 +39,7 @@ class FurtherRows:
 
     @classmethod
     def of(cls, start: Fit, before: Dataset, further: Dataset) -> "FurtherRows":
-        """Average the rows of the latest poses and append them.
-
-        Args:
-            start: The model without effects.
-            before: The averaged rows so far.
-            further: The latest poses.
-        """
+        """Average the rows of the latest poses and append them to the averaged rows before."""
         averaged = AveragedData.of(further)
         return cls(with_poses_of(before, averaged.dataset), averaged.shots, start)
 

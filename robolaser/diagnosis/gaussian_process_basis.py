@@ -9,15 +9,11 @@ from robolaser.arrays import Array
 from robolaser.diagnosis.pose_coordinates import Coordinate
 from robolaser.diagnosis.thresholds import FLAT, ROUGH, SMOOTH
 
-KEPT = 1e-3
-"""Least variance of a basis function, relative to the largest."""
-MOST = 24
-"""Most basis functions, except of dents in a target."""
-LANDMARKS = 300
-"""Number of values of a coordinate that determine its basis; the others are interpolated (Nyström)."""
+KEPT = 1e-3  # least variance of a basis function, relative to the largest
+MOST = 24  # most basis functions, except of dents in a target
+LANDMARKS = 300  # number of values of a coordinate that determine its basis; the others are interpolated (Nyström)
 
-REMEMBERED = 64
-"""Number of coordinates whose basis is cached."""
+REMEMBERED = 64  # number of coordinates whose basis is cached
 
 
 def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array:

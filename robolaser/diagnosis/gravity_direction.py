@@ -18,8 +18,7 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_compliance import JointCompliance
 from robolaser.model.forward_model import Model
 
-POSES = 80
-"""Most poses for the search of a direction; the diagnosis with it uses all."""
+POSES = 80  # most poses for the search of a direction; the diagnosis with it uses all
 ROUNDS = 30  # of compliances by direction and direction by compliances
 LEFT = 0.5
 """Largest ratio of the squared residuals under another gravity to those under the stated one. A judgement: tilts

@@ -16,8 +16,7 @@ from robolaser.estimation.outliers import OUTLIER_SIGMA
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
 
-NAMED = 5
-"""Most poses that a sentence names; the rest are counted."""
+NAMED = 5  # most poses that a sentence names; the rest are counted
 
 
 def outlying_poses(dataset: Dataset, rows: Ints) -> tuple[str, ...]:

@@ -29,8 +29,7 @@ from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.run import Run
 from robolaser.model.stages import Stage
 
-GEOMETRY: Final = "arm_geometry"
-"""The class of effects that are constants of the arm."""
+GEOMETRY: Final = "arm_geometry"  # the class of effects that are constants of the arm
 TARGET: Final = "target"
 
 

@@ -148,12 +148,7 @@ def merged(located: Iterable[Localization]) -> list[Localization]:
 
 
 def unmodelled_chi2(fit: Fit, where: str = "") -> float:
-    """Chi-squared of the remaining error that functions of unknown form explain, beyond chance.
-
-    Args:
-        fit: The model.
-        where: Their site; any by default.
-    """
+    """Chi-squared of the remaining error that functions of unknown form explain, beyond chance, at a site or any."""
     unknown = [site for site in sites(fit) if site.unknown and where in ("", site.site)]
     return sum(one.ratio - CHI2_PER_EFFECT for one in _select_sites(fit, unknown)[0])
 

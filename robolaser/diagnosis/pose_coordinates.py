@@ -10,10 +10,8 @@ from robolaser.arrays import Array
 from robolaser.data.path_velocities import known_velocities
 from robolaser.model.effects.run import Run
 
-TIME: Final = "time"
-"""Name of the coordinate along the run."""
-LEAST_TORQUE_NM: Final = 1e-6
-"""Least range of a joint's gravity torque."""
+TIME: Final = "time"  # name of the coordinate along the run
+LEAST_TORQUE_NM: Final = 1e-6  # least range of a joint's gravity torque
 WORDS: Final = {"temperature_c": "temperature", "payload_kg": "payload"}
 UNITS: Final = {"temperature_c": "°C", "payload_kg": "kg"}
 

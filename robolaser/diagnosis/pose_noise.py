@@ -15,10 +15,8 @@ from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA
 from robolaser.model.effects.effect import CandidateEffect
 
-ROUNDS = 30
-"""Iterations between the scatter and the explained part."""
-MOTIONS = 6
-"""Number of independent motions of a pose."""
+ROUNDS = 30  # iterations between the scatter and the explained part
+MOTIONS = 6  # number of independent motions of a pose
 
 
 def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: bool) -> Array:
@@ -67,11 +65,7 @@ def explained(fit: Fit, *, smooth: bool) -> Array:
     """Directions of the plain residuals that a model's free parameters explain, (K, n).
 
     Directions that known distances and priors determine more than the data are excluded: an arm that shrinks with all
-    its sockets would leave no residuals.
-
-    Args:
-        fit: The model.
-        smooth: Whether to include smooth functions at sites with evidence in the residuals.
+    its sockets would leave no residuals. Smooth functions at sites with evidence in the residuals may be included.
     """
     own = fit.at.Q[: len(fit.at.white)]
     shares, turned = np.linalg.eigh(own.T @ own)

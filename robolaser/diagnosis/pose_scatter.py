@@ -19,18 +19,12 @@ from robolaser.model.effects.joints import moving_joints
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.noise.covariance import NoiseModel
 
-NAME, CLASS = "pose_scatter", "repeatability"
-"""Names of the effect and of its class of causes in results."""
-JOINTS, FLANGE = "joints", "flange"
-"""Locations: all joints equally, and the flange, for motion of unknown origin."""
-ONE_JOINT = "joint "
-"""Prefix of the name of a noise source for the readings of one joint."""
-GRANTED: Final = (1.0, 0.5, 0.25, 0.125)
-"""Shares of the scatter that are tried as chance beside a shape."""
-BY_CHANCE = "chance, from pose to pose"
-"""The coordinate of a gap by scatter of poses."""
-NUMBERS: Final = {"m": "shift", "rad": "turn"}
-"""Name of a standard deviation by its unit."""
+NAME, CLASS = "pose_scatter", "repeatability"  # names of the effect and of its class of causes in results
+JOINTS, FLANGE = "joints", "flange"  # locations: all joints equally, and the flange, for motion of unknown origin
+ONE_JOINT = "joint "  # prefix of the name of a noise source for the readings of one joint
+GRANTED: Final = (1.0, 0.5, 0.25, 0.125)  # shares of the scatter that are tried as chance beside a shape
+BY_CHANCE = "chance, from pose to pose"  # the coordinate of a gap by scatter of poses
+NUMBERS: Final = {"m": "shift", "rad": "turn"}  # name of a standard deviation by its unit
 
 
 @final
@@ -73,13 +67,9 @@ class PartScatter:
         return self.share * self.probability
 
     def remainder(self, fit: Fit, left: Sequence[Localization]) -> list[Localization]:
-        """The locations of a model's error beside this scatter, the largest share first.
+        """The locations of a model's error beside this scatter, the largest share first, from those without it.
 
         At a joint that scatters, a function of unknown form may be a part of it.
-
-        Args:
-            fit: The model.
-            left: The locations of its error without this scatter.
         """
         if self.where in (JOINTS, FLANGE):
             return list(left)
@@ -113,11 +103,8 @@ def beside(where: Iterable[Localization], scattered: Localization) -> list[Local
 def pose_scatter(fit: Fit, found: NoiseEstimate) -> PartScatter | None:
     """Scatter of whole poses at the likeliest location, if it explains more than scatter within the limits; else None.
 
-    The scatter of one location at a time is estimated without a limit. A repeatable error is no scatter.
-
-    Args:
-        fit: The final model.
-        found: The noise estimate from its residuals.
+    By the noise estimated from the final model's residuals, without a limit for one location at a time. A repeatable
+    error is no scatter.
     """
     base = found.limited()
     of_poses = _limits_of_poses(found)

@@ -37,7 +37,7 @@ from robolaser.model.noise.covariance import FLOOR, NoiseModel
 class Preparation:
     """A data set prepared for diagnosis."""
 
-    calibration: Calibration  # the calibration without effects, weighed by noise
+    calibration: Calibration  # of all rows, without effects, weighed by noise
     weighted: NoiseWeightedFit  # the fitted rows, and their weights
     # the right poses of exchanged rows, by their poses in the data set; the calibration uses the right ones
     belongs: Mapping[int, int] = field(default_factory=dict)
@@ -58,14 +58,9 @@ class Preparation:
                 return cls(corrected, weighted_corrected, belongs)
         return cls(found, weighted)
 
-    @property
-    def _whole(self) -> Model:
-        """The model of all rows, without effects."""
-        return self.calibration.model
-
     def misread(self) -> Misread | None:
         """Check for a wrong reading of the files: a search of effects is then useless."""
-        return misread(self._whole, self._rms_m)
+        return misread(self.calibration.model, self._rms_m)
 
     @property
     def is_far_off(self) -> bool:
@@ -77,12 +72,8 @@ class Preparation:
         return rms(self.calibration.errors_m[~self.weighted.outliers])
 
     def fit(self, effects: Sequence[CandidateEffect]) -> Fit:
-        """Fit the model without effects, with the noise that effects cannot explain.
-
-        Args:
-            effects: Candidate effects.
-        """
-        problem, sensor = self.weighted.problem, self._whole.parameters
+        """Fit the model without effects, with the noise that candidate effects cannot explain."""
+        problem, sensor = self.weighted.problem, self.calibration.model.parameters
         assert problem.noise is not None  # rows were weighed by noise
         fit = Fit.of(problem_of(problem.model, problem.noise, sensor), self.weighted.x)
         columns = explainable(fit, effects, poses_scatter=_scatter_is_seen(fit))
@@ -97,24 +88,19 @@ class Preparation:
             fit: The model.
             most: Approximate number of poses to keep.
         """
-        data = AveragedData.of(self._whole.dataset, outliers).subsampled(self.calibration.seed, most)
-        model, was = of_data(self._whole, data.dataset).with_effects(fit.effects), fit.noise
+        data = AveragedData.of(self.calibration.model.dataset, outliers).subsampled(self.calibration.seed, most)
+        model, was = of_data(self.calibration.model, data.dataset).with_effects(fit.effects), fit.noise
         sources = sources_of(data, model, fit.x)
         noise = replace(was, sources=sources, sigmas={one.name: was.sigmas.get(one.name, 0.0) for one in sources})
         return data, Fit.of(problem_of(model, noise, fit.sensor), fit.x)
 
     def on_all_poses(self, outliers: Ints, final: Fit) -> Fit:
-        """Fit a model with effects to all poses, if its effects were selected on some of them.
-
-        Args:
-            outliers: Gross errors, as rows of points.csv.
-            final: The model.
-        """
-        points = self._whole.dataset.points
+        """Fit a model to all poses, without gross errors (rows of points.csv), if its effects were selected on some."""
+        points = self.calibration.model.dataset.points
         if not final.effects or len(np.unique(points.pose)) <= MAX_POSES:
             return final
         left_out = np.isin(np.arange(len(points)), outliers)
-        return self.without(left_out, final, most=len(self._whole.dataset.poses))[1]
+        return self.without(left_out, final, most=len(self.calibration.model.dataset.poses))[1]
 
     def with_other_noise(self, data: AveragedData, start: Fit, final: Fit) -> Fit | None:
         """The start with the noise estimated from the final model; None if it is the assumed one, or too small."""
@@ -127,7 +113,7 @@ class Preparation:
         change = max(np.abs(of_poses).sum() / max(1, len(of_poses)), abs(of_all), _of_rows(noise, start.noise))
         if change < np.log(NO_DIFFERENCE):
             return None
-        return Fit.of(problem_of(start.model, noise, self._whole.parameters), start.x)
+        return Fit.of(problem_of(start.model, noise, self.calibration.model.parameters), start.x)
 
     def noise_beside(self, data: AveragedData, final: Fit) -> NoiseModel:
         """The remaining noise of a model beside smooth functions at sites with evidence in its residuals.
@@ -154,7 +140,7 @@ class Preparation:
 
         They are gross errors by row noise, and also with scatter of poses, which moves rows of a stretched arm more.
         """
-        model = Model(self._whole.dataset, final.effects).sharing(self._whole.sensor_parameters)
+        model = Model(self.calibration.model.dataset, final.effects).sharing(self.calibration.model.sensor_parameters)
         shots, sizes = self.weighted.shots, final.noise.sigmas
         of_rows = {source.name for source in shots.sources if source.level != "pose"}
 
@@ -197,8 +183,7 @@ def _of_rows(noise: NoiseModel, other: NoiseModel) -> float:
 def gross_mistakes(dataset: Dataset) -> tuple[str, ...]:
     """Sentences on errors of centimetres that another reading of the files removes, and on exchanged images.
 
-    Args:
-        dataset: Has points; no fault is reported if it cannot be calibrated for other reasons.
+    No fault is reported if points cannot be calibrated for other reasons.
     """
     try:
         preparation = Preparation.of(dataset, seed=0)

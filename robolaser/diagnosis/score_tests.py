@@ -25,8 +25,7 @@ from robolaser.model.grouped_rows import group_sums
 DENSE_GRID = 40
 """Number of values of nonlinear parameters above which sums over poses find the best for waves and for effects that
 begin at a moment, and ever smaller intervals for other effects."""
-BEFORE_ALL = -1.0
-"""A moment before the run."""
+BEFORE_ALL = -1.0  # a moment before the run
 
 
 @final
@@ -85,10 +84,7 @@ class ScoreTest:
 def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | None = None) -> list[ScoreTest]:
     """Test each effect outside a model, with the nonlinear parameters that explain the residuals best.
 
-    Args:
-        fit: The model.
-        effects: Candidates.
-        known: Derivatives at similar models.
+    Derivatives may be known from similar models.
     """
     known = known or Columns()
     found = []

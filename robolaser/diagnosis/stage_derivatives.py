@@ -13,8 +13,7 @@ from robolaser.geometry.rigid_motion import pose
 from robolaser.model.stages import OF_ROWS, Perturbation, Stage
 from robolaser.robot.flange_motion import FlangeMotion, moved_by_twists
 
-REMEMBERED = 3
-"""Number of fits whose derivatives are cached."""
+REMEMBERED = 3  # number of fits whose derivatives are cached
 NUMBERS = {Stage.PIXELS: 2, Stage.IMAGE: 2, Stage.LASER_PLANE: 4, Stage.POINTS: 3, Stage.TARGET: 3}
 """Number of values of a row at these stages."""
 TWISTS = moved_by_twists(np.eye(4)[None, None], np.eye(6)[None, :, None])[0, :, 0]
@@ -23,11 +22,7 @@ TWISTS = moved_by_twists(np.eye(4)[None, None], np.eye(6)[None, :, None])[0, :, 
 
 @final
 class StageDerivatives:
-    """Derivatives of a fitted model's whitened residuals, each row by its own value at a stage.
-
-    Args:
-        fit: The model.
-    """
+    """Derivatives of a fitted model's whitened residuals, each row by its own value at a stage."""
 
     def __init__(self, fit: Fit) -> None:
         self._fit, self._model = fit, fit.model

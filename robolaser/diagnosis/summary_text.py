@@ -12,8 +12,7 @@ from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap,
 from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, NO_DIFFERENCE
 from robolaser.estimation.certainty import CERTAIN, EVEN
 
-NAMED = 3
-"""Most effects, classes or sets that a sentence names; the rest are counted."""
+NAMED = 3  # most effects, classes or sets that a sentence names; the rest are counted
 
 
 def sentence(
@@ -112,12 +111,7 @@ def exchanged_sentence(belongs: Mapping[int, int], names: Sequence[str]) -> str:
 
 
 def exchanged(belongs: Mapping[int, int], names: Sequence[str]) -> str:
-    """A clause on exchanged poses.
-
-    Args:
-        belongs: The right pose of the rows of each exchanged pose.
-        names: Names of all poses.
-    """
+    """A clause on exchanged poses, by the right pose of the rows of each and the names of all poses."""
     text = [
         f"{names[a]} and {names[b]} are exchanged" if belongs[b] == a else f"{names[a]} belong to pose {names[b]}"
         for a, b in belongs.items()
@@ -127,12 +121,7 @@ def exchanged(belongs: Mapping[int, int], names: Sequence[str]) -> str:
 
 
 def transfer_sentences(validation: Sequence[Validation], *, has_effects: bool) -> str:
-    """State whether the findings transfer to other data of the same arm; may be empty.
-
-    Args:
-        validation: Errors on each other data set.
-        has_effects: Whether any effect was found.
-    """
+    """State whether the findings, if there are any effects, transfer to other data of the same arm; may be empty."""
     return "".join(f" {transfer_sentence(one, has_effects=has_effects)}" for one in validation)
 
 

@@ -30,13 +30,7 @@ T = TypeVar("T")
 
 
 def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Diagnosis:
-    """The diagnosis with its errors on other data of the same arm.
-
-    Args:
-        diagnosis: The diagnosis.
-        others: Data sets of the same arm and kind of sensor, see `check_same_arm`.
-        seed: Assigns poses to folds.
-    """
+    """The diagnosis with its errors on other data of the same arm and kind of sensor, see `check_same_arm`."""
     validation = tuple(_validation(diagnosis, other, seed) for other in others)
     carries = transfer_sentences(validation, has_effects=bool(diagnosis.model.effects))
     return replace(diagnosis, validation=validation, sentence=diagnosis.sentence + carries)

@@ -21,8 +21,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import FLOOR, NoiseModel
 
 ROUNDS = 3  # the size of rows depends on the estimate; a fourth round changes nothing
-FEWER, CROWD = 20_000, 4
-"""Rows to fit first where there are so many times more: then few steps on all rows remain."""
+FEWER, CROWD = 20_000, 4  # rows to fit first where there are so many times more: then few steps on all rows remain
 COARSE = 1e-9  # tolerance of that
 PASSES = 3  # over all rows, before the solver takes them: the remaining decrease is then about its tolerance
 CROWDED = 1e-11
