@@ -87,15 +87,9 @@ def cause_classes(
 def cause_kinds(
     refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut
 ) -> tuple[CauseKind, ...]:
-    """Every effect that was found, with all of its locations: it can be certain although no location is.
+    """Every effect of the final model, with all of its locations: it can be certain although no location is.
 
     As with classes, those too improbable to be reported are omitted.
-
-    Args:
-        refits: Fits sets of effects.
-        final: The final model.
-        evidence: For each of its effects.
-        held_out: Errors on held-out poses.
     """
     probabilities = member_probabilities(evidence)
     found: list[CauseKind] = []

@@ -54,13 +54,7 @@ def evidence_for(
 ) -> EffectEvidence:
     """Weigh an effect of the final model against its alternatives.
 
-    Args:
-        refits: Fits other sets.
-        final: The model.
-        candidate_effect: The effect.
-        unmodelled: Probability of an unmodelled cause instead.
-        unexplained: Chi-squared that no effect explains.
-        held_out: Errors on held-out poses.
+    By the probability of an unmodelled cause instead, and the chi-squared that no effect explains.
     """
     without = refits.refit(final, removed=candidate_effect)
     explained = without.chi2 - final.chi2

@@ -45,16 +45,7 @@ def findings_of(
     whole: Fit,
     errors: Array,
 ) -> tuple[Finding, ...]:
-    """Each effect with its gaps, in the order of `nested`: the effect with the largest gap without it first.
-
-    Args:
-        refits: Fits sets of effects.
-        nested: Fits with the effects added one by one.
-        evidence: The evidence for each of them.
-        held_out: Errors on held-out poses.
-        whole: The final model, fitted to all poses.
-        errors: Standard errors of its parameters, (d,).
-    """
+    """Each effect with its gaps, in the order of `nested`, and parameters of the fit to all poses with errors (d,)."""
     by_effect = {one.candidate_effect: one for one in evidence}
     findings = []
     for before, after in pairwise(nested):
@@ -153,13 +144,8 @@ def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Ma
 def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence], tried: int) -> list[Localization]:
     """Locations of an explained gap, with the share that each effect explains.
 
-    Of several effects at one site, the least likely by chance gives the site's p value and coordinate.
-
-    Args:
-        start: The model without effects.
-        final: The model with all effects.
-        evidence: The evidence for each effect, in any order.
-        tried: Number of candidates that they were chosen from.
+    Of several effects at one site, the least likely by chance gives the site's coordinate, and its p value, corrected
+    for the number of candidates that were tried.
     """
     excess = max(start.chi2 - start.freedoms, 1e-9)
     closed = float(np.clip((start.chi2 - final.chi2) / excess, 0.0, 1.0))

@@ -35,15 +35,7 @@ def probability(dataset: Dataset, rows: Ints, verdict: str) -> float:
 
 
 def rows_sentence(final: Fit, noise: NoiseModel, verdict: str, dataset: Dataset, outliers: Ints) -> str:
-    """A sentence on rows, and known distances, that disagree with the others; may be empty.
-
-    Args:
-        final: The final model.
-        noise: The noise in the judgement of its residuals.
-        verdict: The verdict on it.
-        dataset: The measurements.
-        outliers: Their gross errors.
-    """
+    """A sentence on rows, and known distances, that disagree with the others; may be empty."""
     scatter = ""
     if verdict == "unexplained":
         scatter = _uneven(final) or _beyond_stated(noise)

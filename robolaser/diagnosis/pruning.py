@@ -33,12 +33,6 @@ def prune(
     likeliest to be replaced, after which all are weighed again. A removed effect may be needed again beside one that
     remains at its site.
 
-    Args:
-        refits: Fits sets of effects.
-        final: The set with the lowest cost.
-        held_out: Errors on held-out poses.
-        progress: Called with the current step.
-
     Returns:
         Fits of the remaining effects, added one by one to the model without any; the evidence for each of them; and the
         locations of the last fit's remaining error.

@@ -185,14 +185,7 @@ def _unexplained(
 
 
 def _imitated(findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap, located: str) -> str:
-    """The unknown cause first, if the effects found only imitate it; else empty.
-
-    Args:
-        findings: Effects of the final model.
-        classes: Classes of causes.
-        gap: The gap without and with effects.
-        located: The sentence on the location of the remaining error; may be empty.
-    """
+    """The unknown cause first, and the location of the rest, if the effects found only imitate it; else empty."""
     unknown = unknown_instead(classes)
     if not unknown or not findings:
         return ""

@@ -129,18 +129,7 @@ def judged(
     *,
     scatters: bool = True,
 ) -> Judgement:
-    """Judge a final model.
-
-    Args:
-        preparation: Estimates its noise.
-        data: Its rows.
-        start: The model without effects.
-        final: The model.
-        left: Locations of its remaining error.
-        held_out: Errors on held-out poses.
-        seed: Resamples poses.
-        scatters: Whether scatter of whole poses may count as a gap.
-    """
+    """Judge a final model with the locations of its remaining error; scatter of whole poses may count as a gap."""
     noise = preparation.noise_beside(data, final) if left else final.noise
     gap = gap_of(start, final, noise, held_out, seed)
     if gap.after_ci95_m[1] < gap.noise_floor_m and not left:  # the noise was estimated beside fewer effects

@@ -37,15 +37,9 @@ class SetRival:
 
 
 def set_rivals(refits: Refits, fit: Fit, one: CandidateEffect, held_out: HeldOut) -> Iterator[SetRival]:
-    """Yield the rivals of a placement, or of a zero with that of a neighbouring joint.
+    """Yield the rivals of a placement in a model, or of a zero with that of a neighbouring joint.
 
     Neither is certain unless it predicts held-out poses certainly better.
-
-    Args:
-        refits: Fits sets of effects.
-        fit: A model.
-        one: An effect in it.
-        held_out: Errors on held-out poses.
     """
     joints = moving_joints(fit.model.dataset.robot)
     if one.effect not in (JointOffset, LinkGeometry) or one.where not in joints or placements_of_arm(fit.effects):
