@@ -35,8 +35,7 @@ class EffectEvidence:
     # except for candidates that occur together
     weights: Mapping[CandidateEffect | None, float]
     fits: Mapping[CandidateEffect | None, Fit]  # the model for each of these probabilities
-    # indistinguishable candidates, the cheapest first, and the final model with each instead
-    alternatives: tuple[tuple[CandidateEffect, Fit], ...]
+    alternatives: tuple[tuple[CandidateEffect, Fit], ...]  # indistinguishable, the cheapest first; each one's model
 
     @property
     def without(self) -> Fit:

@@ -38,12 +38,9 @@ class PosePlan:
     seeing: int  # number of poses with points
     noise: NoiseModel
     silent: tuple[str, ...]  # sources of error without a stated size, assumed to be zero
-    # the smallest detectable size of each effect, and the smallest identifiable one beside its nearest rival
-    limits: tuple[DetectionLimit, ...]
+    limits: tuple[DetectionLimit, ...]  # smallest detectable size, and identifiable size beside the nearest rival
     candidates: tuple[CandidateEffect, ...]  # effects at their locations, in the order of `alike`
-    # |cosine| of the angle between the columns of two effects, the sensor's parameters fitted, (e, e); at 1 these
-    # poses cannot distinguish them
-    alike: Array
+    alike: Array  # |cosine| of two effects' columns beside the sensor's parameters, (e, e); 1: not distinguishable here
     untestable: Mapping[str, str]  # why an effect could not be tested, by its name
 
     def to_dict(self) -> dict[str, Any]:

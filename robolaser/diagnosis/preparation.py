@@ -39,8 +39,7 @@ class Preparation:
 
     calibration: Calibration  # of all rows, without effects, weighed by noise
     weighted: NoiseWeightedFit  # the fitted rows, and their weights
-    # the right poses of exchanged rows, by their poses in the data set; the calibration uses the right ones
-    belongs: Mapping[int, int] = field(default_factory=dict)
+    belongs: Mapping[int, int] = field(default_factory=dict)  # right poses of exchanged rows; the calibration uses them
 
     @classmethod
     def of(cls, dataset: Dataset, seed: int) -> "Preparation":

@@ -163,8 +163,7 @@ class DetectionLimit:
     unit: str  # SI
     identifiable: float | None = None  # smallest size that tells it from its nearest rival, if any plausible one does
     rival: CandidateEffect | None = None  # the most similar candidate of no higher complexity penalty; None without one
-    # root-mean-square displacement of these measurements by an effect of the detectable size, without a refit [m]
-    at_tool_m: float | None = None
+    at_tool_m: float | None = None  # RMS displacement of these measurements by the detectable size, without a refit [m]
     is_imitated: bool = False  # whether it is undetectable only because the effects found imitate it
 
 

@@ -35,11 +35,8 @@ class ScoreTest:
 
     candidate_effect: CandidateEffect
     nonlinear: tuple[float, ...]  # values of its nonlinear parameters
-    # derivatives of the whitened residuals by its linear parameters in units of their prior scales, (K, a)
-    white: Array
-    # these derivatives, then those of distances and priors, without the part that the fitted parameters imitate,
-    # (K + e, a)
-    columns: Array
+    white: Array  # derivatives of whitened residuals by its linear parameters in units of prior scales, (K, a)
+    columns: Array  # these, then those of distances and priors, without what fitted parameters imitate, (K + e, a)
     against: Fit  # the fitted model
     tried: int  # number of values of the nonlinear parameters that were tried
 

@@ -43,8 +43,7 @@ class Folds:
     """Which rows are held out together."""
 
     of_row: Ints  # number of each row's fold, (m,)
-    # whether folds are the sensor's groups of rows: what only these rows locate is located from them
-    whole: bool = False
+    whole: bool = False  # whether folds are the sensor's groups of rows: what only these locate is located from them
     warnings: tuple[str, ...] = ()  # why rows are not held out as they should be, and which poses are copies
 
     @property

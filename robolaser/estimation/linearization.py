@@ -25,8 +25,7 @@ class Linearization:
 
     problem: Problem  # of which
     x: Array  # where, (d,)
-    # derivatives of the data's residuals there by each parameter over its scale, (K, d), where they are known
-    known: Array | None = None
+    known: Array | None = None  # derivatives of `white` there by each parameter over its scale, (K, d), if known
 
     @cached_property
     def plain(self) -> Array:
