@@ -7,8 +7,16 @@ from calibrated import arm, point, socket, stripe
 
 from robolaser.diagnosis.gross_errors import gross_sentence
 from robolaser.diagnosis.localization import Localization
-from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
-from robolaser.diagnosis.result import Alternative, DetectionLimit, Diagnosis, Estimate, Finding, Gap
+from robolaser.diagnosis.result import (
+    Alternative,
+    DetectionLimit,
+    Diagnosis,
+    Estimate,
+    Finding,
+    Gap,
+    NoiseSource,
+    Repeatability,
+)
 from robolaser.diagnosis.summary_text import sentence
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import CandidateEffect

@@ -50,12 +50,7 @@ def calibrate(
 
 
 def calibrated(
-    model: Model,
-    plan: Plan,
-    *,
-    state: Path | None = None,
-    resume: bool = False,
-    progress: Progress | None = None,
+    model: Model, plan: Plan, *, state: Path | None = None, resume: bool = False, progress: Progress | None = None
 ) -> Calibration:
     """The calibration of a model of checked data, without warnings about the setup; arguments as for `calibrate`."""
     announce = progress or (lambda what, share: None)

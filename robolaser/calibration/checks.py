@@ -8,6 +8,7 @@ from robolaser.arrays import Bools
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly
 from robolaser.errors import DataError, EstimationError
+from robolaser.estimation.noise_estimate import LEVER_M
 from robolaser.estimation.problem import Problem
 from robolaser.geometry.hand_eye import LEAST_TURN, principal_turns, undetermined_reason
 from robolaser.model.forward_model import Model, depends_on_trajectory, jacobian, with_rows
@@ -15,8 +16,7 @@ from robolaser.model.forward_model import Model, depends_on_trajectory, jacobian
 RANK_TOLERANCE = 1e-6  # of a pose's Jacobian, relative to its largest singular value
 SAMPLE = 20  # poses whose Jacobians are compared
 ALIKE = 6  # decimals [m], and of rotation matrices, to which two poses must agree to count as one
-APART_M, LEVER_M = 1e-3, 0.3
-"""Poses nearer to each other show the same errors [m]; lever arm that converts turns to distances. Judgements."""
+APART_M = 1e-3  # poses nearer to each other show the same errors. A judgement
 SETUP_RMS_M = 0.01
 """Error of fitted points above which the description of the cell is wrong: no effect of the library is so large."""
 SETUP_MEASURED_RMS_M = 0.05

@@ -32,13 +32,11 @@ LENGTHS: Final = {
 }
 """Units that lengths may have instead of metres or of the unit they were converted from, each in metres."""
 MIRRORED: Final = "mirrored"
-MOST_NAMES: Final = 6
-"""Names of points of which all orders are tried."""
+MOST_NAMES: Final = 6  # names of points of which all orders are tried
 MOST_LISTED: Final = 4  # poses that a sentence names
 SHIFTS: Final = {1: "after", -1: "before"}
 ROWS: Final = "the rows of poses.csv or points.csv"
-FAR_APART: Final = 10.0
-"""Times the usual deviation above which a pose's distances differ, and below which they fit."""
+FAR_APART: Final = 10.0  # times the usual deviation above which a pose's distances differ, and below which they fit
 LEAST_M: Final = 2e-4
 """The same at least. A judgement: distances on a tool differ by millimetres, the errors of trackers are smaller."""
 

@@ -6,8 +6,7 @@ from typing import Any, final
 from robolaser.errors import UsageError, check_seed, near
 from robolaser.model.effects.effect import Effect
 
-GENERATIONS = 500
-"""After these generations, local refinement of any member ends in the same optimum."""
+GENERATIONS = 500  # after these generations, local refinement of any member ends in the same optimum
 
 
 WEIGHTS = ("plain", "noise")

@@ -33,8 +33,7 @@ class RowErrors:
     sensor: str  # the sensor's kind, of several its name, or `distances`
     rows: int  # how many rows there are
     rms: float  # root-mean-square length of a fitted row's residual
-    # the same on poses held out of the fit; None with too few poses, and for known distances, which belong to no pose
-    held_out_rms: float | None
+    held_out_rms: float | None  # on poses held out; None with too few, and for distances, which belong to no pose
     unit: str  # "m", "px" …
 
 

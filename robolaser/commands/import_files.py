@@ -172,7 +172,7 @@ def _measured(
     """Import points of a sensor, or images of them."""
     from robolaser.data.importers import importer_for
     from robolaser.data.writing import files_of
-    from robolaser.diagnosis.gross_mistakes import gross_mistakes
+    from robolaser.diagnosis.preparation import gross_mistakes
 
     importer = importer_for(sources, kind)
     importer.check(options, sources)

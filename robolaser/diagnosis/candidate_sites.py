@@ -24,38 +24,27 @@ from robolaser.model.stages import Stage
 
 Basis = tuple[str, Array]
 """Name of a coordinate of poses, and its basis functions, (n, p)."""
-FORCE = "force at the flange"
-"""The coordinate of an external force at the flange."""
-SEVERAL = 2
-"""Least number of joints for a common cause."""
-DENTS = 80
-"""Most basis functions that locate dents in a target."""
+FORCE = "force at the flange"  # the coordinate of an external force at the flange
+SEVERAL = 2  # least number of joints for a common cause
+DENTS = 80  # most basis functions that locate dents in a target
 
 
 @final
 @dataclass(frozen=True)
 class Site:
-    """A site, a coordinate, and the effect of smooth functions of that coordinate there.
+    """A site, a coordinate, and the effect of smooth functions of that coordinate there."""
 
-    Attributes:
-        site: A joint's name, or one of `camera laser hand_eye target base timing image tool measuring_system`; with the
-            sensor's name before it where each of several sensors has its own: `left.laser`.
-        coordinate: Its name in reports.
-        moves: Derivatives of the whitened residuals by the moved quantities at their own poses, (K, q); for a function
-            of the row, by each basis function of each quantity.
-        basis: The basis functions at each pose, (n, p); 1 for a function of the row.
-        of_number: Row of `basis` for each whitened number, (K,).
-        unknown: Whether the function may have a form outside the library of effects.
-        most: Largest plausible standard deviation of the function, in its unit.
-    """
-
+    # a joint's name, or one of `camera laser hand_eye target base timing image tool measuring_system`; with the
+    # sensor's name before it where each of several sensors has its own: `left.laser`
     site: str
-    coordinate: str
+    coordinate: str  # its name in reports
+    # derivatives of the whitened residuals by the moved quantities at their own poses, (K, q); for a function of
+    # the row, by each basis function of each quantity
     moves: Array
-    basis: Array
-    of_number: Ints
-    unknown: bool = True
-    most: float = np.inf
+    basis: Array  # the basis functions at each pose, (n, p); 1 for a function of the row
+    of_number: Ints  # row of `basis` for each whitened number, (K,)
+    unknown: bool = True  # whether the function may have a form outside the library of effects
+    most: float = np.inf  # largest plausible standard deviation of the function, in its unit
 
     @property
     def columns(self) -> Array:
@@ -280,5 +269,4 @@ def _means(values: Array, pose: Ints, n: int) -> Array:
 def _centred(values: Array, pose: Ints, n: int) -> Array:
     """Mean of the rows' values in each pose, scaled to ±1, (n, 1)."""
     mean = _means(values, pose, n)
-    scaled: Array = (2.0 * (mean - mean.min()) / max(float(np.ptp(mean)), 1e-12) - 1.0)[:, None]
-    return scaled
+    return np.asarray((2.0 * (mean - mean.min()) / max(float(np.ptp(mean)), 1e-12) - 1.0)[:, None])

@@ -15,19 +15,17 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.penalties import posterior_weights
 from robolaser.diagnosis.pose_scatter import CLASS as SCATTER
 from robolaser.diagnosis.pose_scatter import PartScatter
-from robolaser.diagnosis.posture_rivals import PostureRivals
-from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.refits import PostureRivals, Refits
 from robolaser.diagnosis.result import CauseClass, CauseKind
-from robolaser.diagnosis.stepwise_order import stepwise_order
+from robolaser.diagnosis.score_tests import stepwise_order
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CREDIBLE_MASS, LEAST_PROBABILITY
-from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.estimation.certainty import EVEN
-from robolaser.model.effects.effect import CandidateEffect, Effect
+from robolaser.model.effects.effect import CandidateEffect
 
-UNKNOWN: Final = "unknown"
-"""The class of causes outside the library of effects."""
+UNKNOWN: Final = "unknown"  # the class of causes outside the library of effects
 
 
 def class_of(candidate_effect: CandidateEffect) -> str:
@@ -86,22 +84,12 @@ def cause_classes(
     return tuple(sorted(found, key=_importance))
 
 
-def _kind(candidate_effect: CandidateEffect) -> type[Effect]:
-    return candidate_effect.effect
-
-
 def cause_kinds(
     refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut
 ) -> tuple[CauseKind, ...]:
-    """Every effect that was found, with all of its locations: it can be certain although no location is.
+    """Every effect of the final model, with all of its locations: it can be certain although no location is.
 
     As with classes, those too improbable to be reported are omitted.
-
-    Args:
-        refits: Fits sets of effects.
-        final: The final model.
-        evidence: For each of its effects.
-        held_out: Errors on held-out poses.
     """
     probabilities = member_probabilities(evidence)
     found: list[CauseKind] = []
@@ -111,7 +99,7 @@ def cause_kinds(
         without = refits.without(final, [one.candidate_effect for one in own])
         probability = at_least_one(list(locations.values()))
         if probability < CREDIBLE_MASS and len(locations) > 1:
-            probability = max(probability, _probability(refits, final, without, own, _kind, kind))
+            probability = max(probability, _probability(refits, final, without, own, lambda one: one.effect, kind))
         if probability < LEAST_PROBABILITY:
             continue
         where = tuple(dict.fromkeys(one.candidate_effect.where for one in own))
@@ -122,13 +110,7 @@ def cause_kinds(
 def reweighed_classes(
     classes: Sequence[CauseClass], before: Sequence[EffectEvidence], now: Sequence[EffectEvidence]
 ) -> tuple[CauseClass, ...]:
-    """The classes with new evidence for their members; everything else in their probabilities is unchanged.
-
-    Args:
-        classes: As reported.
-        before: The evidence for that report.
-        now: The new evidence.
-    """
+    """The reported classes with new evidence for their members; everything else in their probabilities is unchanged."""
     were, are = member_probabilities(before), member_probabilities(now)
     updated = []
     for one in classes:
@@ -264,5 +246,5 @@ def _substitutes(
     others = refits.among([one for one in refits.effects if of(one) != name])
     tests = others.score_tests(without)
     most = len(final.effects) - len(without.effects)
-    order = stepwise_order(tests, most, least=0.0)
+    order = stepwise_order(tests, most)
     return [others.of(without, [tests[i] for i in order])] if order else []

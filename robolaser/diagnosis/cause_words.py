@@ -26,8 +26,7 @@ PARTS: Final = frozenset(
     ("base", "camera", "flange", "hand_eye", "image", "laser", "measuring_system", "target", "timing", "tool")
 )
 """Sites other than joints."""
-FEW: Final = 3
-"""Least number of joint names that are shortened."""
+FEW: Final = 3  # least number of joint names that are shortened
 
 
 def spoken(name: str) -> str:

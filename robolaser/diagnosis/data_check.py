@@ -1,6 +1,6 @@
 """Check of a data set before any fit: whether it can be calibrated, testable effects, and data missing for the rest."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -19,8 +19,7 @@ from robolaser.model.effects.effect import Effect
 from robolaser.model.effects.requirements import DataLack
 from robolaser.model.forward_model import Model, jacobian_matrix
 
-MOST_POINTS = 3000
-"""Number of points for the check of parameters."""
+MOST_POINTS = 3000  # number of points for the check of parameters
 ASIDE = 0.02
 """Share of the bounds' width: parameters are checked at random values near their start values, which are often special
 (a right angle, a lens without distortion), so that less is identifiable there than at the true values. A judgement."""
@@ -31,41 +30,25 @@ NO_POINTS = "There are no points: points.csv must have the measurements of each 
 @final
 @dataclass(frozen=True)
 class Testability:
-    """Whether an effect can be tested.
+    """Whether an effect can be tested."""
 
-    Attributes:
-        effect: Its name.
-        locations: Its possible locations; empty if it cannot be tested.
-        reason: Why it cannot be tested; "" if it can.
-        remedy: Data to record or state; "" if nothing helps with this kind of sensor.
-    """
-
-    effect: str
-    locations: tuple[str, ...]
-    reason: str = ""
-    remedy: str = ""
+    effect: str  # its name
+    locations: tuple[str, ...]  # its possible locations; empty if it cannot be tested
+    reason: str = ""  # why it cannot be tested; "" if it can
+    remedy: str = ""  # data to record or state; "" if nothing helps with this kind of sensor
 
 
 @final
 @dataclass(frozen=True)
 class DataCheck:
-    """Analyses that a data set permits.
-
-    Attributes:
-        dataset: The data set.
-        hindrance: Why it cannot be calibrated; "" if it can.
-        parameters: Names of the calibration's parameters.
-        inseparable: Groups of them that these data cannot separate near the start values.
-        effects: Testability of every effect.
-        missing: Data to record or state, and the effects that need them.
-    """
+    """Analyses that a data set permits."""
 
     dataset: Dataset
-    hindrance: str
-    parameters: tuple[str, ...]
-    inseparable: tuple[tuple[str, ...], ...]
-    effects: tuple[Testability, ...]
-    missing: Mapping[str, tuple[str, ...]]
+    hindrance: str  # why it cannot be calibrated; "" if it can
+    parameters: tuple[str, ...]  # names of the calibration's parameters
+    inseparable: tuple[tuple[str, ...], ...]  # groups of them that these data cannot separate near the start values
+    effects: tuple[Testability, ...]  # testability of every effect
+    missing: Mapping[str, tuple[str, ...]]  # data to record or state, and the effects that need them
 
     def to_dict(self) -> dict[str, Any]:
         """As JSON."""
@@ -96,12 +79,12 @@ class DataCheck:
         }
 
 
-def check_data(dataset: Dataset, effects: Sequence[type[Effect]] = EFFECTS) -> DataCheck:
+def check_data(dataset: Dataset) -> DataCheck:
     """Check a data set without any fit, within a second."""
     hindrance, parameters, inseparable = _calibration(dataset)
     images = sum(map(bool, dataset.poses.image or ()))
     poses = len(np.unique(dataset.points.pose)) if len(dataset.points) else images
-    tested = tuple(_testability(kind, dataset, poses) for kind in effects)
+    tested = tuple(_testability(kind, dataset, poses) for kind in EFFECTS)
     missing: dict[str, tuple[str, ...]] = {}
     for one in tested:
         if one.remedy:

@@ -12,8 +12,7 @@ from robolaser.arrays import Array
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
 from robolaser.model.grouped_rows import group_sums
 
-SPREAD = 12
-"""Grid cells on either side over which a term of a Fourier sum is spread, for twelve correct digits."""
+SPREAD = 12  # grid cells on either side over which a term of a Fourier sum is spread, for twelve correct digits
 
 
 def gains_of_waves(

@@ -12,7 +12,6 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.diagnosis.fit import NEGLIGIBLE
-from robolaser.diagnosis.refits import penalty
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.score_tests import ScoreTest
 from robolaser.diagnosis.thresholds import LARGEST_PLAUSIBLE
@@ -63,7 +62,7 @@ def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()
 def _size(test: ScoreTest) -> float:
     """Detectable size of an effect's principal parameter; infinite if the fitted parameters imitate the effect."""
     length = float(np.linalg.norm(test.columns[:, 0]))
-    needed = np.sqrt(penalty(test)) + NormalDist().inv_cdf(CERTAIN)
+    needed = np.sqrt(test.penalty) + NormalDist().inv_cdf(CERTAIN)
     scale = test.candidate_effect.effect.amplitudes()[0].prior_scale
     return np.inf if _share_left(test) < NEGLIGIBLE else float(needed / length * scale)
 
@@ -88,7 +87,7 @@ def _nearest_rivals(tests: Sequence[ScoreTest]) -> list[tuple[CandidateEffect | 
     if not tests:
         return []
     shares = _shares(tests)
-    prices = np.array([penalty(test) for test in tests])
+    prices = np.array([test.penalty for test in tests])
     shares[prices[:, None] > prices] = 0.0
     np.fill_diagonal(shares, 0.0)
     nearest = shares.argmax(axis=0)
@@ -109,8 +108,7 @@ def _shares(tests: Sequence[ScoreTest]) -> Array:
     """Share of each effect's squared principal column (second axis) that another one (first axis) imitates, (e, e)."""
     principal = np.stack([test.columns[:, 0] for test in tests], axis=1)
     squares = np.maximum((principal**2).sum(axis=0), np.finfo(float).tiny)
-    shares: Array = np.stack([((test.basis.T @ principal) ** 2).sum(axis=0) for test in tests]) / squares
-    return shares
+    return np.asarray(np.stack([((test.basis.T @ principal) ** 2).sum(axis=0) for test in tests]) / squares)
 
 
 def _at_tool(test: ScoreTest, size: float) -> float:

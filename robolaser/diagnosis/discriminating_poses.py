@@ -17,13 +17,10 @@ from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import touching
 from robolaser.robot.postures import limits, random_configurations
 
-TRIED = 1500
-"""Number of configurations tried: half near measured ones, half anywhere."""
-NEAR_RAD = 0.4
-"""Standard deviation of each joint around a measured configuration [rad or m]."""
+TRIED = 1500  # number of configurations tried: half near measured ones, half anywhere
+NEAR_RAD = 0.4  # standard deviation of each joint around a measured configuration [rad or m]
 WANTED = 5
-APART_RAD = 0.3
-"""Least distance of two configurations in joint space [rad or m]."""
+APART_RAD = 0.3  # least distance of two configurations in joint space [rad or m]
 
 
 def too_few_poses(dataset: Dataset) -> str:
@@ -98,8 +95,7 @@ def _configurations(dataset: Dataset, rng: np.random.Generator) -> Array:
     tried = np.concatenate([near[: TRIED // 2], random_configurations(robot, TRIED - TRIED // 2, rng)])
     still = _still(q)
     tried[:, still] = q[0, still]
-    inside: Array = tried[((tried >= lower) & (tried <= upper) | still).all(axis=1)]
-    return inside
+    return np.asarray(tried[((tried >= lower) & (tried <= upper) | still).all(axis=1)])
 
 
 def _aimed(fit: Fit, values: Values, tried: Array, rng: np.random.Generator) -> Array:
@@ -122,8 +118,7 @@ def _still(q: Array) -> Bools:
 
 def _prediction(fit: Fit, extended: Dataset) -> Array:
     """Residuals of all rows of an extended data set at a model's parameters, (m, k)."""
-    e: Array = replace(fit.model, dataset=extended).residuals_at(fit.problem.parameters.values(fit.x[None]))[0]
-    return e
+    return np.asarray(replace(fit.model, dataset=extended).residuals_at(fit.problem.parameters.values(fit.x[None]))[0])
 
 
 def _extended(dataset: Dataset, q: Array, seen: Points) -> tuple[Dataset, Ints]:
@@ -138,9 +133,5 @@ def _extended(dataset: Dataset, q: Array, seen: Points) -> tuple[Dataset, Ints]:
         poses.take(np.full(k, last)), names=tuple(f"next {i}" for i in range(k)), q=q, image=None, session=session
     )
     number = np.unique(seen.pose, return_inverse=True)[1]
-    longer = replace(
-        dataset,
-        poses=stacked([poses, new]),
-        points=stacked([points, replace(seen, pose=n + number)]),
-    )
+    longer = replace(dataset, poses=stacked([poses, new]), points=stacked([points, replace(seen, pose=n + number)]))
     return longer, len(points) + np.arange(len(seen)).reshape(k, -1)

@@ -148,5 +148,4 @@ def _chained(moves: Array, slopes: Array, of_number: Ints) -> Array:
     """Derivatives (K, q) by motions of each number's pose or row, times these motions (g, n, q): (K, g)."""
     if moves.shape[1] == 1:
         return slopes @ moves[:, 0].T
-    columns: Array = np.einsum("gkq,kq->kg", moves[:, of_number], slopes)
-    return columns
+    return np.asarray(np.einsum("gkq,kq->kg", moves[:, of_number], slopes))

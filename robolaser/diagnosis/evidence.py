@@ -8,14 +8,15 @@ import numpy as np
 
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.penalties import credibility, posterior_weights
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import (
+    CHI2_PER_EFFECT,
     LEAST_PROBABILITY,
     MAX_ALTERNATIVES,
     NO_DIFFERENCE,
     SHARE_OF_BEST_SCORE,
 )
-from robolaser.diagnosis.verdict import credibility, is_indistinguishable, posterior_weights
 from robolaser.diagnosis.zeros_or_placement import set_rivals
 from robolaser.estimation.certainty import LIKELY
 from robolaser.model.effects.effect import CandidateEffect
@@ -24,26 +25,17 @@ from robolaser.model.effects.effect import CandidateEffect
 @final
 @dataclass(frozen=True)
 class EffectEvidence:
-    """An effect of the final model against all alternatives.
-
-    Attributes:
-        candidate_effect: The effect.
-        explained: Increase of chi-squared without the effect.
-        probability: Probability of the effect.
-        credibility: Probability that the effect, not an unmodelled cause, explains this.
-        weights: Probabilities of the effect, of each candidate tried instead, and, under None, of neither; their sum is
-            1, except for candidates that occur together.
-        fits: The model for each of these probabilities.
-        alternatives: Indistinguishable candidates, the cheapest first, and the final model with each instead.
-    """
+    """An effect of the final model against all alternatives."""
 
     candidate_effect: CandidateEffect
-    explained: float
+    explained: float  # increase of chi-squared without the effect
     probability: float
-    credibility: float
+    credibility: float  # probability that the effect, not an unmodelled cause, explains this
+    # probabilities of the effect, of each candidate tried instead, and, under None, of neither; their sum is 1,
+    # except for candidates that occur together
     weights: Mapping[CandidateEffect | None, float]
-    fits: Mapping[CandidateEffect | None, Fit]
-    alternatives: tuple[tuple[CandidateEffect, Fit], ...]
+    fits: Mapping[CandidateEffect | None, Fit]  # the model for each of these probabilities
+    alternatives: tuple[tuple[CandidateEffect, Fit], ...]  # indistinguishable, the cheapest first; each one's model
 
     @property
     def without(self) -> Fit:
@@ -61,13 +53,7 @@ def evidence_for(
 ) -> EffectEvidence:
     """Weigh an effect of the final model against its alternatives.
 
-    Args:
-        refits: Fits other sets.
-        final: The model.
-        candidate_effect: The effect.
-        unmodelled: Probability of an unmodelled cause instead.
-        unexplained: Chi-squared that no effect explains.
-        held_out: Errors on held-out poses.
+    By the probability of an unmodelled cause instead, and the chi-squared that no effect explains.
     """
     without = refits.refit(final, removed=candidate_effect)
     explained = without.chi2 - final.chi2
@@ -79,7 +65,7 @@ def evidence_for(
         zip((candidate_effect, *(one for one, _ in others), None), weights.tolist(), strict=True)
     )
     fits: dict[CandidateEffect | None, Fit] = {candidate_effect: final, None: without, **dict(others)}
-    indistinguishable = [pair for pair in others if is_indistinguishable(final.deviance, pair[1].deviance)]
+    indistinguishable = [pair for pair in others if pair[1].deviance - final.deviance < CHI2_PER_EFFECT]
     indistinguishable = sorted(indistinguishable, key=lambda pair: refits.cost(pair[1]))
     by_candidate |= _of_plausible_sizes(by_candidate, fits, [candidate_effect, *dict(indistinguishable)], held_out)
     for rival in set_rivals(refits, final, candidate_effect, held_out):

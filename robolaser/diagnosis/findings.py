@@ -1,4 +1,4 @@
-"""The findings of a diagnosis: the gap step by step, effects with their parameters, and untestable effects."""
+"""The findings of a diagnosis: the gap step by step, noise, effects with their parameters, and untestable effects."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -17,10 +17,19 @@ from robolaser.diagnosis.local_unknown import GEOMETRY
 from robolaser.diagnosis.localization import Localization, corrected, localize
 from robolaser.diagnosis.pose_coordinates import TIME
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap, RotationGap
+from robolaser.diagnosis.result import (
+    Alternative,
+    DetectionLimit,
+    Estimate,
+    Finding,
+    Gap,
+    NoiseSource,
+    Repeatability,
+    RotationGap,
+)
 from robolaser.diagnosis.score_tests import lack_of_poses
 from robolaser.diagnosis.standard_errors import standard_errors
-from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, MAX_ALTERNATIVES
+from robolaser.diagnosis.thresholds import MAX_ALTERNATIVES
 from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.outliers import MIN_POSES
 from robolaser.model.effects.effect import CandidateEffect, Effect
@@ -36,16 +45,7 @@ def findings_of(
     whole: Fit,
     errors: Array,
 ) -> tuple[Finding, ...]:
-    """Each effect with its gaps, in the order of `nested`: the effect with the largest gap without it first.
-
-    Args:
-        refits: Fits sets of effects.
-        nested: Fits with the effects added one by one.
-        evidence: The evidence for each of them.
-        held_out: Errors on held-out poses.
-        whole: The final model, fitted to all poses.
-        errors: Standard errors of its parameters, (d,).
-    """
+    """Each effect with its gaps, in the order of `nested`, and parameters of the fit to all poses with errors (d,)."""
     by_effect = {one.candidate_effect: one for one in evidence}
     findings = []
     for before, after in pairwise(nested):
@@ -68,27 +68,45 @@ def findings_of(
     return tuple(findings)
 
 
-def listed(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Findings that are probable enough to be listed; the others are reported as their class."""
-    return tuple(found for found in findings if found.probability >= LEAST_PROBABILITY)
-
-
 def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: int) -> Gap:
     """The held-out gap of the nominal, the calibrated and the final model."""
-    pose = start.model.dataset.points.pose
-    after = held_out.errors(final)
-    floor = final.size_of(noise)
-    rotations = None
+    pose, after, rotations = start.model.dataset.points.pose, held_out.of(final), None
     if start.model.dataset.format.angles:
         rotated = held_out.rotation_errors(final)
         least = interval(rotated, pose, seed)[0]
         rotations = RotationGap(rms(held_out.rotation_errors(start)), rms(rotated), least, final.rotation_of(noise))
     calibrated = held_out.calibrated(start, final)
-    nominal = _nominal_gap(start, calibrated)
-    is_held_out = held_out.unseen(final) is not None
     known = start.model.known_distances is not None
-    distances = (rms(distance_errors(start)[:, None]), rms(distance_errors(final)[:, None])) if known else None
-    return Gap(nominal, calibrated, rms(after), floor, interval(after, pose, seed), rotations, is_held_out, distances)
+    return Gap(
+        nominal_m=_nominal_gap(start, calibrated),
+        calibrated_m=calibrated,
+        after_m=rms(after.in_metres),
+        noise_floor_m=final.size_of(noise),
+        after_ci95_m=interval(after.in_metres, pose, seed),
+        rotations=rotations,
+        is_held_out=after.folds is not None,
+        distances_m=(rms(distance_errors(start)[:, None]), rms(distance_errors(final)[:, None])) if known else None,
+    )
+
+
+def noise_sources(noise: NoiseModel) -> dict[str, NoiseSource]:
+    """The sources of noise, by name."""
+    return {
+        one.name: NoiseSource(
+            float(noise.sigmas[one.name]), one.unit, noise.origin.get(one.name, "stated"), one.level == "pose"
+        )
+        for one in noise.sources
+    }
+
+
+def repeatability_of(fit: Fit, noise: NoiseModel) -> Repeatability:
+    """The scatter of whole poses, without row noise."""
+    of_poses = noise.at({source.name: 0.0 for source in noise.sources if source.level != "pose"})
+    zero = noise.at(dict.fromkeys(noise.sigmas, 0.0))
+    sources = {name: source for name, source in noise_sources(noise).items() if source.of_poses}
+    stated = fit.model.dataset.noise.repeatability_m
+    at_sensor_m = float(np.sqrt(fit.size_of(of_poses) ** 2 - fit.size_of(zero) ** 2))
+    return Repeatability(sources, at_sensor_m, stated is not None)
 
 
 def _nominal_gap(start: Fit, calibrated: float) -> float | None:
@@ -126,13 +144,8 @@ def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Ma
 def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence], tried: int) -> list[Localization]:
     """Locations of an explained gap, with the share that each effect explains.
 
-    Of several effects at one site, the least likely by chance gives the site's p value and coordinate.
-
-    Args:
-        start: The model without effects.
-        final: The model with all effects.
-        evidence: The evidence for each effect, in any order.
-        tried: Number of candidates that they were chosen from.
+    Of several effects at one site, the least likely by chance gives the site's coordinate, and its p value, corrected
+    for the number of candidates that were tried.
     """
     excess = max(start.chi2 - start.freedoms, 1e-9)
     closed = float(np.clip((start.chi2 - final.chi2) / excess, 0.0, 1.0))

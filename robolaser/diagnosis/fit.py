@@ -10,10 +10,17 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
-from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_PLAUSIBLE, LARGEST_USUAL, NO_DIFFERENCE, ROUNDS
-from robolaser.diagnosis.verdict import spread_of
+from robolaser.diagnosis.thresholds import (
+    FULLY_PENALIZED,
+    LARGEST_PLAUSIBLE,
+    LARGEST_USUAL,
+    LEAST_TYPICAL,
+    NO_DIFFERENCE,
+    ROUNDS,
+)
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import TOUCH, Linearization
+from robolaser.estimation.outliers import median_length
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.model.effects.effect import CandidateEffect
@@ -24,8 +31,7 @@ from robolaser.parameters import Parameters
 SEEN, LEAST_SHARE = 1e-3, 0.1
 """Least variance by the scatter of whole poses, relative to the largest, in directions that show it; and the least
 share of those directions that remains beside the sensor's parameters. Effects count by their penalties."""
-LEAST_FACTOR = 1e-2
-"""Least factor on an assumed scatter."""
+LEAST_FACTOR = 1e-2  # least factor on an assumed scatter
 MOST_STEPS = 40
 """Most steps of a fit: a good model takes twenty at most; a hopeless one may creep along a curved valley, for a sixth
 of the time of a tracked arm's diagnosis."""
@@ -60,17 +66,11 @@ def problem_of(model: Model, noise: NoiseModel, sensor: Parameters) -> Problem:
 @final
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The optimum of a problem.
-
-    Attributes:
-        problem: The fitted problem.
-        x: The parameters, (d,).
-        slopes: Derivatives of the whitened residuals there, if known, see `Linearization`, (K, d).
-    """
+    """The optimum of a problem."""
 
     problem: Problem
-    x: Array
-    slopes: Array | None = None
+    x: Array  # the parameters, (d,)
+    slopes: Array | None = None  # derivatives of the whitened residuals there, if known, see `Linearization`, (K, d)
 
     @classmethod
     def of(cls, problem: Problem, start: Array, slopes: Array | None = None, rival: float = np.inf) -> "Fit":
@@ -139,6 +139,7 @@ class Fit:
 
     @cached_property
     def _profile(self) -> tuple[float, float]:
+        """Ratio of the likeliest scatter of whole poses to the assumed one, and the change of the deviance by it."""
         noise = self.noise
         showing = int(np.count_nonzero(noise.scatter > SEEN * noise.scatter.max(initial=0.0)))
         share = max(LEAST_SHARE, 1.0 - len(self.sensor) / max(1, showing))
@@ -152,11 +153,6 @@ class Fit:
         """
         return self.chi2 + self._profile[1]
 
-    @property
-    def scatter_factor(self) -> float:
-        """Ratio of the likeliest scatter to the assumed one."""
-        return self._profile[0]
-
     @cached_property
     def with_likeliest_scatter(self) -> "Fit":
         """The same model fitted with the likeliest scatter.
@@ -165,7 +161,7 @@ class Fit:
         """
         fit = self
         for _ in range(ROUNDS):
-            factor = fit.scatter_factor
+            factor, _ = fit._profile
             if not len(fit.noise.scatter) or abs(np.log(max(factor, LEAST_FACTOR))) < np.log(NO_DIFFERENCE):
                 break
             noise = fit.noise.with_scatter_times(max(factor, LEAST_FACTOR))
@@ -269,6 +265,16 @@ class Fit:
         return self.x + self.at.step(r)
 
 
+def spread_of(squares: Array, numbers: Ints) -> float:
+    """Ratio of the root mean square of whitened rows to that expected from their median: 1 for normal noise.
+
+    By their squared lengths and numbers of values, (m,) each. It is larger if a part of the rows has most of the error:
+    noise estimated from them is no noise of all rows.
+    """
+    typical = np.median(np.sqrt(squares) / median_length(numbers))
+    return float(np.sqrt(squares.sum() / numbers.sum()) / max(typical, LEAST_TYPICAL))
+
+
 def best_amplitudes(columns: Array, residuals: Array) -> Array:
     """Amplitudes of columns (k, n) that lower the squares of residuals (k,) most, (n,)."""
     length = np.linalg.norm(columns, axis=0)
@@ -276,5 +282,4 @@ def best_amplitudes(columns: Array, residuals: Array) -> Array:
     squares, V = np.linalg.eigh(unit.T @ unit)
     seen = squares > NEGLIGIBLE * squares.max(initial=0.0)
     along = V[:, seen].T @ (unit.T @ residuals)
-    amplitudes: Array = -(V[:, seen] @ (along / squares[seen])) / np.where(length > 0, length, 1.0)
-    return amplitudes
+    return np.asarray(-(V[:, seen] @ (along / squares[seen])) / np.where(length > 0, length, 1.0))

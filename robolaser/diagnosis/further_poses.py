@@ -29,27 +29,15 @@ from robolaser.model.stages import OF_ROWS
 @final
 @dataclass(frozen=True, eq=False)
 class FurtherRows:
-    """Rows of further poses, for all models.
+    """Rows of further poses, for all models."""
 
-    Attributes:
-        dataset: All rows, these last.
-        shots: Number of rows of points.csv averaged in each of these, (m,).
-        start: The model without effects, fitted to the earlier rows.
-    """
-
-    dataset: Dataset
-    shots: Ints
-    start: Fit
+    dataset: Dataset  # all rows, these last
+    shots: Ints  # number of rows of points.csv averaged in each of these, (m,)
+    start: Fit  # the model without effects, fitted to the earlier rows
 
     @classmethod
     def of(cls, start: Fit, before: Dataset, further: Dataset) -> "FurtherRows":
-        """Average the rows of the latest poses and append them.
-
-        Args:
-            start: The model without effects.
-            before: The averaged rows so far.
-            further: The latest poses.
-        """
+        """Average the rows of the latest poses and append them to the averaged rows before."""
         averaged = AveragedData.of(further)
         return cls(with_poses_of(before, averaged.dataset), averaged.shots, start)
 
@@ -80,21 +68,13 @@ class FurtherRows:
 @final
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """A model updated by further poses.
+    """A model updated by further poses."""
 
-    Attributes:
-        fit: The fit before them.
-        x: The updated parameters, (d,).
-        covariance: Their covariance, (d, d); zero for fixed ones.
-        added: Chi-squared added by those poses.
-        chance: Probability of the last rows' residuals by chance.
-    """
-
-    fit: Fit
-    x: Array
-    covariance: Array
-    added: float = 0.0
-    chance: float = 1.0
+    fit: Fit  # the fit before them
+    x: Array  # the updated parameters, (d,)
+    covariance: Array  # their covariance, (d, d); zero for fixed ones
+    added: float = 0.0  # chi-squared added by those poses
+    chance: float = 1.0  # probability of the last rows' residuals by chance
 
     @classmethod
     def of(cls, fit: Fit) -> "Followed":
@@ -125,21 +105,13 @@ class Followed:
 @final
 @dataclass(frozen=True, eq=False)
 class Weighed:
-    """The models that a diagnosis weighed against each other, with updates by further poses.
+    """The models that a diagnosis weighed against each other, with updates by further poses."""
 
-    Attributes:
-        start: The model without effects.
-        final: The model with all effects found.
-        evidence: The evidence for each effect at the last full examination.
-        dataset: The averaged rows of all poses, further ones included.
-        followed: The updated models by their fits; empty without further poses.
-    """
-
-    start: Fit
-    final: Fit
-    evidence: Sequence[EffectEvidence]
-    dataset: Dataset
-    followed: Mapping[Fit, Followed] = field(default_factory=dict)
+    start: Fit  # the model without effects
+    final: Fit  # the model with all effects found
+    evidence: Sequence[EffectEvidence]  # the evidence for each effect at the last full examination
+    dataset: Dataset  # the averaged rows of all poses, further ones included
+    followed: Mapping[Fit, Followed] = field(default_factory=dict)  # the updated models, by their fits
 
     def with_poses(self, further: Dataset) -> "Weighed":
         """Update all models by further poses."""

@@ -9,15 +9,11 @@ from robolaser.arrays import Array
 from robolaser.diagnosis.pose_coordinates import Coordinate
 from robolaser.diagnosis.thresholds import FLAT, ROUGH, SMOOTH
 
-KEPT = 1e-3
-"""Least variance of a basis function, relative to the largest."""
-MOST = 24
-"""Most basis functions, except of dents in a target."""
-LANDMARKS = 300
-"""Number of values of a coordinate that determine its basis; the others are interpolated (Nyström)."""
+KEPT = 1e-3  # least variance of a basis function, relative to the largest
+MOST = 24  # most basis functions, except of dents in a target
+LANDMARKS = 300  # number of values of a coordinate that determine its basis; the others are interpolated (Nyström)
 
-REMEMBERED = 64
-"""Number of coordinates whose basis is cached."""
+REMEMBERED = 64  # number of coordinates whose basis is cached
 
 
 def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array:
@@ -46,23 +42,19 @@ def _remembered(values: bytes, shape: tuple[int, ...], length: float, most: int,
     spread = np.maximum(spread, FLAT * spread.max(initial=0.0))
     scaled = (coordinate - coordinate.mean(axis=0)) / np.where(spread > 0, spread, 1.0) / length
     if len(scaled) <= LANDMARKS:
-        return _frozen(_basis(kernel(scaled, scaled), most))
-    order = np.lexsort(scaled.T[::-1])
-    marks = scaled[order[np.linspace(0, len(order) - 1, LANDMARKS).round().astype(int)]]
-    basis = _basis(kernel(marks, marks), most)
-    extended: Array = kernel(scaled, marks) @ (basis / (basis**2).sum(axis=0))
-    return _frozen(extended)
-
-
-def _frozen(basis: Array) -> Array:
+        basis = _basis(kernel(scaled, scaled), most)
+    else:
+        order = np.lexsort(scaled.T[::-1])
+        marks = scaled[order[np.linspace(0, len(order) - 1, LANDMARKS).round().astype(int)]]
+        basis = _basis(kernel(marks, marks), most)
+        basis = kernel(scaled, marks) @ (basis / (basis**2).sum(axis=0))
     basis.setflags(write=False)
     return basis
 
 
 def _squares(first: Array, second: Array) -> Array:
     differences = first[:, None, :] - second
-    squares: Array = np.einsum("ijk,ijk->ij", differences, differences)
-    return squares
+    return np.asarray(np.einsum("ijk,ijk->ij", differences, differences))
 
 
 def _squared_exponential(first: Array, second: Array) -> Array:
@@ -77,8 +69,7 @@ def _matern(first: Array, second: Array) -> Array:
 def _basis(kernel: Array, most: int) -> Array:
     variance, vectors = np.linalg.eigh(kernel)
     kept = np.flatnonzero(variance > KEPT * variance[-1])[::-1][:most]
-    basis: Array = vectors[:, kept] * np.sqrt(variance[kept])
-    return basis
+    return np.asarray(vectors[:, kept] * np.sqrt(variance[kept]))
 
 
 def smoothed(coordinates: Iterable[Coordinate], length: float = SMOOTH) -> Iterator[tuple[str, Array]]:

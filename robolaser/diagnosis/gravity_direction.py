@@ -17,8 +17,7 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_compliance import JointCompliance
 from robolaser.model.forward_model import Model, jacobian_matrix
 
-POSES = 80
-"""Most poses for the search of a direction; the diagnosis with it uses all."""
+POSES = 80  # most poses for the search of a direction; the diagnosis with it uses all
 ROUNDS = 30  # of compliances by direction and direction by compliances
 LEFT = 0.5
 """Largest ratio of the squared residuals under another gravity to those under the stated one. A judgement: tilts
@@ -78,12 +77,10 @@ def _turned(found: Diagnosis) -> Array | None:
     chosen: Bools = np.isin(np.arange(len(found.observed.poses)), poses[evenly(len(poses), POSES)])
     few = found.observed.of_poses(chosen)
     columns, residuals = _columns(few, found, size)
-    best = min((_descended(columns, residuals, start) for start in (*np.eye(3), *-np.eye(3))), key=lambda one: one[1])
-    direction = best[0]
+    ends = (_descended(columns, residuals, start) for start in (*np.eye(3), *-np.eye(3)))
+    direction, left = min(ends, key=lambda one: one[1])
     _, as_stated = _compliances(columns, residuals, np.array(robot.gravity) / size)
-    if best[1] ** 2 > LEFT * as_stated**2:
-        return None
-    return robot.other_gravity(direction)
+    return None if left**2 > LEFT * as_stated**2 else robot.other_gravity(direction)
 
 
 def _columns(few: Dataset, found: Diagnosis, size: float) -> tuple[Array, Array]:
@@ -97,9 +94,7 @@ def _columns(few: Dataset, found: Diagnosis, size: float) -> tuple[Array, Array]
         under = replace(few, robot=robot.under(size * along))
         effects = tuple(CandidateEffect(JointCompliance, joint) for joint in JointCompliance.locations(under))
         model = Model(under, effects)
-        start = {
-            name: float(value) for name, value in zip(found.model.parameters.names, found.calibrated_x, strict=False)
-        }
+        start = dict(zip(found.model.parameters.names, found.calibrated_x.tolist(), strict=False))
         x = np.array([start.get(item.name, item.nominal) for item in model.parameters.items])
         J = jacobian_matrix(model, x)
         names = list(model.parameters.names)

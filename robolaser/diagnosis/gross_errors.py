@@ -16,8 +16,7 @@ from robolaser.estimation.outliers import OUTLIER_SIGMA
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
 
-NAMED = 5
-"""Most poses that a sentence names; the rest are counted."""
+NAMED = 5  # most poses that a sentence names; the rest are counted
 
 
 def outlying_poses(dataset: Dataset, rows: Ints) -> tuple[str, ...]:
@@ -36,15 +35,7 @@ def probability(dataset: Dataset, rows: Ints, verdict: str) -> float:
 
 
 def rows_sentence(final: Fit, noise: NoiseModel, verdict: str, dataset: Dataset, outliers: Ints) -> str:
-    """A sentence on rows, and known distances, that disagree with the others; may be empty.
-
-    Args:
-        final: The final model.
-        noise: The noise in the judgement of its residuals.
-        verdict: The verdict on it.
-        dataset: The measurements.
-        outliers: Their gross errors.
-    """
+    """A sentence on rows, and known distances, that disagree with the others; may be empty."""
     scatter = ""
     if verdict == "unexplained":
         scatter = _uneven(final) or _beyond_stated(noise)

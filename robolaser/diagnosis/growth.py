@@ -19,8 +19,7 @@ from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.result import Diagnosis, Finding
 from robolaser.diagnosis.summary_text import imitated_sentence, sentence, transfer_sentences
 
-SHARE: Final = 0.05
-"""Largest share of further poses, relative to those of the last full examination. A judgement."""
+SHARE: Final = 0.05  # largest share of further poses, relative to those of the last full examination. A judgement
 SURPRISE: Final = 1e-3
 """Probability of a pose's residuals by chance, below which all poses are examined again. A judgement."""
 CHANGE: Final = 0.1
@@ -80,15 +79,7 @@ def _updated(found: Diagnosis, before: Weighed, whole: Dataset, grown: Weighed) 
         found,
         dataset=whole,
         added_poses=len(np.unique(grown.dataset.points.pose)) - len(np.unique(found.observed.points.pose)),
-        sentence=sentence(
-            found.verdict,
-            findings,
-            classes,
-            found.where,
-            found.gap,
-            found.repeatability,
-            found.odd_rows,
-        )
+        sentence=sentence(found.verdict, findings, classes, found.where, found.gap, found.repeatability, found.odd_rows)
         + imitated_sentence(found.limits, classes)
         + transfer_sentences(found.validation, has_effects=bool(found.model.effects)),
         findings=findings,

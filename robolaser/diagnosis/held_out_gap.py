@@ -22,12 +22,12 @@ RESAMPLES = 2000
 
 @final
 @dataclass(frozen=True, eq=False)
-class _Errors:
+class Errors:
     """Held-out errors of one model, with the fits behind them."""
 
     in_metres: Array  # of the points, (m, j) [m]
     rows: Array  # in the sensor's unit, (m, k)
-    folds: FoldFits | None  # the fits without each fold, if any
+    folds: FoldFits | None  # the fits without each fold; None if no pose was held out
     x: Array  # the model's parameters, (d,)
 
 
@@ -50,7 +50,7 @@ class HeldOut:
         self, start: Fit, seed: int, calibration: Calibration | None = None, selected: Fit | None = None
     ) -> None:
         self._folds = assign_folds(start.model, seed)
-        self._known: dict[Fit, _Errors] = {}
+        self._known: dict[Fit, Errors] = {}
         self._calibration = calibration
         self._start, self._selected = start, selected
 
@@ -68,48 +68,37 @@ class HeldOut:
             return 0.0
         return start.size_of(start.noise) / start.rotation_of(start.noise)
 
-    def _of(self, fit: Fit) -> _Errors:
+    def of(self, fit: Fit) -> Errors:
+        """The errors of a fit."""
         if fit not in self._known:
             self._known[fit] = self._computed(fit)
         return self._known[fit]
 
-    def _computed(self, fit: Fit) -> _Errors:
+    def _computed(self, fit: Fit) -> Errors:
         known = self._calibration
         if known is not None and not fit.effects:
             if known.fitted_model.dataset is fit.model.dataset and known.held_out is not None and known.unseen:
-                return _Errors(known.held_out, known.unseen.errors, known.unseen, known.x)
+                return Errors(known.held_out, known.unseen.errors, known.unseen, known.x)
             fit = Fit.of(fit.problem.with_noise(fit.noise.for_weights()), known.x)
         if self._folds is None:
-            return _Errors(fit.in_metres(fit.at.plain), fit.at.plain, None, fit.x)
+            return Errors(fit.in_metres(fit.at.plain), fit.at.plain, None, fit.x)
         enough = max(FOLD_ENOUGH, FOLD_SHARE * fit.chi2)
         problem = _with_usual_sizes(fit) if self._folds.whole else fit.problem
         folds = held_out(problem, fit.x, self._folds, enough=enough, slopes=fit.at.slopes.T)
-        return _Errors(fit.in_metres(folds.errors), folds.errors, folds, fit.x)
-
-    def errors(self, fit: Fit) -> Array:
-        """Errors of each row, (m, j) [m]."""
-        return self._of(fit).in_metres
-
-    def unseen(self, fit: Fit) -> FoldFits | None:
-        """The fits without each fold; None if no pose was held out."""
-        return self._of(fit).folds
-
-    def parameters(self, fit: Fit) -> Array:
-        """Parameters of the model with these errors, (d,)."""
-        return self._of(fit).x
+        return Errors(fit.in_metres(folds.errors), folds.errors, folds, fit.x)
 
     def rotation_errors(self, fit: Fit) -> Array:
         """Errors of the rotations of each row, (m, j) [rad]."""
         row_format = fit.model.dataset.format
-        return self._of(fit).rows[:, row_format.numbers - row_format.angles :]
+        return self.of(fit).rows[:, row_format.numbers - row_format.angles :]
 
     def gap(self, fit: Fit) -> float:
         """Root-mean-square error of the points [m]."""
-        return rms(self.errors(fit))
+        return rms(self.of(fit).in_metres)
 
     def _all_errors(self, fit: Fit) -> Array:
         """Errors of each row, (m, j'), including rotations times their lever [m]."""
-        return np.hstack([self.errors(fit), self._lever * self.rotation_errors(fit)])
+        return np.hstack([self.of(fit).in_metres, self._lever * self.rotation_errors(fit)])
 
     def lowers(self, before: Fit, after: Fit) -> bool:
         """Whether the second fit has certainly smaller errors, see `is_lower`."""

@@ -17,20 +17,19 @@ from robolaser.diagnosis.candidate_sites import of_several_joints, sites
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import rough, smooth
 from robolaser.diagnosis.localization import chance_ratio, function_ratio, likelihood_ratio
+from robolaser.diagnosis.penalties import posterior_weights
 from robolaser.diagnosis.pose_coordinates import TIME, angle_of, of_run, torque_of
 from robolaser.diagnosis.random_functions import RandomFunctions
 from robolaser.diagnosis.score_tests import normal_equations
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, FINE, FORM_SHARE
-from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.run import Run
 from robolaser.model.stages import Stage
 
-GEOMETRY: Final = "arm_geometry"
-"""The class of effects that are constants of the arm."""
+GEOMETRY: Final = "arm_geometry"  # the class of effects that are constants of the arm
 TARGET: Final = "target"
 
 

@@ -21,23 +21,14 @@ SIZES = np.exp(np.linspace(np.log(1e-2), np.log(1e4), 60))
 @final
 @dataclass(frozen=True)
 class Localization:
-    """A site of the gap, or of a part of it.
+    """A site of the gap, or of a part of it."""
 
-    Attributes:
-        site: A joint's name, or another of `Site.site`.
-        coordinate: The coordinate that the error depends on.
-        share: Share of the squared whitened gap above noise that a function there explains beyond its freedom's cost.
-        likelihood_ratio: Twice its logarithm, against no function there.
-        p_value: Probability of such a ratio by noise alone, corrected for all candidates at all sites, see `corrected`.
-        unknown: Whether the function may have a form outside the library of effects.
-    """
-
-    site: str
-    coordinate: str
-    share: float
-    likelihood_ratio: float
-    p_value: float
-    unknown: bool = True
+    site: str  # a joint's name, or another of `Site.site`
+    coordinate: str  # the coordinate that the error depends on
+    share: float  # of the squared whitened gap above noise, explained there beyond the cost of a function's freedom
+    likelihood_ratio: float  # twice its logarithm, against no function there
+    p_value: float  # of such a ratio by noise alone, corrected for all candidates at all sites, see `corrected`
+    unknown: bool = True  # whether the function may have a form outside the library of effects
 
     def beside(self, other: "Localization") -> "Localization":
         """The sum of two locations."""
@@ -157,12 +148,7 @@ def merged(located: Iterable[Localization]) -> list[Localization]:
 
 
 def unmodelled_chi2(fit: Fit, where: str = "") -> float:
-    """Chi-squared of the remaining error that functions of unknown form explain, beyond chance.
-
-    Args:
-        fit: The model.
-        where: Their site; any by default.
-    """
+    """Chi-squared of the remaining error that functions of unknown form explain, beyond chance, at a site or any."""
     unknown = [site for site in sites(fit) if site.unknown and where in ("", site.site)]
     return sum(one.ratio - CHI2_PER_EFFECT for one in _select_sites(fit, unknown)[0])
 

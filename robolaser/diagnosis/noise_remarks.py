@@ -21,8 +21,7 @@ KEYS: Final = {
     "joint": "joint_rad",
 }
 """The key of each source in `[noise]`."""
-SHOWN: Final = {"repeats": "repeated shots", "estimated": "residuals"}
-"""The evidence for noise, by its origin."""
+SHOWN: Final = {"repeats": "repeated shots", "estimated": "residuals"}  # the evidence for noise, by its origin
 
 
 def noise_remarks(final: Fit, noise: NoiseModel, shots: Dataset, *, fits: bool) -> tuple[str, ...]:

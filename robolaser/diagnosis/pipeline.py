@@ -14,26 +14,19 @@ from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds, class_
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, too_few_poses
 from robolaser.diagnosis.evidence import EffectEvidence
-from robolaser.diagnosis.findings import (
-    explained_sites,
-    findings_of,
-    listed,
-    not_testable,
-)
+from robolaser.diagnosis.findings import explained_sites, findings_of, noise_sources, not_testable, repeatability_of
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.gravity_direction import with_gravity_turned
 from robolaser.diagnosis.gross_errors import rows_sentence
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.held_parameters import with_parameters_free
-from robolaser.diagnosis.judgement import judged
 from robolaser.diagnosis.localization import Localization, localize, merged
 from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pose_scatter import beside
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import probable_remainder, prune, without_imitations
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
 from robolaser.diagnosis.result import CauseClass, Diagnosis
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select, unless_one_does_it
@@ -41,6 +34,7 @@ from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, ROUNDS
 from robolaser.diagnosis.validation import validated
+from robolaser.diagnosis.verdict import judged
 from robolaser.diagnosis.wrong_input import at_other_poses, mispaired
 from robolaser.errors import DataError
 from robolaser.estimation.averaging import AveragedData
@@ -164,7 +158,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         + exchanged_sentence(preparation.belongs, dataset.poses.names),
         gap=gap,
         where=tuple(where),
-        findings=listed(findings),
+        findings=tuple(one for one in findings if one.probability >= LEAST_PROBABILITY),
         kinds=cause_kinds(refits, final, evidence, held_out) if verdict != "no_gap" else (),
         classes=classes,
         outliers=outliers,
@@ -172,12 +166,12 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         next_poses=spread_poses(final, seed=seed) if too_few else _next_poses(final, evidence, seed),
         limits=limits,
         model=final.model,
-        x=held_out.parameters(final) if whole is final else whole.x,
+        x=held_out.of(final).x if whole is final else whole.x,
         std=np.where(final.at.free, errors, np.nan),
         calibrated_x=calibration.x,
-        unseen=held_out.unseen(final),
-        before_m=held_out.errors(start),
-        after_m=held_out.errors(final),
+        unseen=held_out.of(final).folds,
+        before_m=held_out.of(start).in_metres,
+        after_m=held_out.of(final).in_metres,
         noise=noise_sources(noise),
         repeatability=repeatability,
         odd_rows=odd,

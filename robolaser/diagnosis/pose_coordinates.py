@@ -10,10 +10,8 @@ from robolaser.arrays import Array
 from robolaser.data.path_velocities import known_velocities
 from robolaser.model.effects.run import Run
 
-TIME: Final = "time"
-"""Name of the coordinate along the run."""
-LEAST_TORQUE_NM: Final = 1e-6
-"""Least range of a joint's gravity torque."""
+TIME: Final = "time"  # name of the coordinate along the run
+LEAST_TORQUE_NM: Final = 1e-6  # least range of a joint's gravity torque
 WORDS: Final = {"temperature_c": "temperature", "payload_kg": "payload"}
 UNITS: Final = {"temperature_c": "°C", "payload_kg": "kg"}
 
@@ -21,17 +19,11 @@ UNITS: Final = {"temperature_c": "°C", "payload_kg": "kg"}
 @final
 @dataclass(frozen=True, eq=False)
 class Coordinate:
-    """A quantity with one or more values at each pose.
+    """A quantity with one or more values at each pose."""
 
-    Attributes:
-        name: Its name in reports.
-        values: Its values at each pose, (n, k).
-        unit: "rad", "m", "rad/s", "m/s", "Nm", "°C", "kg", "sign" of a direction, "share of the run", or "".
-    """
-
-    name: str
-    values: Array
-    unit: str = ""
+    name: str  # its name in reports
+    values: Array  # its values at each pose, (n, k)
+    unit: str = ""  # "rad", "m", "rad/s", "m/s", "Nm", "°C", "kg", "sign" of a direction, "share of the run", or ""
 
 
 def of_run(run: Run) -> Iterator[Coordinate]:

@@ -8,17 +8,15 @@ from robolaser.arrays import Array
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import smooth_remainder
-from robolaser.diagnosis.refits import Refits, penalty
+from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import MOTIONS_PER_PARAMETER, OPEN_SHARE
 from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA
 from robolaser.model.effects.effect import CandidateEffect
 
-ROUNDS = 30
-"""Iterations between the scatter and the explained part."""
-MOTIONS = 6
-"""Number of independent motions of a pose."""
+ROUNDS = 30  # iterations between the scatter and the explained part
+MOTIONS = 6  # number of independent motions of a pose
 
 
 def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: bool) -> Array:
@@ -58,7 +56,7 @@ def _beside_cause(fit: Fit, effects: Sequence[CandidateEffect]) -> Fit:
     refits = Refits(fit, effects)
     tests = refits.score_tests(fit)[:1]
     above_noise = fit.chi2 - fit.freedoms
-    if not tests or tests[0].gain <= max(penalty(tests[0]), (1.0 - OPEN_SHARE) * above_noise):
+    if not tests or tests[0].gain <= max(tests[0].penalty, (1.0 - OPEN_SHARE) * above_noise):
         return fit
     return refits.refit(fit, tests)
 
@@ -67,11 +65,7 @@ def explained(fit: Fit, *, smooth: bool) -> Array:
     """Directions of the plain residuals that a model's free parameters explain, (K, n).
 
     Directions that known distances and priors determine more than the data are excluded: an arm that shrinks with all
-    its sockets would leave no residuals.
-
-    Args:
-        fit: The model.
-        smooth: Whether to include smooth functions at sites with evidence in the residuals.
+    its sockets would leave no residuals. Smooth functions at sites with evidence in the residuals may be included.
     """
     own = fit.at.Q[: len(fit.at.white)]
     shares, turned = np.linalg.eigh(own.T @ own)

@@ -32,28 +32,16 @@ FORMAT = "robolaser-plan/1"
 @final
 @dataclass(frozen=True)
 class PosePlan:
-    """Effects that planned poses can detect and distinguish.
+    """Effects that planned poses can detect and distinguish."""
 
-    Attributes:
-        dataset: The poses with their expected measurements.
-        seeing: Number of poses with points.
-        noise: The assumed noise.
-        silent: Sources of error without a stated size, assumed to be zero.
-        limits: The smallest detectable size of each effect, and the smallest identifiable one beside its nearest rival.
-        candidates: Effects at their locations, in the order of `alike`.
-        alike: |cosine| of the angle between the columns of two effects, the sensor's parameters fitted, (e, e); at 1
-            these poses cannot distinguish them.
-        untestable: Why an effect could not be tested, by its name.
-    """
-
-    dataset: Dataset
-    seeing: int
+    dataset: Dataset  # the poses with their expected measurements
+    seeing: int  # number of poses with points
     noise: NoiseModel
-    silent: tuple[str, ...]
-    limits: tuple[DetectionLimit, ...]
-    candidates: tuple[CandidateEffect, ...]
-    alike: Array
-    untestable: Mapping[str, str]
+    silent: tuple[str, ...]  # sources of error without a stated size, assumed to be zero
+    limits: tuple[DetectionLimit, ...]  # smallest detectable size, and identifiable size beside the nearest rival
+    candidates: tuple[CandidateEffect, ...]  # effects at their locations, in the order of `alike`
+    alike: Array  # |cosine| of two effects' columns beside the sensor's parameters, (e, e); 1: not distinguishable here
+    untestable: Mapping[str, str]  # why an effect could not be tested, by its name
 
     def to_dict(self) -> dict[str, Any]:
         """Contents of the output of `--json`, format `robolaser-plan/1`."""

@@ -9,76 +9,51 @@ import numpy as np
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.local_unknown import fine_chi2
 from robolaser.diagnosis.localization import Localization, localize, p_value, unmodelled_chi2
+from robolaser.diagnosis.penalties import posterior_weights
 from robolaser.diagnosis.pose_noise import explained
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT
-from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.estimation.noise_estimate import NoiseEstimate, noise_limits
 from robolaser.model.blocks.errors import moved_with_pose
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.noise.covariance import NoiseModel
 
-NAME, CLASS = "pose_scatter", "repeatability"
-"""Names of the effect and of its class of causes in results."""
-JOINTS, FLANGE = "joints", "flange"
-"""Locations: all joints equally, and the flange, for motion of unknown origin."""
-ONE_JOINT = "joint "
-"""Prefix of the name of a noise source for the readings of one joint."""
-GRANTED: Final = (1.0, 0.5, 0.25, 0.125)
-"""Shares of the scatter that are tried as chance beside a shape."""
-BY_CHANCE = "chance, from pose to pose"
-"""The coordinate of a gap by scatter of poses."""
-NUMBERS: Final = {"m": "shift", "rad": "turn"}
-"""Name of a standard deviation by its unit."""
+NAME, CLASS = "pose_scatter", "repeatability"  # names of the effect and of its class of causes in results
+JOINTS, FLANGE = "joints", "flange"  # locations: all joints equally, and the flange, for motion of unknown origin
+ONE_JOINT = "joint "  # prefix of the name of a noise source for the readings of one joint
+GRANTED: Final = (1.0, 0.5, 0.25, 0.125)  # shares of the scatter that are tried as chance beside a shape
+BY_CHANCE = "chance, from pose to pose"  # the coordinate of a gap by scatter of poses
+NUMBERS: Final = {"m": "shift", "rad": "turn"}  # name of a standard deviation by its unit
 
 
 @final
 @dataclass(frozen=True)
 class Spread:
-    """The size of a scatter.
+    """The size of a scatter."""
 
-    Attributes:
-        value: Standard deviation.
-        std: Its standard error.
-        unit: Unit of both.
-        limit: The largest standard deviation that counts as noise.
-    """
-
-    value: float
-    std: float
-    unit: str
-    limit: float
+    value: float  # standard deviation
+    std: float  # its standard error
+    unit: str  # unit of both
+    limit: float  # the largest standard deviation that counts as noise
 
 
 @final
 @dataclass(frozen=True)
 class PartScatter:
-    """Scatter of whole poses at one location: noise within its limit, a gap beyond it.
+    """Scatter of whole poses at one location: noise within its limit, a gap beyond it."""
 
-    Attributes:
-        where: A joint, `joints` or `flange`.
-        probability: Probability of this location among all possible ones.
-        sizes: `turn` [rad] or `shift` [m], of a joint reading or of the flange.
-        is_stated: Whether the limit is the repeatability that the data set states.
-        likelihood_ratio: Twice its logarithm, against scatter within the limits.
-        p_value: Of that ratio, corrected for the locations that were tried.
-        size_m: Root-mean-square 3-D error of a row by all noise, this scatter included [m].
-        noise: All noise, each source at most at its limit.
-        whole_noise: All noise, this scatter without a limit.
-        share: Share of the gap beside functions of unknown form, and probability of scatter: errors with steps and
-            corners leave scatter beside a smooth function.
-    """
-
-    where: str
-    probability: float
-    sizes: Mapping[str, Spread]
-    is_stated: bool
-    likelihood_ratio: float
-    p_value: float
-    size_m: float
-    noise: NoiseModel
-    whole_noise: NoiseModel
+    where: str  # a joint, `joints` or `flange`
+    probability: float  # probability of this location among all possible ones
+    sizes: Mapping[str, Spread]  # `turn` [rad] or `shift` [m], of a joint reading or of the flange
+    is_stated: bool  # whether the limit is the repeatability that the data set states
+    likelihood_ratio: float  # twice its logarithm, against scatter within the limits
+    p_value: float  # of that ratio, corrected for the locations that were tried
+    size_m: float  # root-mean-square 3-D error of a row by all noise, this scatter included [m]
+    noise: NoiseModel  # all noise, each source at most at its limit
+    whole_noise: NoiseModel  # all noise, this scatter without a limit
+    # share of the gap beside functions of unknown form, and probability of scatter: errors with steps and corners
+    # leave scatter beside a smooth function
     share: float = 1.0
 
     @property
@@ -92,13 +67,9 @@ class PartScatter:
         return self.share * self.probability
 
     def remainder(self, fit: Fit, left: Sequence[Localization]) -> list[Localization]:
-        """The locations of a model's error beside this scatter, the largest share first.
+        """The locations of a model's error beside this scatter, the largest share first, from those without it.
 
         At a joint that scatters, a function of unknown form may be a part of it.
-
-        Args:
-            fit: The model.
-            left: The locations of its error without this scatter.
         """
         if self.where in (JOINTS, FLANGE):
             return list(left)
@@ -132,11 +103,8 @@ def beside(where: Iterable[Localization], scattered: Localization) -> list[Local
 def pose_scatter(fit: Fit, found: NoiseEstimate) -> PartScatter | None:
     """Scatter of whole poses at the likeliest location, if it explains more than scatter within the limits; else None.
 
-    The scatter of one location at a time is estimated without a limit. A repeatable error is no scatter.
-
-    Args:
-        fit: The final model.
-        found: The noise estimate from its residuals.
+    By the noise estimated from the final model's residuals, without a limit for one location at a time. A repeatable
+    error is no scatter.
     """
     base = found.limited()
     of_poses = _limits_of_poses(found)
@@ -172,7 +140,7 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> PartScatter | None:
         likelihood_ratio=ratio,
         p_value=p_value(ratio, len(parts)),
         size_m=fit.size_of(noise),
-        noise=_within(noise, limits),
+        noise=noise.at({name: min(noise.sigmas[name], limit) for name, limit in limits.items()}),
         whole_noise=noise,
     )
 
@@ -235,8 +203,3 @@ def _shape_chi2(fit: Fit, where: str) -> float:
         return unmodelled_chi2(fit)
     of_joint = max(sparse_shape_chi2(fit, where), fine_chi2(fit, where))
     return max(of_joint - CHI2_PER_EFFECT, unmodelled_chi2(fit, where))
-
-
-def _within(noise: NoiseModel, limits: Mapping[str, float]) -> NoiseModel:
-    """The noise with each source at most at its limit."""
-    return noise.at({name: min(noise.sigmas[name], limit) for name, limit in limits.items()})

@@ -18,7 +18,9 @@ from robolaser.data.subsampling import MAX_POSES
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.pose_noise import explainable, explained
 from robolaser.diagnosis.pose_scatter import PartScatter, pose_scatter
+from robolaser.diagnosis.summary_text import exchanged
 from robolaser.diagnosis.thresholds import MOST_RMS_M, NO_DIFFERENCE, NO_NOISE
+from robolaser.errors import RobolaserError
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import NoiseEstimate, left_by, sources_of
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
@@ -31,17 +33,11 @@ from robolaser.model.noise.covariance import FLOOR, NoiseModel
 @final
 @dataclass(frozen=True)
 class Preparation:
-    """A data set prepared for diagnosis.
+    """A data set prepared for diagnosis."""
 
-    Attributes:
-        calibration: The calibration without effects, weighed by noise.
-        weighted: The fitted rows, and their weights.
-        belongs: The right poses of exchanged rows, by their poses in the data set; the calibration uses the right ones.
-    """
-
-    calibration: Calibration
-    weighted: NoiseWeightedFit
-    belongs: Mapping[int, int] = field(default_factory=dict)
+    calibration: Calibration  # of all rows, without effects, weighed by noise
+    weighted: NoiseWeightedFit  # the fitted rows, and their weights
+    belongs: Mapping[int, int] = field(default_factory=dict)  # right poses of exchanged rows; the calibration uses them
 
     @classmethod
     def of(cls, dataset: Dataset, seed: int) -> "Preparation":
@@ -59,14 +55,9 @@ class Preparation:
                 return cls(corrected, weighted_corrected, belongs)
         return cls(found, weighted)
 
-    @property
-    def _whole(self) -> Model:
-        """The model of all rows, without effects."""
-        return self.calibration.model
-
     def misread(self) -> Misread | None:
         """Check for a wrong reading of the files: a search of effects is then useless."""
-        return misread(self._whole, self._rms_m)
+        return misread(self.calibration.model, self._rms_m)
 
     @property
     def is_far_off(self) -> bool:
@@ -78,12 +69,8 @@ class Preparation:
         return rms(self.calibration.errors_m[~self.weighted.outliers])
 
     def fit(self, effects: Sequence[CandidateEffect]) -> Fit:
-        """Fit the model without effects, with the noise that effects cannot explain.
-
-        Args:
-            effects: Candidate effects.
-        """
-        problem, sensor = self.weighted.problem, self._whole.parameters
+        """Fit the model without effects, with the noise that candidate effects cannot explain."""
+        problem, sensor = self.weighted.problem, self.calibration.model.parameters
         assert problem.noise is not None  # rows were weighed by noise
         fit = Fit.of(problem_of(problem.model, problem.noise, sensor), self.weighted.x)
         columns = explainable(fit, effects, poses_scatter=_scatter_is_seen(fit))
@@ -98,24 +85,19 @@ class Preparation:
             fit: The model.
             most: Approximate number of poses to keep.
         """
-        data = AveragedData.of(self._whole.dataset, outliers).subsampled(self.calibration.seed, most)
-        model, was = of_data(self._whole, data.dataset).with_effects(fit.effects), fit.noise
+        data = AveragedData.of(self.calibration.model.dataset, outliers).subsampled(self.calibration.seed, most)
+        model, was = of_data(self.calibration.model, data.dataset).with_effects(fit.effects), fit.noise
         sources = sources_of(data, model, fit.x)
         noise = replace(was, sources=sources, sigmas={one.name: was.sigmas.get(one.name, 0.0) for one in sources})
         return data, Fit.of(problem_of(model, noise, fit.sensor), fit.x)
 
     def on_all_poses(self, outliers: Ints, final: Fit) -> Fit:
-        """Fit a model with effects to all poses, if its effects were selected on some of them.
-
-        Args:
-            outliers: Gross errors, as rows of points.csv.
-            final: The model.
-        """
-        points = self._whole.dataset.points
+        """Fit a model to all poses, without gross errors (rows of points.csv), if its effects were selected on some."""
+        points = self.calibration.model.dataset.points
         if not final.effects or len(np.unique(points.pose)) <= MAX_POSES:
             return final
         left_out = np.isin(np.arange(len(points)), outliers)
-        return self.without(left_out, final, most=len(self._whole.dataset.poses))[1]
+        return self.without(left_out, final, most=len(self.calibration.model.dataset.poses))[1]
 
     def with_other_noise(self, data: AveragedData, start: Fit, final: Fit) -> Fit | None:
         """The start with the noise estimated from the final model; None if it is the assumed one, or too small."""
@@ -128,7 +110,7 @@ class Preparation:
         change = max(np.abs(of_poses).sum() / max(1, len(of_poses)), abs(of_all), _of_rows(noise, start.noise))
         if change < np.log(NO_DIFFERENCE):
             return None
-        return Fit.of(problem_of(start.model, noise, self._whole.parameters), start.x)
+        return Fit.of(problem_of(start.model, noise, self.calibration.model.parameters), start.x)
 
     def noise_beside(self, data: AveragedData, final: Fit) -> NoiseModel:
         """The remaining noise of a model beside smooth functions at sites with evidence in its residuals.
@@ -155,7 +137,7 @@ class Preparation:
 
         They are gross errors by row noise, and also with scatter of poses, which moves rows of a stretched arm more.
         """
-        model = Model(self._whole.dataset, final.effects).sharing(self._whole.sensor_parameters)
+        model = Model(self.calibration.model.dataset, final.effects).sharing(self.calibration.model.sensor_parameters)
         shots, sizes = self.weighted.shots, final.noise.sigmas
         of_rows = {source.name for source in shots.sources if source.level != "pose"}
 
@@ -193,3 +175,26 @@ def _of_rows(noise: NoiseModel, other: NoiseModel) -> float:
     names = [source.name for source in noise.sources if source.level != "pose"]
     sizes = np.array([[max(one.sigmas[name], FLOOR) for name in names] for one in (noise, other)])
     return float(np.abs(np.log(sizes[0] / sizes[1])).max(initial=0.0))
+
+
+def gross_mistakes(dataset: Dataset) -> tuple[str, ...]:
+    """Sentences on errors of centimetres that another reading of the files removes, and on exchanged images.
+
+    No fault is reported if points cannot be calibrated for other reasons.
+    """
+    try:
+        preparation = Preparation.of(dataset, seed=0)
+        found, belongs = preparation.misread(), preparation.belongs
+    except (RobolaserError, np.linalg.LinAlgError):
+        found, belongs = _unfitted(dataset), {}
+    sentences = [found.sentence] if found else []
+    if belongs:
+        sentences.append(f"{exchanged(belongs, dataset.poses.names)}. Correct the data set.")
+    return tuple(sentences)
+
+
+def _unfitted(dataset: Dataset) -> Misread | None:
+    try:
+        return misread(Model(dataset), np.inf)
+    except (RobolaserError, np.linalg.LinAlgError):
+        return None

@@ -8,11 +8,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 
-FACTORS = np.concatenate([[0.0], np.geomspace(0.02, 1e5, 200)])
-"""First grid of the ratio of scatter to the assumed one."""
+FACTORS = np.concatenate([[0.0], np.geomspace(0.02, 1e5, 200)])  # first grid of the ratio of scatter to the assumed one
 ZOOM = np.linspace(-1.0, 1.0, 41)
-AT_ONCE = 8
-"""Number of variances per logarithm: their product stays within double precision."""
+AT_ONCE = 8  # number of variances per logarithm: their product stays within double precision
 
 
 def profile(squares: Array, variances: Array, share: float) -> tuple[float, float]:

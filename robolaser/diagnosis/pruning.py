@@ -13,11 +13,10 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import GEOMETRY, has_form
 from robolaser.diagnosis.localization import Localization, localize
-from robolaser.diagnosis.posture_rivals import PostureRivals
-from robolaser.diagnosis.refits import Announce, Refits
+from robolaser.diagnosis.penalties import credibility
+from robolaser.diagnosis.refits import Announce, PostureRivals, Refits
 from robolaser.diagnosis.result import CauseClass
 from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, NO_NOISE, SMALL_SHARE
-from robolaser.diagnosis.verdict import credibility
 from robolaser.estimation.certainty import CERTAIN, EVEN
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -33,12 +32,6 @@ def prune(
     more probable than an effect, and then replaces it. The effects that explain least are weighed first: they are the
     likeliest to be replaced, after which all are weighed again. A removed effect may be needed again beside one that
     remains at its site.
-
-    Args:
-        refits: Fits sets of effects.
-        final: The set with the lowest cost.
-        held_out: Errors on held-out poses.
-        progress: Called with the current step.
 
     Returns:
         Fits of the remaining effects, added one by one to the model without any; the evidence for each of them; and the
@@ -62,7 +55,7 @@ def prune(
             continue
         # without optics the geometry of a whole arm counts, and none of its parts is removed for explaining little
         unmodelled = {one: instead_of(final, one) for one in final.effects if final.has_optics}
-        doubtful = _above(unmodelled, EVEN)
+        doubtful = sorted((one for one in unmodelled if unmodelled[one] > EVEN), key=lambda one: -unmodelled[one])
         if unmodelled and not doubtful:
             doubtful = _incredible(refits, final, unmodelled, unexplained(final))
         if doubtful:
@@ -181,10 +174,6 @@ def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -
     if has_form(final, candidate_effect):
         probabilities.append(refits.locally_unmodelled(final, candidate_effect))
     return max(probabilities)
-
-
-def _above(probability: Mapping[CandidateEffect, float], limit: float) -> list[CandidateEffect]:
-    return sorted((one for one in probability if probability[one] > limit), key=lambda one: -probability[one])
 
 
 def _incredible(

@@ -20,9 +20,6 @@ class RandomFunctions:
 
     Whitening for an accepted function B of size t multiplies residuals and all other columns by 1 - U D Uᵀ, where
     t B = U s Vᵀ and D = 1 - 1/√(1 + s²).
-
-    Args:
-        fit: The model.
     """
 
     def __init__(self, fit: Fit) -> None:

@@ -19,10 +19,10 @@ from robolaser.diagnosis.local_unknown import (
     probability_of_local_unknown,
 )
 from robolaser.diagnosis.localization import unmodelled_chi2
-from robolaser.diagnosis.score_tests import ScoreTest, freedom, retest, score_tests
+from robolaser.diagnosis.penalties import posterior_weights
+from robolaser.diagnosis.score_tests import ScoreTest, retest, score_tests
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, LEAST_PROBABILITY, MIN_IMPROVEMENT
-from robolaser.diagnosis.verdict import complexity_penalty, posterior_weights, probability_of_unmodelled
 from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
@@ -37,17 +37,11 @@ Chi2By = Callable[..., float]
 @final
 @dataclass
 class Refits:
-    """Fits of all sets of effects that were tried.
+    """Fits of all sets of effects that were tried."""
 
-    Attributes:
-        start: The model without effects, fitted.
-        effects: Candidate effects.
-        separate: The separate effects that cost more than the selected geometry of the whole arm, if any.
-    """
-
-    start: Fit
-    effects: Sequence[CandidateEffect]
-    separate: Fit | None = None
+    start: Fit  # the model without effects, fitted
+    effects: Sequence[CandidateEffect]  # candidate effects
+    separate: Fit | None = None  # effects that cost more than the selected geometry of the whole arm, if any
     _fits: dict[frozenset[CandidateEffect], Fit] = field(default_factory=dict)
     _tests: dict[frozenset[CandidateEffect], list[ScoreTest]] = field(default_factory=dict)
     _begun: set[tuple[frozenset[CandidateEffect], tuple[object, ...]]] = field(default_factory=set)
@@ -69,7 +63,7 @@ class Refits:
         self._begun.add((key, begun))
         self._latest |= {test.candidate_effect: test for test in added}
         problem = self._problem(effects)
-        values = near.values | (predicted(near, added) if added else {})
+        values = near.values | (_predicted(near, added) if added else {})
         x = np.array([values[name] for name in problem.parameters.names])
         rival = min(fit.chi2 for fit in self._fits.values())
         fit = Fit.of(problem, x, self._slopes_near(near, added, values, problem), rival)
@@ -125,7 +119,7 @@ class Refits:
         key = frozenset(fit.effects)
         if key not in self._tests:
             found = score_tests(fit, self.effects, self._columns)
-            self._tests[key] = sorted(found, key=lambda test: penalty(test) - test.gain)
+            self._tests[key] = sorted(found, key=lambda test: test.penalty - test.gain)
         return self._tests[key]
 
     def tests_of(self, fit: Fit) -> list[ScoreTest]:
@@ -144,14 +138,15 @@ class Refits:
         """Penalties of a fit's effects. A whole arm's geometry is one effect, and costs its marginal likelihood."""
         arm = placements_of_arm(fit.effects)
         price = CHI2_PER_EFFECT + fit.marginal_cost(arm) if arm else 0.0
-        return price + sum(penalty(test) for test in self.tests_of(fit) if test.candidate_effect not in arm)
+        return price + sum(test.penalty for test in self.tests_of(fit) if test.candidate_effect not in arm)
 
     def unmodelled(self, fit: Fit, without: Fit) -> float:
         """Probability that an unmodelled cause explains the same as some effects and makes them unnecessary.
 
         Smooth functions of any form at any site represent that cause, beside the effects and instead of them.
         """
-        return probability_of_unmodelled(self._beside_unmodelled(without), self._beside_unmodelled(fit))
+        costs = self._beside_unmodelled(fit), self._beside_unmodelled(without) + CHI2_OF_UNMODELLED_CAUSE
+        return float(posterior_weights(np.array(costs))[1])
 
     def locally_unmodelled(self, fit: Fit, candidate_effect: CandidateEffect) -> float:
         """Probability of an unknown cause at a joint instead of an effect, or of all effects there, or beside them.
@@ -175,7 +170,8 @@ class Refits:
         reported = [(rival, unknown) for rival, unknown in assumed if unknown >= LEAST_PROBABILITY]
         if not reported or (rescattered := fit.with_likeliest_scatter) is fit:
             return max((unknown for _, unknown in reported), default=0.0)
-        refitted, once = Fit.of(without.problem.with_noise(rescattered.noise), without.x), cache(_explained)
+        refitted = Fit.of(without.problem.with_noise(rescattered.noise), without.x)
+        once = cache(lambda chi2_of, *at: chi2_of(*at))
         return max(min(unknown, rival(rescattered, refitted, joint, once)) for rival, unknown in reported)
 
     def _of_any_form(self, fit: Fit, without: Fit, joint: str, chi2_by: Chi2By) -> float:
@@ -224,16 +220,38 @@ class Refits:
         return fit.has_optics and self.unmodelled(fit, without) > EVEN
 
 
-def _explained(chi2_of: Callable[..., float], fit: Fit, *site: str) -> float:
-    return chi2_of(fit, *site)
+@final
+@dataclass(frozen=True)
+class PostureRivals:
+    """A single function of unknown form that turns several joints: the rival of several effects together.
+
+    Cable drag at the wrist looks like a joint's compliance, a rotated link and a sagging bracket. Each of these effects
+    is needed beside the others, but one unknown function explains as much as all of them.
+    """
+
+    held: tuple[frozenset[CandidateEffect], ...]  # effects of the final model in each model with such a function
+    weights: tuple[float, ...]  # their probabilities; the remainder to 1 is that of the final model without one
+
+    @classmethod
+    def of(cls, refits: Refits, final: Fit) -> "PostureRivals":
+        """Weigh models with all effects, all but one, and ever fewer, removing the least needed first."""
+        single = {one: refits.refit(final, removed=one) for one in final.effects}
+        models = {frozenset(fit.effects): fit for fit in (final, *single.values())}
+        costs = {held: refits.cost_beside_posture_unknown(fit) for held, fit in models.items()}
+        reduced, alone = final, refits.cost_by_chi2(final)
+        for one in sorted(single, key=lambda one: costs[frozenset(single[one].effects)]):
+            reduced = refits.refit(reduced, removed=one)
+            costs[frozenset(reduced.effects)] = refits.cost_beside_posture_unknown(reduced)
+        weights = posterior_weights(np.array([alone, *costs.values()]))
+        return cls(tuple(costs), tuple(weights[1:].tolist()))
+
+    def unmodelled(self, effects: Iterable[CandidateEffect]) -> float:
+        """Probability of such a function without any of some effects."""
+        excluded = frozenset(effects)
+        return float(sum(weight for held, weight in zip(self.held, self.weights, strict=True) if not held & excluded))
 
 
-def penalty(test: ScoreTest) -> float:
-    """The complexity penalty of an effect."""
-    return complexity_penalty(freedom(test.candidate_effect.effect, test.tried), test.tried)
-
-
-def predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:
+def _predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:
     """All parameters with added effects by the linear model, by name."""
     white = np.hstack([test.white for test in added])
     amplitudes = near.best_amplitudes(white)

@@ -12,205 +12,159 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import PartScatter
-from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
+from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.folds import FoldFits
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
+from robolaser.model.noise.covariance import Origin
 from robolaser.robot.kinematics import Robot
 
 
 @final
 @dataclass(frozen=True)
 class Estimate:
-    """A parameter of an effect.
+    """A parameter of an effect."""
 
-    Attributes:
-        value: In its unit.
-        std: One standard deviation; None if the data do not determine the value, or it is on a bound.
-        unit: SI.
-        bound: `lower` or `upper` where the value ended on that bound, else empty.
-    """
-
-    value: float
-    std: float | None
-    unit: str
-    bound: str = ""
+    value: float  # in its unit
+    std: float | None  # one standard deviation; None if the data do not determine the value, or it is on a bound
+    unit: str  # SI
+    bound: str = ""  # `lower` or `upper` where the value ended on that bound, else empty
 
 
 @final
 @dataclass(frozen=True)
 class Alternative:
-    """An effect that is indistinguishable at these poses from one that was found.
-
-    Attributes:
-        candidate_effect: The effect and its location.
-        parameters: Its parameters by name, fitted instead of those of the effect found.
-        gap_m: Held-out gap with it instead of the effect found.
-    """
+    """An effect that is indistinguishable at these poses from one that was found."""
 
     candidate_effect: CandidateEffect
-    parameters: Mapping[str, Estimate]
-    gap_m: float
+    parameters: Mapping[str, Estimate]  # its parameters by name, fitted instead of those of the effect found
+    gap_m: float  # held-out gap with it instead of the effect found
 
 
 @final
 @dataclass(frozen=True)
 class Finding:
-    """An effect that was found.
-
-    Attributes:
-        candidate_effect: The effect and its location.
-        probability: Its probability at this location, against every other candidate, none, and an unknown cause.
-        parameters: Its parameters by name.
-        gap_before_m: Held-out gap with the preceding findings in the model.
-        gap_after_m: Held-out gap with this one, too.
-        gap_without_m: Held-out gap with all findings but this one.
-        alternatives: Effects that are indistinguishable from it at these poses, the nearest first.
-    """
+    """An effect that was found."""
 
     candidate_effect: CandidateEffect
-    probability: float
-    parameters: Mapping[str, Estimate]
-    gap_before_m: float
-    gap_after_m: float
-    gap_without_m: float
-    alternatives: tuple[Alternative, ...]
+    probability: float  # its probability at this location, against every other candidate, none, and an unknown cause
+    parameters: Mapping[str, Estimate]  # its parameters by name
+    gap_before_m: float  # held-out gap with the preceding findings in the model
+    gap_after_m: float  # held-out gap with this one, too
+    gap_without_m: float  # held-out gap with all findings but this one
+    alternatives: tuple[Alternative, ...]  # the nearest first
 
 
 @final
 @dataclass(frozen=True)
 class CauseKind:
-    """An effect at all of its likely locations.
+    """An effect at all of its likely locations."""
 
-    Attributes:
-        effect: Its name.
-        where: The locations.
-        probability: Probability that it is present at any location.
-        gap_without_m: Held-out gap of the final model without it [m].
-    """
-
-    effect: str
+    effect: str  # its name
     where: tuple[str, ...]
-    probability: float
-    gap_without_m: float
+    probability: float  # probability that it is present at any location
+    gap_without_m: float  # held-out gap of the final model without it [m]
 
 
 @final
 @dataclass(frozen=True)
 class CauseClass:
-    """A class of causes.
-
-    Attributes:
-        name: Name of the class.
-        probability: Probability that at least one of its members is present.
-        gap_without_m: Held-out gap of the final model without its members [m]; None if the model has none of them.
-        gap_with_m: Held-out gap of the final model [m].
-        members: Its possible effects, each with its probability, the most probable first.
-        credible_sets: For each of its effects found, the smallest set of candidates of any class that contains the true
-            one with 95 % probability, if there is such a set.
-        site: Site of an unknown cause.
-    """
+    """A class of causes."""
 
     name: str
-    probability: float
-    gap_without_m: float | None
-    gap_with_m: float
-    members: tuple[tuple[CandidateEffect, float], ...] = ()
+    probability: float  # probability that at least one of its members is present
+    gap_without_m: float | None  # held-out gap without its members [m]; None if the model has none of them
+    gap_with_m: float  # held-out gap of the final model [m]
+    members: tuple[tuple[CandidateEffect, float], ...] = ()  # with their probabilities, the most probable first
+    # for each of its effects found, the smallest set of candidates of any class that contains the true one with
+    # 95 % probability, if there is such a set
     credible_sets: tuple[tuple[CandidateEffect, ...], ...] = ()
-    site: str = ""
+    site: str = ""  # site of an unknown cause
 
 
 @final
 @dataclass(frozen=True)
 class WrongInput:
-    """A fault of the data set rather than of the cell, to be corrected in the files.
+    """A fault of the data set rather than of the cell, to be corrected in the files."""
 
-    Attributes:
-        name: `mispaired` or `held_parameter`.
-        where: The sensor's part.
-        cause: Its class of causes.
-        probability: Probability of the fault.
-        parameters: Its parameters by name; of those that the data set holds, the values of a free fit.
-        gap_before_m: Held-out gap with the fault.
-        gap_after_m: Held-out gap after its correction.
-        alternatives: Effects that may be the cause instead.
-    """
-
-    name: str
-    where: str
-    cause: str
+    name: str  # `mispaired` or `held_parameter`
+    where: str  # the sensor's part
+    cause: str  # its class of causes
     probability: float
-    parameters: Mapping[str, Estimate]
-    gap_before_m: float
-    gap_after_m: float
-    alternatives: tuple[CandidateEffect, ...] = ()
+    parameters: Mapping[str, Estimate]  # by name; of those that the data set holds, the values of a free fit
+    gap_before_m: float  # held-out gap with the fault
+    gap_after_m: float  # held-out gap after its correction
+    alternatives: tuple[CandidateEffect, ...] = ()  # effects that may be the cause instead
 
 
 @final
 @dataclass(frozen=True)
 class RotationGap:
-    """Root-mean-square error of rotations on held-out poses [rad].
+    """Root-mean-square error of rotations on held-out poses [rad]."""
 
-    Attributes:
-        calibrated_rad: With the fitted parameters, without effects.
-        after_rad: With all effects found.
-        least_rad: Lower end of its 95 % interval.
-        noise_floor_rad: By noise alone.
-    """
-
-    calibrated_rad: float
-    after_rad: float
-    least_rad: float
-    noise_floor_rad: float
+    calibrated_rad: float  # with the fitted parameters, without effects
+    after_rad: float  # with all effects found
+    least_rad: float  # lower end of its 95 % interval
+    noise_floor_rad: float  # by noise alone
 
 
 @final
 @dataclass(frozen=True)
 class Gap:
-    """Root-mean-square 3-D error on held-out poses, repeats averaged, gross errors excluded [m].
+    """Root-mean-square 3-D error on held-out poses, repeats averaged, gross errors excluded [m]."""
 
-    Attributes:
-        nominal_m: Error of the nominal model; None if none is given.
-        rotations: Error of rotations; None if none are measured.
-        is_held_out: Whether any pose was held out; else all errors are of fitted poses.
-        distances_m: Held-out error of known distances, calibrated and after; None without any.
-    """
-
-    nominal_m: float | None
+    nominal_m: float | None  # error of the nominal model; None if none is given
     calibrated_m: float
     after_m: float
     noise_floor_m: float
     after_ci95_m: tuple[float, float]
-    rotations: RotationGap | None = None
-    is_held_out: bool = True
-    distances_m: tuple[float, float] | None = None
+    rotations: RotationGap | None = None  # error of rotations; None if none are measured
+    is_held_out: bool = True  # whether any pose was held out; else all errors are of fitted poses
+    distances_m: tuple[float, float] | None = None  # of known distances, calibrated and after; None without any
+
+
+@final
+@dataclass(frozen=True)
+class NoiseSource:
+    """The size of a source of noise."""
+
+    value: float  # standard deviation
+    unit: str
+    origin: Origin
+    of_poses: bool  # whether it moves whole poses
+
+
+@final
+@dataclass(frozen=True)
+class Repeatability:
+    """The scatter of whole poses."""
+
+    sources: Mapping[str, NoiseSource]  # its sources by name: joint readings, flange poses, a tracker's probe
+    at_sensor_m: float  # resulting root-mean-square 3-D error of a row [m]
+    is_stated: bool = False  # whether the data set states the arm's repeatability
+
+    def is_most_of(self, floor_m: float) -> bool:
+        """Whether it is reported: it is not stated, and is most of a row's noise.
+
+        Without scatter of poses, chance makes a third of the noise look like it.
+        """
+        is_estimated = any(source.origin != "stated" for source in self.sources.values())
+        return is_estimated and self.at_sensor_m > EVEN * floor_m
 
 
 @final
 @dataclass(frozen=True)
 class DetectionLimit:
-    """The smallest size of an effect's principal parameter that is detected nine times in ten in these data.
-
-    Attributes:
-        candidate_effect: The effect and its location.
-        parameter: Name of its principal parameter.
-        size: Detectable size in its unit; None if no plausible size is detected.
-        unit: SI.
-        identifiable: The smallest size that distinguishes it from its nearest rival; None if no plausible size does.
-        rival: The most similar candidate of no higher complexity penalty; None without one.
-        at_tool_m: Root-mean-square displacement of these measurements by an effect of the detectable size, without a
-            refit [m].
-        is_imitated: Whether it is undetectable only because the effects found imitate it.
-    """
+    """The smallest size of an effect's principal parameter that is detected nine times in ten in these data."""
 
     candidate_effect: CandidateEffect
-    parameter: str
-    size: float | None
-    unit: str
-    identifiable: float | None = None
-    rival: CandidateEffect | None = None
-    at_tool_m: float | None = None
-    is_imitated: bool = False
+    parameter: str  # name of its principal parameter
+    size: float | None  # detectable size in its unit; None if no plausible size is detected
+    unit: str  # SI
+    identifiable: float | None = None  # smallest size that tells it from its nearest rival, if any plausible one does
+    rival: CandidateEffect | None = None  # the most similar candidate of no higher complexity penalty; None without one
+    at_tool_m: float | None = None  # RMS displacement of these measurements by the detectable size, without a refit [m]
+    is_imitated: bool = False  # whether it is undetectable only because the effects found imitate it
 
 
 @final
@@ -219,26 +173,16 @@ class Validation:
     """Prediction of other data of the same arm; only placements and mounts of the campaign are refitted.
 
     Errors are root-mean-square 3-D errors on poses held out from that fit, gross errors excluded [m].
-
-    Attributes:
-        dataset: Name of the other data set.
-        nominal_m: With the nominal arm and sensor; None without a nominal model.
-        calibrated_m: With the calibrated parameters, without effects.
-        after_m: With all effects found, as far as they transfer.
-        noise_floor_m: By noise alone.
-        is_better: Whether the effects significantly lower the error, poses being independent.
-        rows: Number of compared rows, repeats averaged.
-        remarks: Effects that do not transfer unchanged, and excluded rows.
     """
 
-    dataset: str
-    nominal_m: float | None
-    calibrated_m: float
-    after_m: float
-    noise_floor_m: float
-    is_better: bool
-    rows: int
-    remarks: tuple[str, ...]
+    dataset: str  # name of the other data set
+    nominal_m: float | None  # with the nominal arm and sensor; None without a nominal model
+    calibrated_m: float  # with the calibrated parameters, without effects
+    after_m: float  # with all effects found, as far as they transfer
+    noise_floor_m: float  # by noise alone
+    is_better: bool  # whether the effects significantly lower the error, poses being independent
+    rows: int  # number of compared rows, repeats averaged
+    remarks: tuple[str, ...]  # effects that do not transfer unchanged, and excluded rows
 
 
 @final

@@ -7,15 +7,14 @@ from robolaser.calibration.saved import DIAGNOSIS
 from robolaser.diagnosis.cause_classes import at_least_one
 from robolaser.diagnosis.gross_errors import probability
 from robolaser.diagnosis.pose_scatter import CLASS, NAME, PartScatter
-from robolaser.diagnosis.repeatability import NoiseSource
 from robolaser.diagnosis.result import (
     CauseClass,
-    CauseKind,
     DetectionLimit,
     Diagnosis,
     Estimate,
     Finding,
     Gap,
+    NoiseSource,
     Validation,
     WrongInput,
 )
@@ -24,7 +23,7 @@ from robolaser.model.effects.effect import CandidateEffect
 
 def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """Contents of diagnosis.json, format `robolaser-diagnosis/1`."""
-    gap = diagnosis.gap
+    gap, wrong, scatter = diagnosis.gap, diagnosis.wrong_input, diagnosis.pose_scatter
     return {
         "format": DIAGNOSIS,
         "dataset": diagnosis.dataset.name,
@@ -32,7 +31,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": diagnosis.verdict,
         "sentence": diagnosis.sentence,
         "gap_mm": {
-            "nominal": _mm_if_any(gap.nominal_m),
+            "nominal": _mm(gap.nominal_m),
             "calibrated": _mm(gap.calibrated_m),
             "after": _mm(gap.after_m),
             "noise_floor": _mm(gap.noise_floor_m),
@@ -42,13 +41,13 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
             {"site": site.site, "coordinate": site.coordinate, "share": site.share, "p_value": site.p_value}
             for site in diagnosis.where
         ],
-        "effects": ([_wrong_input(diagnosis.wrong_input)] if diagnosis.wrong_input else [])
+        "effects": ([_wrong_input(wrong)] if wrong else [])
         + [_finding(found) for found in diagnosis.findings]
-        + ([_pose_scatter(diagnosis.pose_scatter, gap)] if diagnosis.pose_scatter else [])
+        + ([_pose_scatter(scatter, gap)] if scatter else [])
         + ([_outliers(diagnosis)] if len(diagnosis.outliers) else []),
-        "kinds": ([_kind_of_input(diagnosis.wrong_input)] if diagnosis.wrong_input else [])
-        + [_kind(one) for one in diagnosis.kinds]
-        + ([_scatter_kind(diagnosis.pose_scatter)] if diagnosis.pose_scatter else []),
+        "kinds": ([_kind(wrong.name, [wrong.where], wrong.probability, wrong.gap_before_m)] if wrong else [])
+        + [_kind(one.effect, one.where, one.probability, one.gap_without_m) for one in diagnosis.kinds]
+        + ([_kind(NAME, [scatter.where], scatter.as_cause)] if scatter else []),
         "classes": _classes(diagnosis),
         "gross_errors": diagnosis.outliers.tolist(),
         "not_testable": [{"effect": name, "reason": reason} for name, reason in diagnosis.not_testable.items()],
@@ -67,12 +66,8 @@ def _noise(source: NoiseSource) -> dict[str, Any]:
     return {"value": source.value, "unit": source.unit, "origin": source.origin}
 
 
-def _mm(metres: float) -> float:
-    return 1e3 * metres
-
-
-def _mm_if_any(metres: float | None) -> float | None:
-    return None if metres is None else _mm(metres)
+def _mm(metres: float | None) -> float | None:
+    return None if metres is None else 1e3 * metres
 
 
 def _named(candidate_effect: CandidateEffect) -> dict[str, str]:
@@ -91,22 +86,13 @@ def _limit(one: DetectionLimit) -> dict[str, Any]:
         "unit": one.unit,
         "identifiable": one.identifiable,
         "rival": None if one.rival is None else _pair(one.rival),
-        "at_tool_mm": _mm_if_any(one.at_tool_m),
+        "at_tool_mm": _mm(one.at_tool_m),
         "is_imitated": one.is_imitated,
     }
 
 
-def _kind(one: CauseKind) -> dict[str, Any]:
-    return {
-        "effect": one.effect,
-        "where": list(one.where),
-        "probability": one.probability,
-        "gap_mm_without": _mm(one.gap_without_m),
-    }
-
-
-def _scatter_kind(scatter: PartScatter) -> dict[str, Any]:
-    return {"effect": NAME, "where": [scatter.where], "probability": scatter.as_cause, "gap_mm_without": None}
+def _kind(effect: str, where: Sequence[str], probability: float, without_m: float | None = None) -> dict[str, Any]:
+    return {"effect": effect, "where": list(where), "probability": probability, "gap_mm_without": _mm(without_m)}
 
 
 def _finding(found: Finding) -> dict[str, Any]:
@@ -146,7 +132,7 @@ def _numbers(parameters: Mapping[str, Estimate]) -> dict[str, Any]:
 def _validation(one: Validation) -> dict[str, Any]:
     return {
         "dataset": one.dataset,
-        "nominal_mm": _mm_if_any(one.nominal_m),
+        "nominal_mm": _mm(one.nominal_m),
         "calibrated_mm": _mm(one.calibrated_m),
         "after_mm": _mm(one.after_m),
         "noise_floor_mm": _mm(one.noise_floor_m),
@@ -162,7 +148,7 @@ def _class(one: CauseClass, scatter: PartScatter | None) -> dict[str, Any]:
     return {
         "class": one.name,
         "probability": one.probability,
-        "gap_mm_without": None if one.gap_without_m is None else _mm(one.gap_without_m),
+        "gap_mm_without": _mm(one.gap_without_m),
         "gap_mm_with": _mm(one.gap_with_m),
         "members": members,
         "credible_sets": [[_pair(member) for member in candidates] for candidates in one.credible_sets],
@@ -182,15 +168,6 @@ def _wrong_input(found: WrongInput) -> dict[str, Any]:
     return _effect(named, found.probability, _numbers(found.parameters), gaps, [*map(_pair, found.alternatives)])
 
 
-def _kind_of_input(found: WrongInput) -> dict[str, Any]:
-    return {
-        "effect": found.name,
-        "where": [found.where],
-        "probability": found.probability,
-        "gap_mm_without": _mm(found.gap_before_m),
-    }
-
-
 def _classes(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """Each class once, first that of a fault of the data set together with the effects of this class."""
     found = diagnosis.wrong_input
@@ -200,7 +177,7 @@ def _classes(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     own = [one for one in classes if one["class"] == found.cause]
     member = {"effect": found.name, "where": found.where, "probability": found.probability}
     members = [member, *(each for one in own for each in one["members"])]
-    gaps_mm = [_mm(found.gap_before_m), *(one["gap_mm_without"] or 0.0 for one in own)]
+    gaps_mm = [1e3 * found.gap_before_m, *(one["gap_mm_without"] or 0.0 for one in own)]
     credible_set = [[found.name, found.where], *map(_pair, found.alternatives)]
     whole = {
         "class": found.cause,

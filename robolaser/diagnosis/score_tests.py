@@ -1,12 +1,14 @@
-"""Score tests (Rao 1948): chi-squared that candidate effects would explain, without a refit."""
+"""Score tests (Rao 1948): chi-squared that candidate effects would explain, alone or in turn, without a refit."""
 
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import final
 
 import numpy as np
+from scipy.linalg import pinvh
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.checks import different_poses
@@ -14,6 +16,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.dense_grids import gains_of_steps, gains_of_waves
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import NEGLIGIBLE, Fit, best_amplitudes
+from robolaser.diagnosis.penalties import complexity_penalty
 from robolaser.diagnosis.thresholds import CHI2_PER_PARAMETER, OPEN_SHARE
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import DataLack
@@ -22,44 +25,37 @@ from robolaser.model.grouped_rows import group_sums
 DENSE_GRID = 40
 """Number of values of nonlinear parameters above which sums over poses find the best for waves and for effects that
 begin at a moment, and ever smaller intervals for other effects."""
-BEFORE_ALL = -1.0
-"""A moment before the run."""
+BEFORE_ALL = -1.0  # a moment before the run
 
 
 @final
 @dataclass(frozen=True)
 class ScoreTest:
-    """A candidate effect against a fitted model, its nonlinear parameters fixed.
-
-    Attributes:
-        candidate_effect: The effect.
-        nonlinear: Its nonlinear parameters.
-        white: Derivatives of the whitened residuals by its linear parameters in units of their prior scales, (K, a).
-        columns: These derivatives, then those of distances and priors, without the part that the fitted parameters
-            imitate, (K + e, a).
-        against: The fitted model.
-        tried: Number of values of the nonlinear parameters that were tried.
-    """
+    """A candidate effect against a fitted model, its nonlinear parameters fixed."""
 
     candidate_effect: CandidateEffect
-    nonlinear: tuple[float, ...]
-    white: Array
-    columns: Array
-    against: Fit
-    tried: int
+    nonlinear: tuple[float, ...]  # values of its nonlinear parameters
+    white: Array  # derivatives of whitened residuals by its linear parameters in units of prior scales, (K, a)
+    columns: Array  # these, then those of distances and priors, without what fitted parameters imitate, (K + e, a)
+    against: Fit  # the fitted model
+    tried: int  # number of values of the nonlinear parameters that were tried
 
     @property
     def key(self) -> tuple[str, str, tuple[float, ...]]:
         """Effect, location and nonlinear parameters."""
         return self.candidate_effect.effect.name, self.candidate_effect.where, self.nonlinear
 
+    @property
+    def penalty(self) -> float:
+        """The complexity penalty of the effect."""
+        return complexity_penalty(freedom(self.candidate_effect.effect, self.tried), self.tried)
+
     @cached_property
     def basis(self) -> Array:
         """Orthonormal basis of the columns, without directions that the parameters imitate, (K + e, a')."""
         U, s, _ = np.linalg.svd(self.columns, full_matrices=False)
         size = float((self.white**2).sum(axis=0).max(initial=0.0))
-        kept: Array = U[:, s**2 > NEGLIGIBLE * max(size, 1e-12)]
-        return kept
+        return np.asarray(U[:, s**2 > NEGLIGIBLE * max(size, 1e-12)])
 
     @cached_property
     def gain(self) -> float:
@@ -85,10 +81,7 @@ class ScoreTest:
 def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | None = None) -> list[ScoreTest]:
     """Test each effect outside a model, with the nonlinear parameters that explain the residuals best.
 
-    Args:
-        fit: The model.
-        effects: Candidates.
-        known: Derivatives at similar models.
+    Derivatives may be known from similar models.
     """
     known = known or Columns()
     found = []
@@ -100,7 +93,9 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
         if tried > DENSE_GRID and one.effect.harmonics:
             grid = _likeliest_wave(fit, one, grid[:, 0], known)
         elif tried > DENSE_GRID and one.effect.begins:
-            grid = grid[[int(np.argmax(_gains_of_steps(fit, one, grid[:, 0], known)))]]
+            white = known.by_effect(fit, one, np.array([[BEFORE_ALL]]))
+            gains = gains_of_steps(fit, white, fit.model.run.progress_of_all, grid[:, 0])
+            grid = grid[[int(np.argmax(gains))]]
         elif tried > DENSE_GRID and grid.shape[1] == 1:
             grid = _nested(fit, one, grid, known)
         found.append(_best(fit, one, grid, tried, known))
@@ -124,11 +119,6 @@ def _likeliest_wave(fit: Fit, wave: CandidateEffect, frequencies: Array, known: 
         if single - double < max(2.0 * CHI2_PER_PARAMETER, OPEN_SHARE * single):
             best *= 2.0
     return np.array([[best]])
-
-
-def _gains_of_steps(fit: Fit, step: CandidateEffect, moments: Array, known: Columns) -> Array:
-    white = known.by_effect(fit, step, np.array([[BEFORE_ALL]]))
-    return gains_of_steps(fit, white, fit.model.run.progress_of_all, moments)
 
 
 def typical_tests(fit: Fit, effects: Iterable[CandidateEffect]) -> list[ScoreTest]:
@@ -236,3 +226,52 @@ def lack_of_poses(kind: type[Effect], dataset: Dataset) -> str:
 def freedom(kind: type[Effect], tried: int) -> int:
     """Number of an effect's parameters; nonlinear ones count if several values were tried."""
     return len(kind.units()) if tried > 1 else len(kind.amplitudes())
+
+
+def stepwise_order(tests: Sequence[ScoreTest], most: int) -> list[int]:
+    """Order effects by the chi-squared that each explains beyond its penalty, beside those before it.
+
+    Args:
+        tests: Score tests of the effects, all against one model.
+        most: Largest number of effects to return; none explains less than its penalty.
+
+    Returns:
+        Indices of the tests.
+    """
+    if not tests:
+        return []
+    G, spans = _products(tests)
+    prices = np.array([test.penalty for test in tests])
+    order: list[int] = []
+    for _ in range(min(most, len(tests))):
+        net = _gains_beside(G, spans) - prices
+        net[order] = -np.inf
+        best = int(net.argmax())
+        if net[best] < 0.0:
+            break
+        order.append(best)
+        span = spans[best]
+        G = G - G[:, span] @ pinvh(G[np.ix_(span, span)], atol=NEGLIGIBLE, rtol=0.0) @ G[span]
+    return order
+
+
+def _products(tests: Sequence[ScoreTest]) -> tuple[Array, list[Ints]]:
+    """Products of all effects' columns, in units of their lengths, and the residuals; and the rows of each effect."""
+    columns = np.hstack([test.columns for test in tests])
+    squares = (np.hstack([test.white for test in tests]) ** 2).sum(axis=0)
+    tall = np.column_stack([columns / np.sqrt(np.maximum(squares, np.finfo(float).tiny)), tests[0].against.at.r])
+    ends = np.cumsum([0] + [test.columns.shape[1] for test in tests])
+    return tall.T @ tall, [np.arange(start, end) for start, end in pairwise(ends)]
+
+
+def _gains_beside(G: Array, spans: Sequence[Ints]) -> Array:
+    """Chi-squared that each effect explains, (n,), computed together for equal numbers of columns."""
+    gains, widths = np.zeros(len(spans)), np.array([len(span) for span in spans])
+    for width in np.unique(widths):
+        same_width = np.flatnonzero(widths == width)
+        own = np.stack([spans[i] for i in same_width.tolist()])
+        squares, vectors = np.linalg.eigh(G[own[:, :, None], own[:, None]])
+        along = (np.swapaxes(vectors, 1, 2) @ G[own, -1][..., None])[..., 0]
+        seen = squares > NEGLIGIBLE
+        gains[same_width] = np.divide(along**2, squares, out=np.zeros_like(squares), where=seen).sum(axis=1)
+    return gains

@@ -24,10 +24,8 @@ from robolaser.model.effects.rigid_motion_effect import moments
 from robolaser.model.grouped_rows import GroupedRows
 from robolaser.model.stages import Stage
 
-KNOTS: Final = 50
-"""Number of positions of a ramp's ends over its coordinate's range."""
-WIDTHS: Final = 12
-"""Number of widths of play, up to the coordinate's range."""
+KNOTS: Final = 50  # number of positions of a ramp's ends over its coordinate's range
+WIDTHS: Final = 12  # number of widths of play, up to the coordinate's range
 DENT_WIDTHS: Final = (0.06, 0.08, 0.1, 0.13, 0.18, 0.25)
 """Standard deviations of dents' Gaussians, over a target's larger side; their spacing is half of it."""
 
@@ -105,12 +103,7 @@ def ramps(coordinate: Array) -> Array:
 
 
 def plays(coordinate: Array, order: Ints) -> Array:
-    """Functions that follow a coordinate (n,) with play of several widths, and their lags, (s, n).
-
-    Args:
-        coordinate: Its value at each pose.
-        order: The poses in order of time.
-    """
+    """Functions that follow a coordinate (n,) with play, from pose to pose in order (n,), and their lags, (s, n)."""
     half_width = np.linspace(0.0, 0.5, WIDTHS + 1)[1:] * np.ptp(coordinate)
     followed, at = np.empty((WIDTHS, len(coordinate))), np.full(WIDTHS, coordinate[order[0]])
     for pose in order:

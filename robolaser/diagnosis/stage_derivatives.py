@@ -13,8 +13,7 @@ from robolaser.geometry.rigid_motion import pose
 from robolaser.model.stages import OF_ROWS, Perturbation, Stage
 from robolaser.robot.flange_motion import FlangeMotion, moved_by_twists
 
-REMEMBERED = 3
-"""Number of fits whose derivatives are cached."""
+REMEMBERED = 3  # number of fits whose derivatives are cached
 NUMBERS = {Stage.PIXELS: 2, Stage.IMAGE: 2, Stage.LASER_PLANE: 4, Stage.POINTS: 3, Stage.TARGET: 3}
 """Number of values of a row at these stages."""
 TWISTS = moved_by_twists(np.eye(4)[None, None], np.eye(6)[None, :, None])[0, :, 0]
@@ -23,11 +22,7 @@ TWISTS = moved_by_twists(np.eye(4)[None, None], np.eye(6)[None, :, None])[0, :, 
 
 @final
 class StageDerivatives:
-    """Derivatives of a fitted model's whitened residuals, each row by its own value at a stage.
-
-    Args:
-        fit: The model.
-    """
+    """Derivatives of a fitted model's whitened residuals, each row by its own value at a stage."""
 
     def __init__(self, fit: Fit) -> None:
         self._fit, self._model = fit, fit.model
@@ -89,13 +84,10 @@ class StageDerivatives:
             joint: The joint, for stages of the arm.
         """
         if (stage, joint) not in self._known:
-            self._known[stage, joint] = self._by_motion(stage, joint)
+            of_arm = stage in (Stage.JOINTS, Stage.LINKS)
+            moved = self._of_arm(stage, joint) if of_arm else self._by(stage, lambda value: value @ _motion(TWISTS))
+            self._known[stage, joint] = moved
         return self._known[stage, joint]
-
-    def _by_motion(self, stage: Stage, joint: str) -> Array:
-        if stage in (Stage.JOINTS, Stage.LINKS):
-            return self._of_arm(stage, joint)
-        return self._by(stage, lambda value: value @ _motion(TWISTS))
 
     def _of_arm(self, stage: Stage, joint: str) -> Array:
         """By motions of one joint, (K, 1), or link, (K, 6), through the six motions of the flange."""
@@ -108,8 +100,7 @@ class StageDerivatives:
             moves = np.zeros((1, len(TWISTS), *placements.shape[1:]))
             moves[:, :, :, i] = TWISTS[:, None]
             twists = motion.twists_by_placements(placements, placements[:, None] @ moves)
-        moved: Array = np.einsum("qkd,kd->kq", twists[0][:, self._fit.pose_of_number], self._by_flange)
-        return moved
+        return np.asarray(np.einsum("qkd,kd->kq", twists[0][:, self._fit.pose_of_number], self._by_flange))
 
     @cached_property
     def _arm(self) -> tuple[Array, FlangeMotion]:

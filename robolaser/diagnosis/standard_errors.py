@@ -19,8 +19,7 @@ from robolaser.estimation.certainty import EVEN
 
 SIZES: Final = np.concatenate([[0.0], np.geomspace(0.01, 1.0, 9)])
 """Possible common sizes of all effects not found, relative to those usual in industry."""
-MOST_LEVERAGE: Final = 0.999
-"""Leverage of a pose in a direction above which its residuals there carry no information."""
+MOST_LEVERAGE: Final = 0.999  # leverage of a pose in a direction above which its residuals there carry no information
 
 
 def standard_errors(

@@ -8,13 +8,11 @@ from robolaser.diagnosis.cause_classes import class_of, of_model, unknown_instea
 from robolaser.diagnosis.cause_words import listed, members, named, noun, site_phrase
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, PartScatter
-from robolaser.diagnosis.repeatability import Repeatability
-from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Validation
+from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Repeatability, Validation
 from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, NO_DIFFERENCE
 from robolaser.estimation.certainty import CERTAIN, EVEN
 
-NAMED = 3
-"""Most effects, classes or sets that a sentence names; the rest are counted."""
+NAMED = 3  # most effects, classes or sets that a sentence names; the rest are counted
 
 
 def sentence(
@@ -113,12 +111,7 @@ def exchanged_sentence(belongs: Mapping[int, int], names: Sequence[str]) -> str:
 
 
 def exchanged(belongs: Mapping[int, int], names: Sequence[str]) -> str:
-    """A clause on exchanged poses.
-
-    Args:
-        belongs: The right pose of the rows of each exchanged pose.
-        names: Names of all poses.
-    """
+    """A clause on exchanged poses, by the right pose of the rows of each and the names of all poses."""
     text = [
         f"{names[a]} and {names[b]} are exchanged" if belongs[b] == a else f"{names[a]} belong to pose {names[b]}"
         for a, b in belongs.items()
@@ -128,12 +121,7 @@ def exchanged(belongs: Mapping[int, int], names: Sequence[str]) -> str:
 
 
 def transfer_sentences(validation: Sequence[Validation], *, has_effects: bool) -> str:
-    """State whether the findings transfer to other data of the same arm; may be empty.
-
-    Args:
-        validation: Errors on each other data set.
-        has_effects: Whether any effect was found.
-    """
+    """State whether the findings, if there are any effects, transfer to other data of the same arm; may be empty."""
     return "".join(f" {transfer_sentence(one, has_effects=has_effects)}" for one in validation)
 
 
@@ -197,14 +185,7 @@ def _unexplained(
 
 
 def _imitated(findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap, located: str) -> str:
-    """The unknown cause first, if the effects found only imitate it; else empty.
-
-    Args:
-        findings: Effects of the final model.
-        classes: Classes of causes.
-        gap: The gap without and with effects.
-        located: The sentence on the location of the remaining error; may be empty.
-    """
+    """The unknown cause first, and the location of the rest, if the effects found only imitate it; else empty."""
     unknown = unknown_instead(classes)
     if not unknown or not findings:
         return ""

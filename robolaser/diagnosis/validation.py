@@ -29,13 +29,7 @@ T = TypeVar("T")
 
 
 def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Diagnosis:
-    """The diagnosis with its errors on other data of the same arm.
-
-    Args:
-        diagnosis: The diagnosis.
-        others: Data sets of the same arm and kind of sensor, see `check_same_arm`.
-        seed: Assigns poses to folds.
-    """
+    """The diagnosis with its errors on other data of the same arm and kind of sensor, see `check_same_arm`."""
     validation = tuple(_validation(diagnosis, other, seed) for other in others)
     carries = transfer_sentences(validation, has_effects=bool(diagnosis.model.effects))
     return replace(diagnosis, validation=validation, sentence=diagnosis.sentence + carries)
@@ -71,9 +65,7 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
         after.noise.at({name: scatter.get(name, size) for name, size in after.noise.sigmas.items()})
     )
     errors = after.held_out(seed)
-    before = errors if not effects and calibrated == held else None
-    if before is None:
-        before = Transfer.of(data, later, (), calibrated).held_out(seed)
+    before = errors if not effects and calibrated == held else Transfer.of(data, later, (), calibrated).held_out(seed)
     sim = before if nominal == calibrated else Transfer.of(data, later, (), nominal).held_out(seed)
     return Validation(
         dataset=other.name,
@@ -119,17 +111,11 @@ def _carried(
 @final
 @dataclass(frozen=True, eq=False)
 class Transfer:
-    """A model of other data with all parameters held except placements and mounts.
+    """A model of other data with all parameters held except placements and mounts."""
 
-    Attributes:
-        problem: The problem; both bounds of a held parameter are its value.
-        noise: The noise of its rows.
-        x: Start values, (d,).
-    """
-
-    problem: Problem
-    noise: NoiseModel
-    x: Array
+    problem: Problem  # the problem; both bounds of a held parameter are its value
+    noise: NoiseModel  # the noise of its rows
+    x: Array  # start values, (d,)
 
     @classmethod
     def of(
@@ -170,7 +156,7 @@ class Transfer:
     def held_out(self, seed: int) -> Array:
         """Errors of rows on held-out poses, (m, j) [m]."""
         fit = self.fit()
-        return HeldOut(fit, seed).errors(fit)
+        return HeldOut(fit, seed).of(fit).in_metres
 
 
 def _item(item: Parameter, value: float, held: Mapping[str, float]) -> Parameter:

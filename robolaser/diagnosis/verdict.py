@@ -1,126 +1,59 @@
-"""Penalties, probabilities and the verdict of a diagnosis, as pure functions of numbers."""
+"""The verdict on a final model, with its remaining noise and scatter of poses."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import final
 
-import numpy as np
-
-from robolaser.arrays import Array, Ints
 from robolaser.calibration.checks import SETUP_RMS_M
+from robolaser.diagnosis.findings import gap_of
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap
+from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.noise_remarks import as_stated, over_stated
+from robolaser.diagnosis.pose_scatter import PartScatter
+from robolaser.diagnosis.preparation import Preparation
+from robolaser.diagnosis.result import Gap
 from robolaser.diagnosis.thresholds import (
-    CHI2_OF_UNMODELLED_CAUSE,
-    CHI2_PER_EFFECT,
-    CHI2_PER_FURTHER_PARAMETER,
-    CHI2_PER_PARAMETER,
     FORM_SHARE,
-    FULLY_PENALIZED,
-    LEAST_TYPICAL,
     MOST_OVER_STATED,
     NO_DIFFERENCE,
     NO_NOISE,
     OPEN_SHARE,
     SIGMA_OF_95_PERCENT,
     SIGMA_WITHOUT_LOCATION,
-    SMALL_SHARE,
 )
-from robolaser.estimation.outliers import median_length
-
-
-def complexity_penalty(parameters: int, shapes: int) -> float:
-    """Chi-squared that an effect must explain to enter the model.
-
-    Args:
-        parameters: Number of its linear and nonlinear parameters.
-        shapes: Number of shapes, by its nonlinear parameters, that the best was selected from.
-    """
-    further = max(0, parameters - FULLY_PENALIZED)
-    each = CHI2_PER_PARAMETER * (parameters - further) + CHI2_PER_FURTHER_PARAMETER * further
-    return CHI2_PER_EFFECT + each + 2.0 * float(np.log(shapes))
-
-
-def posterior_weights(costs: Array) -> Array:
-    """Probabilities of models, one of them true, from their costs in chi-squared, (n,) each."""
-    weights = np.exp(-0.5 * (costs - costs.min()))
-    normalized: Array = weights / weights.sum()
-    return normalized
-
-
-def probability_of_unmodelled(cost_without: float, cost_with: float) -> float:
-    """Probability that an unmodelled cause explains the same as some effects and makes them unnecessary.
-
-    Args:
-        cost_without: Cost of the model without these effects, beside an unmodelled cause.
-        cost_with: Cost of the model with these effects, beside an unmodelled cause.
-    """
-    excess = np.clip(0.5 * (cost_without + CHI2_OF_UNMODELLED_CAUSE - cost_with), -700.0, 700.0)
-    return float(1.0 / (1.0 + np.exp(excess)))
-
-
-def credibility(unmodelled: float, unexplained: float, explained: float) -> float:
-    """Probability that an effect, not an unmodelled cause, explains its part of chi-squared.
-
-    Args:
-        unmodelled: Probability of an unmodelled cause instead.
-        unexplained: Chi-squared that no effect of the model explains.
-        explained: Increase of chi-squared without this effect.
-    """
-    return (1.0 - unmodelled) / (1.0 + unexplained / (SMALL_SHARE * max(explained, 1e-9)))
-
-
-def is_indistinguishable(chi2: float, chi2_of_alternative: float) -> bool:
-    """Whether an alternative to an effect fits nearly as well."""
-    return chi2_of_alternative - chi2 < CHI2_PER_EFFECT
-
-
-def spread_of(squares: Array, numbers: Ints) -> float:
-    """Ratio of the root mean square of whitened rows to that expected from their median: 1 for normal noise.
-
-    It is larger if a part of the rows has most of the error: noise estimated from them is no noise of all rows.
-
-    Args:
-        squares: Squared lengths of the rows, (m,).
-        numbers: Number of values of each row, (m,).
-    """
-    typical = np.median(np.sqrt(squares) / median_length(numbers))
-    return float(np.sqrt(squares.sum() / numbers.sum()) / max(typical, LEAST_TYPICAL))
+from robolaser.estimation.averaging import AveragedData
+from robolaser.model.noise.covariance import NoiseModel
 
 
 @final
 @dataclass(frozen=True)
 class Evidence:
-    """The numbers that determine a verdict.
+    """What determines a verdict."""
 
-    Attributes:
-        chi2_before: Chi-squared of the model without effects.
-        chi2_after: Chi-squared of the model with the effects found.
-        localized: Sum of the likelihood ratios of all sites of the remaining error.
-        floor_m: Root-mean-square error of a row by noise: the noise floor of the gap [m].
-        expected_m: Expected root-mean-square error of a held-out row by noise and the parameters' errors [m].
-        gap_m: Remaining held-out gap [m].
-        least_m: Lower end of its interval, from resampled poses [m].
-        gap_before_m: Held-out gap of the model without effects [m].
-        has_effects: Whether any effect was found.
-        estimated_m: Size of noise that is estimated from residuals alone [m]; centimetres mean that the model is wrong.
-        rotations: Ratio of the held-out error of rotations to that of a row by noise; 0 if none are measured.
-        least_rotations: Lower end of its interval.
-        spread: Unevenness of the error over the rows, see `spread_of`.
-        over_stated: Largest ratio of estimated to stated row noise; 0 if none is stated.
-    """
-
-    chi2_before: float
-    chi2_after: float
-    localized: float
-    floor_m: float
-    expected_m: float
-    gap_m: float
-    least_m: float
-    gap_before_m: float
+    gap: Gap
+    expected_m: float  # expected root-mean-square error of a held-out row by noise and the parameters' errors [m]
+    explained: float  # decrease of chi-squared by the effects found
     has_effects: bool
-    estimated_m: float
-    rotations: float = 0.0
-    least_rotations: float = 0.0
-    spread: float = 1.0
-    over_stated: float = 0.0
+    localized: float  # sum of the likelihood ratios of all sites of the remaining error
+    estimated_m: float  # size of noise estimated from residuals alone [m]; centimetres mean that the model is wrong
+    spread: float = 1.0  # unevenness of the error over the rows, see `spread_of`
+    over_stated: float = 0.0  # largest ratio of estimated to stated row noise; 0 if none is stated
+
+    @classmethod
+    def of(cls, start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, noise: NoiseModel) -> "Evidence":
+        """For a final model, from its remaining noise and gap."""
+        known = [name for name in noise.sigmas if noise.origin.get(name, "stated") != "estimated"]
+        return cls(
+            gap=gap,
+            expected_m=expected_gap(final, noise),
+            explained=start.chi2 - final.with_likeliest_scatter.chi2,
+            has_effects=bool(final.effects),
+            localized=sum(one.likelihood_ratio for one in left),
+            estimated_m=final.size_of(noise.at(dict.fromkeys(known, 0.0))),
+            spread=final.spread,
+            over_stated=over_stated(noise),
+        )
 
     @property
     def is_noise(self) -> bool:
@@ -131,20 +64,21 @@ class Evidence:
     @property
     def is_near_floor(self) -> bool:
         """Whether the held-out gap, and that of rotations, is hardly larger than by noise alone."""
-        return self.gap_m <= NO_DIFFERENCE * self.floor_m and self._rotations_at_floor
+        return self.gap.after_m <= NO_DIFFERENCE * self.gap.noise_floor_m and self._rotations_at_floor
 
     @property
     def is_at_floor(self) -> bool:
         """Whether the held-out gap is that of noise: near it, or not significantly above it."""
-        return self.is_near_floor or (
-            self._least(self.gap_m, self.least_m) <= self.expected_m and self._rotations_at_floor
-        )
+        least_m = self._least(self.gap.after_m, self.gap.after_ci95_m[0])
+        return self.is_near_floor or (least_m <= self.expected_m and self._rotations_at_floor)
 
     @property
     def _rotations_at_floor(self) -> bool:
-        expected = max(self.floor_m, self.expected_m)
-        least = self._least(self.rotations, self.least_rotations)
-        return min(self.rotations / NO_DIFFERENCE, least) * self.floor_m <= expected
+        if (turns := self.gap.rotations) is None:
+            return True
+        after, lower = turns.after_rad / turns.noise_floor_rad, turns.least_rad / turns.noise_floor_rad
+        least, floor_m = min(after / NO_DIFFERENCE, self._least(after, lower)), self.gap.noise_floor_m
+        return least * floor_m <= max(floor_m, self.expected_m)
 
     def _least(self, gap: float, lower: float) -> float:
         """The least plausible value of a gap, from the lower end of its interval: a lower one without a location."""
@@ -155,8 +89,9 @@ class Evidence:
     @property
     def is_closed(self) -> bool:
         """Whether the held-out gap is near the noise floor, or a negligible share of a far larger one."""
-        left_m2, before_m2 = (gap**2 - self.floor_m**2 for gap in (self.gap_m, self.gap_before_m))
-        return self.is_near_floor or (left_m2 <= OPEN_SHARE * before_m2 and self.gap_m <= NO_NOISE * self.floor_m)
+        after_m, floor_m = self.gap.after_m, self.gap.noise_floor_m
+        left_m2, before_m2 = (gap_m**2 - floor_m**2 for gap_m in (after_m, self.gap.calibrated_m))
+        return self.is_near_floor or (left_m2 <= OPEN_SHARE * before_m2 and after_m <= NO_NOISE * floor_m)
 
 
 def judge(evidence: Evidence) -> str:
@@ -164,10 +99,69 @@ def judge(evidence: Evidence) -> str:
 
     Chi-squared alone is not enough: a free scatter of whole poses explains any gap.
     """
-    explained = evidence.chi2_before - evidence.chi2_after
     closed = evidence.has_effects and evidence.is_closed
     if not (evidence.is_noise and (evidence.is_at_floor or closed)):
         return "unexplained"
     if evidence.localized <= 0.0:
         return "explained" if evidence.has_effects else "no_gap"
-    return "explained" if closed and evidence.localized <= FORM_SHARE * explained else "unexplained"
+    return "explained" if closed and evidence.localized <= FORM_SHARE * evidence.explained else "unexplained"
+
+
+@final
+@dataclass(frozen=True)
+class Judgement:
+    """The verdict on a final model, with its remaining noise, gap and scatter of poses."""
+
+    verdict: str
+    noise: NoiseModel
+    gap: Gap
+    scatter: PartScatter | None = None
+
+
+def judged(
+    preparation: Preparation,
+    data: AveragedData,
+    start: Fit,
+    final: Fit,
+    left: Sequence[Localization],
+    held_out: HeldOut,
+    seed: int,
+    *,
+    scatters: bool = True,
+) -> Judgement:
+    """Judge a final model with the locations of its remaining error; scatter of whole poses may count as a gap."""
+    noise = preparation.noise_beside(data, final) if left else final.noise
+    gap = gap_of(start, final, noise, held_out, seed)
+    if gap.after_ci95_m[1] < gap.noise_floor_m and not left:  # the noise was estimated beside fewer effects
+        noise = preparation.noise_beside(data, final)
+        gap = gap_of(start, final, noise, held_out, seed)
+    verdict = judge(Evidence.of(start, final, left, gap, noise))
+    if verdict == "unexplained" and scatters and (found := preparation.scatter_beside(data, final, smooth=bool(left))):
+        beside_gap = gap_of(start, final, found.noise, held_out, seed)
+        beside = Evidence.of(start, final, left, beside_gap, found.noise)
+        if beside.is_at_floor:
+            return _by_rows(final, judge(beside), found.noise, beside_gap)
+        if found.is_excess:
+            return Judgement(verdict, found.noise, beside_gap, found)
+    return _by_rows(final, verdict, noise, gap)
+
+
+def _by_rows(final: Fit, verdict: str, noise: NoiseModel, gap: Gap) -> Judgement:
+    """The verdict with noise that new poses do not contradict.
+
+    If an unexplained gap is below the noise, the scatter of poses was estimated from the gap: only row noise counts. If
+    the estimated row noise is too large for noise, the stated one counts.
+    """
+    if verdict == "unexplained" and gap.noise_floor_m > gap.after_m:
+        of_poses = [source.name for source in noise.sources_of_poses]
+        noise = noise.at({name: 0.0 for name in of_poses if noise.origin.get(name) == "estimated"})
+        gap = _above(gap, final, noise)
+    if verdict == "unexplained" and over_stated(noise) >= MOST_OVER_STATED:
+        gap = _above(gap, final, as_stated(noise))
+    return Judgement(verdict, noise, gap)
+
+
+def _above(gap: Gap, final: Fit, noise: NoiseModel) -> Gap:
+    """The gap with the noise floor of other noise."""
+    turns = gap.rotations and replace(gap.rotations, noise_floor_rad=final.rotation_of(noise))
+    return replace(gap, noise_floor_m=final.size_of(noise), rotations=turns)

@@ -50,7 +50,7 @@ def probability_of(found: Diagnosis, corrected: Diagnosis) -> float:
     rows = len(corrected.observed.points) / max(1, len(after))
     variance = corrected.gap.after_m**2 / corrected.after_m.shape[-1]
     excess = sum(before[name] - after[name] for name in before if name in after) * rows / (2.0 * variance)
-    probability = float(expit(np.clip(excess, -700.0, 700.0)))
+    probability = float(expit(excess))
     sure = fall_in_sigmas(before, after) > SIGMA_OF_95_PERCENT
     return probability if sure or probability < 0.5 else min(probability, LIKELY)
 

@@ -29,29 +29,17 @@ SIZES: Final = np.geomspace(0.1, 100.0, 13)
 @final
 @dataclass(frozen=True)
 class SetRival:
-    """A model with zeros instead of a placement, or a placement instead of zeros.
+    """A model with zeros instead of a placement, or a placement instead of zeros."""
 
-    Attributes:
-        effects: Its effects that the other model lacks.
-        fit: The fitted model.
-        probability: Its probability against the other model.
-    """
-
-    effects: tuple[CandidateEffect, ...]
+    effects: tuple[CandidateEffect, ...]  # its effects that the other model lacks
     fit: Fit
-    probability: float
+    probability: float  # its probability against the other model
 
 
 def set_rivals(refits: Refits, fit: Fit, one: CandidateEffect, held_out: HeldOut) -> Iterator[SetRival]:
-    """Yield the rivals of a placement, or of a zero with that of a neighbouring joint.
+    """Yield the rivals of a placement in a model, or of a zero with that of a neighbouring joint.
 
     Neither is certain unless it predicts held-out poses certainly better.
-
-    Args:
-        refits: Fits sets of effects.
-        fit: A model.
-        one: An effect in it.
-        held_out: Errors on held-out poses.
     """
     joints = moving_joints(fit.model.dataset.robot)
     if one.effect not in (JointOffset, LinkGeometry) or one.where not in joints or placements_of_arm(fit.effects):
@@ -72,7 +60,7 @@ def set_rivals(refits: Refits, fit: Fit, one: CandidateEffect, held_out: HeldOut
         new = tuple(each for each in there if each not in here)
         rival = _exchanged(refits, fit, [each for each in here if each not in there], new)
         if rival is not None:
-            probability = expit(np.clip(0.5 * (_evidence(fit, here) - _evidence(rival, there)), -700.0, 700.0))
+            probability = expit(0.5 * (_evidence(fit, here) - _evidence(rival, there)))
             yield SetRival(new, rival, float(np.clip(probability, *_limits(fit, rival, held_out))))
 
 

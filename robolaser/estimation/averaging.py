@@ -58,11 +58,9 @@ class AveragedData:
         return cls(dataset, dataset, np.ones_like(rows), rows)
 
     def subsampled(self, seed: int, most: int = MAX_POSES) -> "AveragedData":
-        """Only rows with new information; without a known path through the poses, only their poses too.
+        """Only rows with new information, of about so many poses; the seed chooses among poses that are alike.
 
-        Args:
-            seed: Chooses among poses that are alike.
-            most: About how many poses with rows are kept.
+        Without a known path through the poses, only their poses too.
         """
         kept = chosen_rows(self.dataset, seed, most)
         if kept.all():

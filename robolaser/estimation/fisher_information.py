@@ -9,8 +9,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.estimation.linearization import triangle
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.r_factor import triangle
 from robolaser.model.forward_model import Model, jacobian
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources, shared_by_rows

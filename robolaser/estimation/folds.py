@@ -15,8 +15,7 @@ from robolaser.model.forward_model import Model, with_rows
 FOLDS = 10
 FEWEST = 3  # groups of poses; fewer cannot be held out, since the rest fits anything
 ALIKE = 1e-4  # [rad, m] Configurations that differ by less are copies of each other
-TOLERANCE = 1e-8
-"""Of a fit without one fold, as a share of its cost: predictions then change by less than a thousandth."""
+TOLERANCE = 1e-8  # of a fit without one fold, as a share of its cost: predictions then change by less than a thousandth
 SAMPLE = 10_000  # rows on which these fits of large data are made
 FEW_STEPS = 3
 """Of a fit without one fold that need not be exact: further steps follow a direction that the other folds hardly see.
@@ -43,8 +42,7 @@ class Folds:
     """Which rows are held out together."""
 
     of_row: Ints  # number of each row's fold, (m,)
-    # whether folds are the sensor's groups of rows: what only these rows locate is located from them
-    whole: bool = False
+    whole: bool = False  # whether folds are the sensor's groups of rows: what only these locate is located from them
     warnings: tuple[str, ...] = ()  # why rows are not held out as they should be, and which poses are copies
 
     @property

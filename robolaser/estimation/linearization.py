@@ -9,12 +9,13 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.duals import Dual, slopes_of
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.r_factor import triangle
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.parameters import Values
 
 TOUCH = 1e-6  # distance from a bound, as a share of the range, up to which a parameter is on it
 RANK = 1e-12  # singular values below this share of the largest belong to directions that move no row
+TALL = 2048  # rows taken in at a time, which the processor's cache holds,
+TALLER = 4  # or so many times the width, so that work on the triangle itself stays small beside them
 
 
 @final
@@ -24,8 +25,7 @@ class Linearization:
 
     problem: Problem  # of which
     x: Array  # where, (d,)
-    # derivatives of the data's residuals there by each parameter over its scale, (K, d), where they are known
-    known: Array | None = None
+    known: Array | None = None  # derivatives of `white` there by each parameter over its scale, (K, d), if known
 
     @cached_property
     def plain(self) -> Array:
@@ -140,3 +140,16 @@ class Linearization:
         s, Vt = self._svd
         inverse = Vt.T / s
         return self.problem.scale[:, None] * (inverse @ inverse.T) * self.problem.scale
+
+
+def triangle(rows: Array, above: Array | None = None) -> Array:
+    """The R factor of rows (k, w) below a triangle (w or less, w), or under nothing: (w or less, w).
+
+    It is all that a least-squares solution needs of a million rows: with A = Q R, |A p| = |R p| for every p. Rows come
+    in parts, each put below the triangle of those before it (Demmel, Grigori, Hoemmen, Langou 2012, TSQR).
+    """
+    height = max(TALL, TALLER * rows.shape[1])
+    R = rows[:0] if above is None else above
+    for start in range(0, len(rows), height):
+        R = np.asarray(np.linalg.qr(np.concatenate([R, rows[start : start + height]]), mode="r"))
+    return R

@@ -23,8 +23,7 @@ LARGEST_ROW_ERROR: Final = {"px": 1.0}
 """Error of a detected corner or line centre that chance may cause [px]: more is a gap. Detectors place saddle points to
 0.1 px and better (Lucchese, Mitra 2002, Using saddle points for subpixel feature detection), peaks of a stripe to
 0.3 px (Naidu, Fisher 1991, A comparative analysis of algorithms for determining the peak position of a stripe)."""
-LEVER_M: Final = 0.3
-"""Lever arm that converts turns to shifts. A judgement."""
+LEVER_M: Final = 0.3  # lever arm that converts turns to shifts. A judgement
 NOISE_CONTRADICTED: Final = 1.25
 """Factor by which repeats or residuals must differ from stated noise to contradict it. A judgement."""
 NOISE_CONTRADICTED_SIGMA: Final = 4.0

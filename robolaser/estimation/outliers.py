@@ -29,10 +29,8 @@ errors single rows. A judgement: a nominal arm is off by 10 mm."""
 MOST_POSES_OFF: Final = 0.1
 """Share of the poses at which most rows may be gross errors, of all, one sensor or one named point: of more, something
 has moved. A judgement."""
-FITS = 4
-"""Robust fits, each with the scale of the last one: then the same rows count."""
-ROUNDS = 8
-"""Reweightings of the free motion of a pose."""
+FITS = 4  # robust fits, each with the scale of the last one: then the same rows count
+ROUNDS = 8  # reweightings of the free motion of a pose
 TAIL = 2.385
 """Scale of Cauchy's loss, in standard deviations: 5 % of the efficiency is lost for normal errors along a line, as a
 scanner's nearly are; less for errors in all directions."""

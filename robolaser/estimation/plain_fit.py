@@ -12,17 +12,15 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.subsampling import rows_of_each
-from robolaser.estimation.linearization import RANK
+from robolaser.estimation.linearization import RANK, triangle
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.r_factor import triangle
 from robolaser.estimation.solver import TOLERANCE, Solution, solve
 from robolaser.model.blocks.errors import row_errors
 from robolaser.model.forward_model import Model, depends_on_trajectory, with_rows
 from robolaser.model.noise.covariance import FLOOR, NoiseModel
 
 ROUNDS = 3  # the size of rows depends on the estimate; a fourth round changes nothing
-FEWER, CROWD = 20_000, 4
-"""Rows to fit first where there are so many times more: then few steps on all rows remain."""
+FEWER, CROWD = 20_000, 4  # rows to fit first where there are so many times more: then few steps on all rows remain
 COARSE = 1e-9  # tolerance of that
 PASSES = 3  # over all rows, before the solver takes them: the remaining decrease is then about its tolerance
 CROWDED = 1e-11

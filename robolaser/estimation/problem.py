@@ -23,13 +23,10 @@ class Problem:
     """
 
     model: Model  # data and effects
-    # the model's; for some of the data, those of the whole model, to keep its closed forms
-    parameters: Parameters
+    parameters: Parameters  # the model's; for some of the data, the whole model's, to keep its closed forms
     noise: NoiseModel | None = None  # whitens the rows; None leaves them in the sensor's unit
     loss: Loss = SQUARE  # what a whitened row costs
-    # Standard deviation by which each parameter may differ from its nominal value, (d,); infinite where it may differ
-    # freely. None: all may.
-    prior: Array | None = None
+    prior: Array | None = None  # standard deviation about nominal values, (d,), infinite where free; None: everywhere
     # standard deviation of a row's numbers, where they are not whitened by all their noise: it weighs them against
     # known distances; None: as at the nominal values
     row_size: float | None = None

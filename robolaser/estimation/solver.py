@@ -51,8 +51,7 @@ class Solution:
     cost: Array  # their cost, (c,); infinite where it is not finite at the start, which is then x
     converged: Bools  # whether the best undamped step would lower it by no more than the tolerance, or rounding, (c,)
     evaluations: int  # residual vectors evaluated in all; a Jacobian counts as one for each parameter
-    # derivatives of the residuals by each parameter over its scale, (c, d, K), where they are known
-    slopes: Array | None = None
+    slopes: Array | None = None  # derivatives of the residuals by each parameter over its scale, (c, d, K), if known
 
 
 def solve(

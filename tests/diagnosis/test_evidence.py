@@ -115,7 +115,7 @@ def test_held_out_errors_are_those_of_a_fit_without_the_fold(clean: tuple[Averag
     rows = folds.of_row == 3
     alone = solve(fitted.problem, fitted.problem.parameters.nominal[None], kept=~rows[None])
     want = fitted.problem.plain(alone.x)[0, rows]
-    np.testing.assert_allclose(HeldOut(fitted, 0).errors(fitted)[rows], want, atol=3e-6)
+    np.testing.assert_allclose(HeldOut(fitted, 0).of(fitted).in_metres[rows], want, atol=3e-6)
 
 
 def test_held_out_errors_are_larger_than_those_of_the_fit(clean: tuple[AveragedData, Fit]) -> None:

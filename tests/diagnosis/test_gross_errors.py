@@ -125,7 +125,7 @@ def test_the_gap_and_its_interval_are_of_the_rows_that_a_search_keeps(sound: Dat
     _, fewer = preparation.without(last, preparation.fit([]))
     held_out = HeldOut(fewer, 0, preparation.calibration)
     gap = gap_of(fewer, fewer, fewer.noise, held_out, 0)
-    assert gap.after_m == pytest.approx(rms(held_out.errors(fewer)))
+    assert gap.after_m == pytest.approx(rms(held_out.of(fewer).in_metres))
     assert gap.after_ci95_m[0] < gap.after_m < gap.after_ci95_m[1]
     assert gap.calibrated_m == preparation.calibration.held_out_rms_m != gap.after_m
 

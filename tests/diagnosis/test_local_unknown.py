@@ -19,9 +19,8 @@ from robolaser.diagnosis.local_unknown import (
     probability_of_local_unknown,
 )
 from robolaser.diagnosis.localization import localize
-from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.preparation import Preparation
-from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.refits import PostureRivals, Refits
 from robolaser.diagnosis.sparse_shapes import dents, plays, ramps, sparse_shape_chi2
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, FORM_SHARE
 from robolaser.model.effects.base_shift import BaseShift

@@ -4,9 +4,7 @@ import numpy as np
 
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis.fit import Fit, problem_of
-from robolaser.diagnosis.refits import penalty
-from robolaser.diagnosis.score_tests import ScoreTest, library, score_tests
-from robolaser.diagnosis.stepwise_order import stepwise_order
+from robolaser.diagnosis.score_tests import ScoreTest, library, score_tests, stepwise_order
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import NoiseEstimate
 from robolaser.model.effects import EFFECTS
@@ -37,7 +35,7 @@ def test_each_effect_taken_is_the_one_that_explains_most_beside_those_before() -
         before = [tests[j].basis for j in order[:i]]
 
         def net(one: ScoreTest, before: list[np.ndarray] = before) -> float:
-            return -left(np.hstack([*before, one.basis]), one.against.at.r) - penalty(one)
+            return -left(np.hstack([*before, one.basis]), one.against.at.r) - one.penalty
 
         others = [one for j, one in enumerate(tests) if j not in order[:i]]
         assert net(tests[order[i]]) >= max(map(net, others)) - 1e-2

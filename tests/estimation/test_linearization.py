@@ -5,7 +5,7 @@ import pytest
 
 from robolaser.data.stated_noise import Noise
 from robolaser.estimation.identifiability import UNIFORM
-from robolaser.estimation.linearization import Linearization
+from robolaser.estimation.linearization import TALL, Linearization, triangle
 from robolaser.estimation.noise_estimate import noise_of
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
@@ -97,3 +97,14 @@ def test_parameters_pushed_against_a_bound_do_not_move():
     assert not at.free[0]
     assert np.all(at.J[:, 0] == 0.0)
     assert at.release.shape[1] == 1
+
+
+@pytest.mark.parametrize("rows", [1, 3, 4, TALL, 3 * TALL + 5])
+def test_an_r_factor_is_as_long_in_every_direction_as_all_the_rows(rows):
+    rng = np.random.default_rng(rows)
+    A, p = rng.normal(size=(rows, 4)) * 10.0 ** np.arange(-6, 6, 3), rng.normal(size=(4, 50))
+    A[:, 2] += A[:, 1]
+    R = triangle(A[rows // 2 :], triangle(A[: rows // 2]))
+    assert len(R) == min(rows, 4)
+    p = p / 10.0 ** np.arange(-6, 6, 3)[:, None]
+    np.testing.assert_allclose(np.linalg.norm(R @ p, axis=0), np.linalg.norm(A @ p, axis=0), rtol=1e-12)

@@ -10,8 +10,7 @@ from diagnosed import GEOMETRIC, MADE, candidate_effect, of, unexplained
 from robolaser.diagnosis.cause_words import members, named
 from robolaser.diagnosis.corrected_model import corrected
 from robolaser.diagnosis.pose_scatter import PartScatter, Spread
-from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
-from robolaser.diagnosis.result import CauseClass, DetectionLimit, Estimate
+from robolaser.diagnosis.result import CauseClass, DetectionLimit, Estimate, NoiseSource, Repeatability
 from robolaser.diagnosis.summary_text import imitated_sentence, scatters, sentence
 from robolaser.estimation.noise_estimate import LARGEST_SCATTER
 from robolaser.report.console import printed

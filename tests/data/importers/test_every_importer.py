@@ -12,7 +12,7 @@ from robolaser import import_files, load
 from robolaser.cli import main
 from robolaser.data.dataset import Dataset
 from robolaser.data.importers import importer_for, importers
-from robolaser.diagnosis import gross_mistakes
+from robolaser.diagnosis import preparation
 from robolaser.errors import UsageError
 
 
@@ -52,14 +52,14 @@ SOUGHT: dict[str, tuple[str, ...]] = {}
 @pytest.fixture(autouse=True)
 def mistakes_are_sought_once(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     """In the data of an example they are the same each time, and take longer than all else."""
-    seek = gross_mistakes.gross_mistakes
+    seek = preparation.gross_mistakes
 
     def remembered(dataset: Dataset) -> tuple[str, ...]:
         if case.kind not in SOUGHT:
             SOUGHT[case.kind] = seek(dataset)
         return SOUGHT[case.kind]
 
-    monkeypatch.setattr(gross_mistakes, "gross_mistakes", remembered)
+    monkeypatch.setattr(preparation, "gross_mistakes", remembered)
 
 
 def test_without_a_file_there_is_nothing_to_import(case: Case) -> None:
