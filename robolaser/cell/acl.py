@@ -29,8 +29,7 @@ PAIRS = re.compile(rf"([1-8])\s*:\s*{NUMBER}(?=\s)")
 WHOLE = re.compile(r"1\s*:[^>]*>")
 PITCH = re.compile(rf"P\s*:\s*{NUMBER}(?=\s)")
 PITCH_OFF = float(np.deg2rad(2.0))  # tolerance of equal pitches, up to sign and turns by pi
-PITCH_CHANGED = float(np.deg2rad(6.0))
-"""Change of a pitch from which its agreement with the counts of an ER V plus is no coincidence."""
+PITCH_CHANGED = float(np.deg2rad(6.0))  # from here on, agreement with the counts of an ER V plus is no coincidence
 SPOILT = 4  # readings in a row: a disturbed line rarely corrupts as many
 FOUND = re.compile(r"HOMING\s+COMPLETE", re.IGNORECASE)
 FAILED = re.compile(r"HOM\w*\s+FAIL\w*\s+AXIS\s*(\d)", re.IGNORECASE)

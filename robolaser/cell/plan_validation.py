@@ -24,8 +24,7 @@ SLACK = 0.002  # an arm at a limit may read a little beyond it [rad or m]
 SENSOR = "the sensor"
 LISTED = 12  # violations that a message lists
 
-Broken = tuple[bool, str]
-"""A violated limit of a straight way: whether its last posture is within it, and a description."""
+Broken = tuple[bool, str]  # a violated limit of a straight way: whether its last posture is within it; description
 
 
 def collision_model(description: Dataset, limits: Limits, boxes: Sequence[Box] = ()) -> CollisionModel:

@@ -26,10 +26,7 @@ WORDS: Final[Mapping[tuple[str, str], tuple[str, str]]] = {
     ("range_limit", "lower"): ("", "joint_limits: min_position: {0:.4g}"),
     ("range_limit", "upper"): ("", "joint_limits: max_position: {0:.4g}"),
     ("viscous_friction", "factor"): ("viscous_friction = {0:.4g}", 'URDF: <dynamics damping="{0:.4g}"/>'),
-    ("coulomb_friction", "torque"): (
-        "friction = dynamic_friction = {0:.4g}",
-        'URDF: <dynamics friction="{0:.4g}"/>',
-    ),
+    ("coulomb_friction", "torque"): ("friction = dynamic_friction = {0:.4g}", 'URDF: <dynamics friction="{0:.4g}"/>'),
     ("rotor_inertia", "inertia"): ("armature = {0:.4g}", ""),
 }
 """By effect and number: the terms of Isaac Lab's actuators and of ROS for the number, 0, or one over it, 1; empty where

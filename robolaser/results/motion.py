@@ -74,10 +74,7 @@ class MotionCalibrationResult(FittedResult):
 
     def files(self, *, command: str = "") -> Files:
         """calibration.json and the page."""
-        return {
-            "calibration.json": json_text(self.to_dict()),
-            PAGE: render(of_motion.document(self.fit), command),
-        }
+        return {"calibration.json": json_text(self.to_dict()), PAGE: render(of_motion.document(self.fit), command)}
 
     def _document(self, *, brief: bool) -> Document:
         return of_motion.document(self.fit)

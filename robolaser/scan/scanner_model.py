@@ -34,8 +34,7 @@ class ScannerModel:
     dataset: Dataset  # the recording, with the calibrated scanner and its arm
     values: Values  # the fourteen parameters, (1,) each
     effects: tuple[Effect, ...] = ()  # the active ones, in order
-    # share of the run at each pose, where the recording does not start at the run's beginning
-    course: Course | None = None
+    course: Course | None = None  # share of the run at each pose, where the recording does not start at its beginning
 
     def perturb(self, points: Points) -> Perturbation:
         """The effects on given points of the recording."""

@@ -17,8 +17,7 @@ WINDOW_PX = (2, 12)  # half sides of the window in which a corner is sharpened, 
 GLARE = 1.3  # least grey of the stripe relative to the image's light parts
 CELL_PX = 8  # side [px] of a square in the rectified image, for the squares' colours
 LEAST_ALTERNATING = 0.8  # share of squares that alternate with their neighbours; a stripe may hide some
-LARGEST_UNEVENNESS = 0.15
-"""Median distance of corners from a perspective [squares]: more than by any lens, less than in a false grid."""
+LARGEST_UNEVENNESS = 0.15  # median, from a perspective [squares]: more than by any lens, less than in a false grid
 STRAY_MEDIANS = 6.0  # distance from the perspective, in medians, of a corner that the stripe has shifted
 STRAY_LEAST_PX = 0.7  # least such distance [px]
 LEAST_ON_PATTERN = 0.6  # least share of corners that are kept; a median needs more than half

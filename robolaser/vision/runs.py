@@ -25,8 +25,7 @@ LEVEL = 0.6  # height, from background (0) to peak (1), above which light counts
 FOOT = 0.3  # height for a second centre; its distance from the first shows an asymmetric profile
 LEAST_SECOND_MOMENT = 0.1  # sum of squared distances of pixels from the centre [px²], at least
 MOST_ASYMMETRY = 0.15  # largest shift from foot to top of a stripe's profile, as a share of the width
-FLANK_PX = 0.05
-"""Error [px] of a saturated centre in addition to noise: its steep flanks are not linear between pixels."""
+FLANK_PX = 0.05  # of a saturated centre beside noise [px]: its steep flanks are not linear between pixels
 
 
 @final

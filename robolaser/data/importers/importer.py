@@ -113,8 +113,7 @@ class Imported:
     # the source of each column, with its unit, by table and column; under "" that of all further columns of a table;
     # for dataset.toml, that of parameters or tables
     read_from: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    # unused columns, fields and rows of the files, with a reason where it is not obvious
-    left_out: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()  # unused columns, fields and rows of the files, with the reason if it is not obvious
     images: Mapping[str, Contents] = field(default_factory=dict)  # each image's contents, by its path in the data set
 
     def checked(self) -> Dataset:

@@ -56,8 +56,7 @@ class ScannerOptics:
     """The true stripe scanner."""
 
     truth: Mapping[str, float]  # the paper's fourteen numbers, SI
-    # turn of the camera on the flange (x, y, z, w), before the small angles
-    bracket_quat: Quaternion
+    bracket_quat: Quaternion  # turn of the camera on the flange (x, y, z, w), before the small angles
     angles: str  # "xyz" or "zyz"
     stripe_axis: str  # "u" or "v"
 
