@@ -69,8 +69,6 @@ class CsvTable:
         Raises:
             DataError: One has; with both rows, and `what` describes a row.
         """
-        if len(set(keys)) == len(keys):
-            return
         first: dict[object, int] = {}
         for row, key in enumerate(keys):
             if (before := first.setdefault(key, row)) < row:

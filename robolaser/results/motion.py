@@ -46,9 +46,8 @@ class MotionResult(FittedResult):
 def _delivered(found: dict[str, Any]) -> list[dict[str, Any]]:
     """The table of all the servos' numbers, an entry of `files` that nothing reads back."""
     pairs = dict.fromkeys((one["effect"], one["where"]) for one in found["effects"])
-    return (
-        [{"file": servo_table.FILE, "held_out_mm": None, "contains": [*map(list, pairs)], "lacks": []}] if pairs else []
-    )
+    entry = {"file": servo_table.FILE, "held_out_mm": None, "contains": [*map(list, pairs)], "lacks": []}
+    return [entry] if pairs else []
 
 
 @final

@@ -7,7 +7,7 @@ from typing import final, get_args
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.importers.robots import find_robot
 from robolaser.data.joining import join_sessions
 from robolaser.data.sensor_format import Mount
@@ -170,7 +170,6 @@ class _Cell:
             robot=robot,
             kind=self.sensor_type.kind,
             poses=Poses(tuple(map(str, range(self.poses))), time_s=_times(q), q=q, qd=speed * way),
-            points=Points(np.empty(0, dtype=np.int64), ()),
             noise=options.stated or self.noise,
         )
         return self.sensor_type.describe(blank, self.setup)

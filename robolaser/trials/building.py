@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import TrialError
 from robolaser.robot.kinematics import Robot
@@ -154,7 +154,6 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
         name="blind",
         robot=robot,
         poses=Poses(tuple(map(str, range(n))), time_s=time, q=q, qd=qd),
-        points=Points(np.empty(0, dtype=np.int64), ()),
         parameters=drawing,
         bracket_quat=quat,
         image_px=IMAGE_PX,

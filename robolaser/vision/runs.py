@@ -1,6 +1,6 @@
 """Bright runs, adjacent pixels in one line that a stripe may have lit, and the profile of each."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, final
 
 import cv2
@@ -124,9 +124,7 @@ class LineCentres:
 
     def at(self, kept: Bools | Ints) -> "LineCentres":
         """Select centres by mask or index."""
-        return LineCentres(
-            self.axis, **{item.name: getattr(self, item.name)[kept] for item in fields(self) if item.name != "axis"}
-        )
+        return replace(self, **{one.name: getattr(self, one.name)[kept] for one in fields(self) if one.name != "axis"})
 
 
 def measure(runs: BrightRuns) -> LineCentres:
