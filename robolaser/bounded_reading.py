@@ -50,8 +50,7 @@ def opened(path: Path, most_bytes: int, *, text: bool = False, newline: str | No
             raise unreadable(path, "it is not a regular file")
         if found.st_size > most_bytes:
             raise unreadable(path, f"it has {found.st_size} bytes, and no such file more than {most_bytes}")
-        encoding = "utf-8-sig" if text else None
-        with path.open("r" if text else "rb", encoding=encoding, newline=newline) as file:
+        with path.open("r" if text else "rb", encoding="utf-8-sig" if text else None, newline=newline) as file:
             yield file
     except OSError as error:
         raise unreadable(path, error.strerror or str(error)) from None

@@ -145,8 +145,7 @@ def _planned(spec: ProblemSpec, terms: Terms) -> tuple[BenchmarkProblem, RunLimi
     problem = replace(
         problem, summary=replace(problem.summary, budget=budget, noisy=noisy, lowest=lowest, fingerprint=seen)
     )
-    limits = RunLimits(budget, terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy)
-    return problem, limits
+    return problem, RunLimits(budget, terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy)
 
 
 def _pickled(thing: Any, name: str) -> bytes:

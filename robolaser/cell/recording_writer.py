@@ -215,8 +215,7 @@ class RecordingWriter:
         self.time_s = max([0.0, *(float(row["time_s"]) for row in self._rows)])
         again = {name for waypoint in self.remaining for name in waypoint.approach_names}
         self._rows = [row for row in self._rows if row["pose"] not in again]
-        pause_s = time.time() - os.stat(self.folder / POSES).st_mtime
-        self.time_s += max(LEAST_PAUSE_S, pause_s)
+        self.time_s += max(LEAST_PAUSE_S, time.time() - os.stat(self.folder / POSES).st_mtime)
         self._log.take_up(self.folder, {row["pose"] for row in self._rows})
 
 

@@ -72,8 +72,7 @@ class Session:
         except PlanError:
             raise
         except BaseException as error:
-            standing = self._stopped(error)
-            raise self._why(error, standing) from None
+            raise self._why(error, self._stopped(error)) from None
 
     def _run(self, recorded: Callable[[Waypoint], None], begins: Callable[[str], None]) -> None:
         if self._cell.arm.home:

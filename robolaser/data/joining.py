@@ -176,8 +176,7 @@ def _known(datasets: Sequence[Dataset]) -> dict[str, Any]:
 
 def _largest(noises: Sequence[Noise]) -> Noise:
     stated = [{name: sigma for name, sigma in asdict(noise).items() if sigma is not None} for noise in noises]
-    common = set.intersection(*map(set, stated))
-    return Noise(**{name: max(one[name] for one in stated) for name in common})
+    return Noise(**{name: max(one[name] for one in stated) for name in set.intersection(*map(set, stated))})
 
 
 def _differences(one: Dataset, other: Dataset) -> Iterator[str]:

@@ -56,8 +56,7 @@ def write_stripes(path: Path, blocks: Iterable[Stripes]) -> int:
     Raises:
         OutputError: Writing fails.
     """
-    same = (np.asarray(block, STRIPE) for block in blocks)
-    return write_streamed(path, _announced, same)
+    return write_streamed(path, _announced, (np.asarray(block, STRIPE) for block in blocks))
 
 
 def _announced(count: int) -> bytes:

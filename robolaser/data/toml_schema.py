@@ -77,8 +77,7 @@ def _check(value: object, schema: inspect.Type, file: str, key: Key, *, others: 
             case inspect.DataclassType(), Mapping():
                 types = {one.encode_name: one.type for one in part.fields}
                 if unknown := [name for name in value if name not in types and not others]:
-                    why = f"this key is not known.{near(unknown[0], types)}"
-                    raise refused(file, _name((*key, unknown[0])), why)
+                    raise refused(file, _name((*key, unknown[0])), f"this key is not known.{near(unknown[0], types)}")
                 if missing := [one.name for one in part.fields if one.required and one.name not in value]:
                     expected = _expected(types[missing[0]], missing[0])
                     raise lacking(file, _name((*key, missing[0])), f": expected {expected}")

@@ -82,7 +82,6 @@ def camera_yaml(calibration: Calibration) -> str | None:
         remark = f"# plumb_bob agrees with the calibrated lens within {error_px:.2g} px over the image."
     K = camera.K
     width, height = dataset.image_px
-    P = np.column_stack([K, np.zeros(3)])
     lines = [
         remark,
         f"image_width: {width}",
@@ -92,7 +91,7 @@ def camera_yaml(calibration: Calibration) -> str | None:
         "distortion_model: plumb_bob",
         *_matrix("distortion_coefficients", distortion[None]),
         *_matrix("rectification_matrix", np.eye(3)),
-        *_matrix("projection_matrix", P),
+        *_matrix("projection_matrix", np.column_stack([K, np.zeros(3)])),
     ]
     return "\n".join(lines) + "\n"
 

@@ -203,8 +203,7 @@ def _placed_anew(calibration: Calibration, part: Dataset, flange: Array, unseen:
         for item in model.sensor_parameters.items
         if (value := held.get(item.name)) is not None
     }  # no closed form need find it
-    given = {**part.parameters, **known}
-    seen = AveragedData.single(replace(part, robot=None, poses=poses, parameters=given))
+    seen = AveragedData.single(replace(part, robot=None, poses=poses, parameters={**part.parameters, **known}))
     placing = Transfer.of(seen, lambda data: course, sensor, held, calibration.noise)
     problem = placing.problem
     x = solve(problem, placing.x[None], kept=~unseen[None], tol=SHARE, enough=ENOUGH).x

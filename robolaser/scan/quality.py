@@ -283,8 +283,7 @@ def _through(fours: Array) -> tuple[Array, Array]:
     flat = np.abs(np.linalg.det(A)) < 1e-18
     A[flat] = np.eye(3)
     centres = np.linalg.solve(A, b[..., None])[..., 0]
-    radii = np.linalg.norm(centres - fours[:, 0], axis=-1)
-    return centres, np.where(flat, np.inf, radii)
+    return centres, np.where(flat, np.inf, np.linalg.norm(centres - fours[:, 0], axis=-1))
 
 
 def _scales(std: Array) -> tuple[Array, Array]:

@@ -101,8 +101,7 @@ def _pitch(grid: Array, axis: int) -> Array:
 
 def _reductions(image: Image) -> Iterator[tuple[Image, float]]:
     """Yield the image at several scales: unchanged, without stripe, and with enhanced contrast."""
-    sample = image[::4, ::4]
-    dark, light = np.percentile(sample, (1, 90))
+    dark, light = np.percentile(image[::4, ::4], (1, 90))
     gain = 255.0 / max(1.2 * light - dark, 8.0)
     spread = cv2.convertScaleAbs(np.maximum(image, int(dark)), alpha=gain, beta=-gain * int(dark))
     for source in (image, *_wiped(image, float(light)), spread):

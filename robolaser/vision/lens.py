@@ -139,8 +139,7 @@ def view_board(grid: Array, square_m: float, lens: Intrinsics) -> BoardPlane:
 
 
 def _loose(board: Array, straight: Array, lens: Intrinsics) -> tuple[Array, Array]:
-    H = cv2.findHomography(board, straight)[0]
-    return np.asarray(H, dtype=np.float64), np.full_like(lens.matrix, np.nan)
+    return np.asarray(cv2.findHomography(board, straight)[0], dtype=np.float64), np.full_like(lens.matrix, np.nan)
 
 
 def _rigid(board: Array, straight: Array, lens: Intrinsics) -> tuple[Array, Array]:

@@ -34,8 +34,7 @@ def track_stripe(centres: LineCentres) -> tuple[Bools, float]:
         Whether each candidate is chosen, (n,), and the ratio of their scatter along the stripe to their stated standard
         deviation, at least 1.
     """
-    likely = _fitting(centres)
-    at = np.flatnonzero(likely)
+    at = np.flatnonzero(_fitting(centres))
     chosen = np.zeros(len(centres), dtype=np.bool_)
     if len(at) == 0:
         return chosen, 1.0

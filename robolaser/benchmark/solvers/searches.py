@@ -60,9 +60,8 @@ def pycma(evaluator: BudgetedEvaluator, seed: int) -> None:
     def start() -> Array:
         return rng.uniform(size=problem.dimension)
 
-    def costs(y: list[Array]) -> list[float]:
-        found: list[float] = evaluator.cost(within(problem.lower + np.array(y) * width, problem)).tolist()
-        return found
+    def costs(y: list[Array]) -> Any:
+        return evaluator.cost(within(problem.lower + np.array(y) * width, problem)).tolist()
 
     with seeded(seed):
         warnings.simplefilter("ignore")

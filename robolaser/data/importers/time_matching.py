@@ -152,8 +152,7 @@ def joined_by_time(
     seen = measured.take(kept)
     seen = replace(seen, columns={**seen.columns, "pose": tuple(poses.names[i] for i in number.tolist())})
     if "repeat" not in seen:
-        shots = np.array([seen.cells("pose"), seen.texts("point")])
-        _, first = np.unique(shots, axis=1, return_index=True)
+        _, first = np.unique([seen.cells("pose"), seen.texts("point")], axis=1, return_index=True)
         seen = seen.take(np.sort(first))
         left_out += _repeated(measured.file, len(kept) - len(first))
     dataset = replace(log, poses=poses, warnings=(*log.warnings, *warnings))

@@ -83,8 +83,7 @@ class Sphere(Solid):
         towards = np.array(self.centre_m) - origin
         along = np.einsum("...i,...i->...", direction, towards)
         miss2 = np.einsum("...i,...i->...", towards, towards) - along**2
-        half = np.sqrt(np.maximum(self.radius_m**2 - miss2, 0.0))
-        distance = along - half
+        distance = along - np.sqrt(np.maximum(self.radius_m**2 - miss2, 0.0))
         return np.where((miss2 < self.radius_m**2) & (distance > 0), distance, np.inf)
 
     def normal(self, point: Array) -> Array:
