@@ -207,15 +207,11 @@ class AclArm(LineArm):
 
 
 def radians_per_count(axes: Axes, per_quarter: Array) -> Array:
-    """Matrix from counts since the reference posture to joint angles since then, (j, j) [rad].
+    """Matrix from counts since the reference posture to joint angles since then, (j, j) [rad], by PAR 33 to 37, (j,).
 
     The ER VII counts each joint by itself. The ER V plus is decoupled: all its motors are in the base, so the elbow's
     encoder counts the forearm's angle in the world, and the hand's pitch in the world and its roll are half the
     difference and half the sum of encoders 4 and 5 (ACL reference guide for Controller-A, p. 7-10).
-
-    Args:
-        axes: Type of the arm.
-        per_quarter: Counts of each axis for 90 degrees, PAR 33 to 37, (j,).
     """
     scaled = np.diag(np.pi / 2 / per_quarter)
     if axes == "er7":

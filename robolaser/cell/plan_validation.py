@@ -89,12 +89,9 @@ class RouteCheck:
         return cls(cell.robot, cell.limits, tool_points(cell.description), bodies)
 
     def violations(self, start: Array | None, names: Sequence[str], q: Array) -> list[str]:
-        """All violations of a route, pose by pose: where, what, and the worst excess.
+        """All violations of a route, (n, j) in order, pose by pose: where, what, and the worst excess.
 
-        Args:
-            start: The arm's position, (j,); None: not known, the way to the first pose is not checked.
-            names: Of the poses.
-            q: Joint values in the order of the route, (n, j).
+        The way to the first pose is not checked where the arm's position, (j,), is not known.
         """
         before = q[0] if start is None else start
         found: list[str] = []

@@ -116,15 +116,7 @@ def _fits(value: Any, part: inspect.Type) -> bool:
 
 
 def wrong(file: str, key: Key, value: object, expected: str, choices: Sequence[str] = ()) -> DataError:
-    """The error of an unexpected value.
-
-    Args:
-        file: Of the value.
-        key: Its tables and its name.
-        value: The actual one.
-        expected: Description of a correct one.
-        choices: Texts that may have been meant.
-    """
+    """The error of an unexpected value, with the expected one in words; one of some texts may have been meant."""
     shown = repr(value) if len(repr(value)) <= MOST_SHOWN else f"{repr(value)[:MOST_SHOWN]}..."
     guess = meant(value, choices) if isinstance(value, str) else ""
     return refused(file, _name(key), f"{shown}, expected {expected}.{guess}")

@@ -97,12 +97,9 @@ def camera_yaml(calibration: Calibration) -> str | None:
 
 
 def plumb_bob(camera: CameraView, image_px: tuple[int, int], *, decentred: bool) -> tuple[Array, float]:
-    """OpenCV's (k1, k2, p1, p2, k3) of a camera, and the largest disagreement over the image [px].
+    """OpenCV's (k1, k2, p1, p2, k3) of a camera with lens effects, and the largest disagreement over the image [px].
 
-    Args:
-        camera: With the lens effects, which are converted too.
-        image_px: Width and height [px].
-        decentred: Whether p1 and p2 may differ from zero.
+    p1 and p2 are zero unless it is decentred.
     """
     width, height = image_px
     across, down = np.meshgrid(np.linspace(-0.5, width - 0.5, GRID), np.linspace(-0.5, height - 0.5, GRID))

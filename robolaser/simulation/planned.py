@@ -82,12 +82,9 @@ def planned(dataset: Dataset, *, points: int | None = None, mount: Mount = "flan
 
 
 def _placements(truth: Mapping[str, float], flange: Array, there: Array) -> Iterator[dict[str, float]]:
-    """The target as built; then in the same relation to planned poses as to others, unchanged or levelled.
+    """The target as built; then in the same relation to planned poses as to those that see it, unchanged or levelled.
 
-    Args:
-        truth: As built.
-        flange: Planned, T_base_flange, (n, 4, 4).
-        there: Poses that see the target, T_base_flange, (k, 4, 4).
+    By T_base_flange, (n, 4, 4) planned and (k, 4, 4) there.
     """
     yield dict(truth)
     if not all(f"target.{part}" in truth for part in SIX):

@@ -36,19 +36,11 @@ class BoardCorners:
 
 
 def find_board(image: Image, *, columns: int, rows: int) -> BoardCorners | None:
-    """Find a board's inner corners, to a fraction of a pixel.
+    """Find a board's inner corners in a grey image, to a fraction of a pixel; None if it is not visible.
 
     x runs along the columns, y along the rows, z into the board, the origin is a corner whose outward
     diagonal square is dark. Some patterns look the same after a half or quarter turn: then each possible
     frame is returned. (Where no corner has a dark square outside it, all frames are possible.)
-
-    Args:
-        image: Grey image, (height, width).
-        columns: Inner corners along the board's x.
-        rows: Inner corners along the board's y.
-
-    Returns:
-        The board; None if it is not visible.
     """
     for reduced, scale in _reductions(image):
         found, corners = cv2.findChessboardCorners(reduced, (columns, rows), flags=_SEARCH)

@@ -77,13 +77,7 @@ def _seen(grid: Array, square_m: float) -> tuple[Array, Array]:
 
 
 def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px: int) -> Intrinsics:
-    """Estimate the lens from all visible boards.
-
-    Args:
-        grids: Corners of each image, (rows, columns, 2) [px]; NaN where one is hidden.
-        square_m: Side of a square [m].
-        width_px: Image width [px].
-        height_px: Image height [px].
+    """Estimate the lens from all visible boards, (rows, columns, 2) [px] each; NaN where a corner is hidden.
 
     Returns:
         The lens; not known where the boards are too few or do not determine it.

@@ -168,12 +168,9 @@ def _cut_out(runs: BrightRuns, reach: int) -> tuple[Array, Ints, Array, Ints, In
 
 
 def _above_level(level: Array, grey: Array, peak_column: Ints) -> tuple[Array, Array, Array, Array]:
-    """Integrate the profile, linear between pixels, from flank to flank where it crosses the level.
+    """Integrate profiles, (n, m), linear between pixels, from flank to flank where they cross a level, (n,).
 
-    Args:
-        level: Height, (n,) [grey].
-        grey: Profiles, infinite outside the image, (n, m).
-        peak_column: Index of a pixel inside the run, (n,).
+    They are infinite outside the image; the peak's column, (n,), is inside the run.
 
     Returns:
         Centre of gravity, width between the flanks, area, and squared distance from the centre summed over the pixels

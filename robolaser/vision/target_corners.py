@@ -129,10 +129,7 @@ def _as_points(recording: Dataset, board: Board, found: Sequence[_Found]) -> tup
 def corner_points(board: Board, poses: Sequence[int], grids: Sequence[Array]) -> Points:
     """The corners or circles in images as points of a data set, named by column and row: `3_0`.
 
-    Args:
-        board: The board.
-        poses: Rows of poses.csv, one for each image.
-        grids: Their pixels, (rows, columns, 2) [px] each; NaN where one is hidden.
+    Of each image the row of poses.csv, and the pixels, (rows, columns, 2); NaN where one is hidden.
     """
     pixel = np.reshape(grids, (-1, board.rows, board.columns, 2))
     image, row, column = np.nonzero(corners_there(pixel))

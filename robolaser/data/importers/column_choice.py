@@ -43,12 +43,7 @@ def pose_quantities(options: ImportOptions) -> ColumnQuantities:
 
 
 def point_quantities(declared: SensorFormat, *, timed: bool = False) -> ColumnQuantities:
-    """The columns of points.csv that can be read, and the quantity of each.
-
-    Args:
-        declared: The sensor's format.
-        timed: Whether a point's pose is determined by its time rather than by its name.
-    """
+    """The columns of points.csv that can be read, and the quantity of each; times determine poses if they are timed."""
     columns = [column for group in declared.columns.values() for column in group]
     when: dict[str, str | None] = {"time_s": TIME} if timed else {"pose": TEXT}
     by_suffix = {"m": LENGTH, "rad": ANGLE, "s": TIME}

@@ -84,10 +84,7 @@ def _metres(text: str, stated: str) -> float:
 
 
 def image_files(files: Sequence[Path | None]) -> tuple[tuple[str, ...], dict[str, Contents], tuple[int, int]]:
-    """Images on disk, under their names in the data set's folder `images`.
-
-    Args:
-        files: Of each pose; None where there is none.
+    """Images of poses on disk, None where there is none, under their names in the data set's folder `images`.
 
     Returns:
         The path of each pose's image in the data set, "" where there is none; the contents, by path; and the width

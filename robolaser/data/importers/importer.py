@@ -24,11 +24,7 @@ GENERAL: Final = ("name", "path_known", "further")  # the options that every imp
 
 
 def stated_units(names: Sequence[str], option: str = "--units") -> dict[str, str]:
-    """The units of lengths, angles and times that a list of units states.
-
-    Args:
-        names: Of at most one unit for each quantity.
-        option: Or file where they are stated, for messages.
+    """The units of lengths, angles and times that a list states, of each at most one; the option is for messages.
 
     Raises:
         UsageError: One is unknown, or two are of one quantity.
