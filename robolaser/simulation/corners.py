@@ -87,9 +87,6 @@ def _near(exact: Dataset) -> Points:
     grid = origin + square * np.stack([i.ravel(), j.ravel()], axis=-1)
     of_pose, number = np.nonzero(np.linalg.norm(grid[None] - middles[:, None], axis=-1) < length)
     place = grid[number]
-    return Points(
-        poses[of_pose],
-        tuple(f"{int(i.flat[k])}_{int(j.flat[k])}" for k in number),
-        pixel=np.zeros((len(number), 2)),
-        xyz=np.column_stack([place, np.full(len(place), level)]),
-    )
+    names = tuple(f"{int(i.flat[k])}_{int(j.flat[k])}" for k in number)
+    xyz = np.column_stack([place, np.full(len(place), level)])
+    return Points(poses[of_pose], names, pixel=np.zeros((len(number), 2)), xyz=xyz)

@@ -199,15 +199,8 @@ def paper(robot: Robot, *, effects: Mapping[str, float] | None = None, seed: int
         >>> len(paper(robolaser.find_robot("scorbot_er7"), seed=1).dataset.points)
         25
     """
-    return simulate(
-        robot,
-        poses=5,
-        points=5,
-        noise=Noise(target_m=3e-4),
-        effects=effects,
-        options=CellOptions(stated=Noise(), name="paper"),
-        seed=seed,
-    )
+    noise, options = Noise(target_m=3e-4), CellOptions(stated=Noise(), name="paper")
+    return simulate(robot, poses=5, points=5, noise=noise, effects=effects, options=options, seed=seed)
 
 
 def _check_noise(noise: Noise) -> None:

@@ -150,14 +150,9 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
         level=steps.ravel(),
     )
     noise = Noise(pixel_px=ranges.noise("pixel_px", rng), target_m=ranges.noise("target_m", rng))
+    poses = Poses(tuple(map(str, range(n))), time_s=time, q=q, qd=qd)
     blank = Dataset(
-        name="blind",
-        robot=robot,
-        poses=Poses(tuple(map(str, range(n))), time_s=time, q=q, qd=qd),
-        parameters=drawing,
-        bracket_quat=quat,
-        image_px=IMAGE_PX,
-        noise=noise,
+        name="blind", robot=robot, poses=poses, parameters=drawing, bracket_quat=quat, image_px=IMAGE_PX, noise=noise
     )
     return World(in_sight(cell, IMAGE_PX), blank, noise, ranges.repeats)
 

@@ -137,14 +137,8 @@ def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.
         T_world_base = pose(turn.as_matrix(), np.array(BASE_M) + rng.uniform(-0.5, 0.5, 3))
         cell, stated = TrackerCell(run, T_world_base, reflectors), None
     noise = Noise(point_m=stated or ranges.noise("point_m", rng))
-    blank = Dataset(
-        name="blind",
-        robot=robot,
-        poses=Poses(tuple(map(str, range(len(q)))), time_s=time, q=q, qd=qd),
-        points=cell.seen(()),
-        kind="point",
-        noise=noise,
-    )
+    poses = Poses(tuple(map(str, range(len(q)))), time_s=time, q=q, qd=qd)
+    blank = Dataset(name="blind", robot=robot, poses=poses, points=cell.seen(()), kind="point", noise=noise)
     return World(cell, blank, noise)
 
 

@@ -33,19 +33,14 @@ def scipy_evolution(evaluator: BudgetedEvaluator, seed: int) -> None:
     from scipy.optimize import Bounds, differential_evolution  # noqa: PLC0415 - half a second to import
 
     problem, rng = evaluator.problem, np.random.default_rng(seed)
+    box = Bounds(problem.lower, problem.upper)
 
     def costs(x: Array, /) -> Any:
         found = evaluator.cost(within(np.atleast_2d(x.T), problem))
         return found if x.ndim == 2 else found[0]
 
     while True:
-        differential_evolution(
-            costs,
-            Bounds(problem.lower, problem.upper),
-            vectorized=True,
-            updating="deferred",
-            seed=int(rng.integers(1, 2**31)),
-        )
+        differential_evolution(costs, box, vectorized=True, updating="deferred", seed=int(rng.integers(1, 2**31)))
 
 
 def pycma(evaluator: BudgetedEvaluator, seed: int) -> None:

@@ -46,13 +46,9 @@ def _standing(
     solved = [f"{standing.solved} of {problems} problems"] if standing.solved < problems > 1 and standing.runs else []
     knows = "knows its budget: searches differently with another" if name in comparison.know_budget else ""
     success = standing.success
+    note = "\n".join(filter(None, (standing.unranked, knows)))
     return [
-        TableCell(
-            name,
-            below=[comparison.solvers[name]],
-            note="\n".join(filter(None, (standing.unranked, knows))),
-            line=colours.get(name, -1),
-        ),
+        TableCell(name, below=[comparison.solvers[name]], note=note, line=colours.get(name, -1)),
         _rank(standing),
         TableCell("" if success.value is None else share(success), below=solved, order=success.value),
         _running_time(standing, results),
