@@ -33,16 +33,8 @@ def collision_model(description: Dataset, limits: Limits, boxes: Sequence[Box] =
     assert arm is not None  # the caller checked it
     radius = limits.link_radius_m or link_radius(arm)
     carried = carried_bodies(SENSOR, arm, tool_points(description), radius)
-    stated = [
-        Body(
-            box.name,
-            box.link or arm.base,
-            "box",
-            box.size_m,
-            pose(from_quaternion(np.array(box.quat)), np.array(box.centre_m)),
-        )
-        for box in boxes
-    ]
+    places = [pose(from_quaternion(np.array(box.quat)), np.array(box.centre_m)) for box in boxes]
+    stated = [Body(box.name, box.link or arm.base, "box", box.size_m, T) for box, T in zip(boxes, places, strict=True)]
     return CollisionModel(arm, [*link_bodies(arm, radius), *carried, *stated])
 
 

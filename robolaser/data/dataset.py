@@ -274,16 +274,16 @@ class Dataset:
         return np.zeros(len(self.points), dtype=np.int64) if of_row is None else of_row
 
     def _seen_by(self, member: SensorData, rows: Ints) -> "Dataset":
-        points, columns = self.points.take(rows), member.data.format.columns
+        data, points = member.data, self.points.take(rows)
+        names = tuple(name.removeprefix(f"{member.name}/") for name in points.names)
+        repeat = None if points.repeat is None or not points.repeat.any() else points.repeat
+        arrays = {name: values for name, values in points.arrays.items() if name in data.format.columns}
+        own = Points(points.pose, names, repeat).with_arrays(arrays)
         return replace(
-            member.data,
+            data,
             name=self.name,
             poses=self.poses,
-            points=Points(
-                points.pose,
-                tuple(name.removeprefix(f"{member.name}/") for name in points.names),
-                None if points.repeat is None or not points.repeat.any() else points.repeat,
-            ).with_arrays({name: values for name, values in points.arrays.items() if name in columns}),
+            points=own,
             robot=self.robot,
             sessions=self.sessions,
             folder=self.folder,

@@ -99,15 +99,9 @@ def simulate(
     sensor_type = simulated_sensor("stripe" if with_corners else kind)
     points = sensor_type.default_points if points is None else points
     sensor_type.check_counts(poses=poses, points=points, repeats=options.repeats)
-    cell = _Cell(
-        find_robot(robot) if isinstance(robot, str) else robot,
-        sensor_type,
-        SensorSetup(points, options, frozenset(name.partition(":")[0] for name in effects or ())),
-        poses,
-        noise or Noise(),
-        effects or {},
-        with_corners=with_corners,
-    )
+    arm = find_robot(robot) if isinstance(robot, str) else robot
+    setup = SensorSetup(points, options, frozenset(name.partition(":")[0] for name in effects or ()))
+    cell = _Cell(arm, sensor_type, setup, poses, noise or Noise(), effects or {}, with_corners=with_corners)
     _check_noise(cell.noise)
     for what, known in WORDS.items():
         if (word := getattr(options, what)) not in known:
