@@ -80,18 +80,15 @@ def chart(
     params = [SWITCH | {"name": f"shown_{name}"}] if any(_by_series(one) for one in layers) else []
     params += [ZOOM | {"name": f"zoom_{name}"}] if zoomable else []
     first, *others = (_switchable(one, f"shown_{name}") for one in layers)
-    return Chart(
-        title,
-        caption,
-        {
-            "$schema": SCHEMA,
-            "description": alt,
-            "width": "container",
-            "height": round(height),
-            "autosize": {"type": "fit-x", "contains": "padding"},
-            "layer": [first | {"params": params}, *others],
-        },
-    )
+    spec = {
+        "$schema": SCHEMA,
+        "description": alt,
+        "width": "container",
+        "height": round(height),
+        "autosize": {"type": "fit-x", "contains": "padding"},
+        "layer": [first | {"params": params}, *others],
+    }
+    return Chart(title, caption, spec)
 
 
 def layer(mark: str | Spec, data: Sequence[Spec] | str, **encoding: Channel | Sequence[Channel]) -> Spec:

@@ -141,14 +141,9 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     middle = np.append((camera[:, :2, 3] + depth[:, None] * camera[:, :2, 2]).mean(axis=0), level)
     qd = velocities(q, rng, moving=moving)
     time = pause_times(n, rng)
-    cell = ScannerCell(
-        run=SyntheticRun(robot, q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
-        eye=eye,
-        target=Target(middle, np.eye(3)),
-        pose=np.repeat(np.arange(n), count),
-        at=at.ravel(),
-        level=steps.ravel(),
-    )
+    run = SyntheticRun(robot, q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG)))
+    of_pose = np.repeat(np.arange(n), count)
+    cell = ScannerCell(run, eye, Target(middle, np.eye(3)), pose=of_pose, at=at.ravel(), level=steps.ravel())
     noise = Noise(pixel_px=ranges.noise("pixel_px", rng), target_m=ranges.noise("target_m", rng))
     poses = Poses(tuple(map(str, range(n))), time_s=time, q=q, qd=qd)
     blank = Dataset(
