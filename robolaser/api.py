@@ -28,10 +28,8 @@ if TYPE_CHECKING:
     from robolaser.results.comparison import ComparisonResult
     from robolaser.results.motion import MotionCalibrationResult, MotionResult
 
-Data = Dataset | str | Path
-"""A data set, or its folder."""
-Named = type[Effect] | str
-"""An effect's class or its name."""
+Data = Dataset | str | Path  # a data set, or its folder
+Named = type[Effect] | str  # an effect's class or its name
 
 
 def load(folder: str | Path) -> Any:

@@ -9,5 +9,4 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 Image = NDArray[np.uint8]
-Progress = Callable[[str, float], None]
-"""Called by long work with its current step, in words, and its finished share."""
+Progress = Callable[[str, float], None]  # called by long work with its current step, in words, and its finished share

@@ -18,8 +18,7 @@ import msgspec
 from robolaser.errors import unreadable
 
 SETTINGS_BYTES = 1 << 21  # of a TOML file: tomllib reads a megabyte a second
-ROBOT_BYTES = 10_000_000
-"""Of a robot's description; the largest published ones (humanoids with hands) have about 300 kB."""
+ROBOT_BYTES = 10_000_000  # of a robot's description; the largest published ones (humanoids with hands) have 300 kB
 TEXT_BYTES = 1 << 28  # of another text that is read whole: results, tables of other programs
 TABLE_BYTES = 1 << 33  # of a CSV table, which is read piece by piece
 CLOUD_BYTES = 1 << 40  # of a cloud or of line centres, which are mapped into memory and read piece by piece
@@ -33,8 +32,7 @@ XML_ATTRIBUTES = 100
 _PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+"""
 _CHAIN = re.compile(rf"(?<![\w.\\-])(?:{_PART}\.[ \t]*+){{{KEY_PARTS}}}")
 """It begins neither inside a part nor after one, so that the search takes linear time."""
-_LONG_INTEGER = re.compile(r"(?<!\w)0[box]\w{3000}")
-"""Too long for decimals, by Python's own limit."""
+_LONG_INTEGER = re.compile(r"(?<!\w)0[box]\w{3000}")  # too long for decimals, by Python's own limit
 
 
 @contextmanager
@@ -52,8 +50,7 @@ def opened(path: Path, most_bytes: int, *, text: bool = False, newline: str | No
             raise unreadable(path, "it is not a regular file")
         if found.st_size > most_bytes:
             raise unreadable(path, f"it has {found.st_size} bytes, and no such file more than {most_bytes}")
-        encoding = "utf-8-sig" if text else None
-        with path.open("r" if text else "rb", encoding=encoding, newline=newline) as file:
+        with path.open("r" if text else "rb", encoding="utf-8-sig" if text else None, newline=newline) as file:
             yield file
     except OSError as error:
         raise unreadable(path, error.strerror or str(error)) from None

@@ -33,10 +33,8 @@ from robolaser.commands.view import view
 from robolaser.errors import RobolaserError, UsageError
 from robolaser.report.printable import printable, short
 
-LACKING = re.compile(r'^Command ".+" parameter (\S+) requires an argument')
-"""cyclopts' message for a missing value."""
-USAGE = "Usage: robolaser"
-"""Usage lines of commands with optional or repeated arguments: cyclopts calls these [ARGS]."""
+LACKING = re.compile(r'^Command ".+" parameter (\S+) requires an argument')  # cyclopts' message for a missing value
+USAGE = "Usage: robolaser"  # of commands with optional or repeated arguments: cyclopts calls these [ARGS]
 DATA_SAID_NO = 1
 WRONG_USAGE = 2
 

@@ -68,8 +68,7 @@ def _problem(problem: ProblemSummary, standings: Sequence[Standings]) -> dict[st
 
 def runs_csv(result: BenchmarkResult) -> str:
     """The text of runs.csv: a row for each run and target; unreached ones have empty cells."""
-    text: str = result.to_frame("targets").to_csv(index=False, lineterminator="\n")
-    return text
+    return str(result.to_frame("targets").to_csv(index=False, lineterminator="\n"))
 
 
 def iohprofiler_files(result: BenchmarkResult) -> dict[str, str]:

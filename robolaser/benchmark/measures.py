@@ -86,5 +86,4 @@ def attainment(runs: Sequence[BenchmarkRun]) -> Array:
         return np.empty((0, 0))
     of_run = np.repeat(np.arange(len(fronts)), [len(front) for front in fronts])
     half = 50.0 * len(runs) / len(fronts)  # those that found nothing are runs, too
-    corners: Array = moocore.eaf(np.concatenate(fronts), of_run, percentiles=[half])
-    return corners[:, :-1]
+    return np.asarray(moocore.eaf(np.concatenate(fronts), of_run, percentiles=[half]))[:, :-1]

@@ -67,8 +67,7 @@ class BenchmarkPlan:
     problems: tuple[ProblemSummary, ...]  # the problems
     solvers: Mapping[str, Solver]  # the solvers by name
     refused: Mapping[tuple[str, str], str]  # why a solver does not apply to a problem, by (problem, solver)
-    # all runs, those with the first seed first: a comparison that is stopped early is fair to all solvers
-    tasks: tuple[Task, ...]
+    tasks: tuple[Task, ...]  # all runs, those with the first seed first: stopping early is then fair to all solvers
 
     @classmethod
     def of(
@@ -146,8 +145,7 @@ def _planned(spec: ProblemSpec, terms: Terms) -> tuple[BenchmarkProblem, RunLimi
     problem = replace(
         problem, summary=replace(problem.summary, budget=budget, noisy=noisy, lowest=lowest, fingerprint=seen)
     )
-    limits = RunLimits(budget, terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy)
-    return problem, limits
+    return problem, RunLimits(budget, terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy)
 
 
 def _pickled(thing: Any, name: str) -> bytes:

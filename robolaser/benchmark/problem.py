@@ -131,8 +131,7 @@ class ProblemSpec:
     """Builds a problem in a process, a new one for each run, so that runs do not share state."""
 
     name: str  # the problem's
-    # one for each instance; runs with seeds 1, 2, ... take turns
-    makers: tuple[Callable[[], BenchmarkProblem], ...]
+    makers: tuple[Callable[[], BenchmarkProblem], ...]  # one for each instance; runs with seeds 1, 2, ... take turns
 
     def made_for(self, seed: int) -> BenchmarkProblem:
         """The problem of a run with this seed."""

@@ -126,16 +126,9 @@ def run(problem: BenchmarkProblem, solver: Solver, task: Task) -> BenchmarkRun:
         with seeded(task.seed):
             cost = returned_cost(problem, evaluator.x)
         trace = ConvergenceTrace.of([(evaluator.evaluations, seconds, cost)])
+    violation = evaluator.violation if np.isfinite(evaluator.violation) else 0.0
     return BenchmarkRun(
-        *task.key,
-        state,
-        reason,
-        evaluator.evaluations,
-        seconds,
-        processor_s,
-        trace,
-        evaluator.violation if np.isfinite(evaluator.violation) else 0.0,
-        evaluator.x.tolist(),
+        *task.key, state, reason, evaluator.evaluations, seconds, processor_s, trace, violation, evaluator.x.tolist()
     )
 
 

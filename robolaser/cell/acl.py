@@ -29,8 +29,7 @@ PAIRS = re.compile(rf"([1-8])\s*:\s*{NUMBER}(?=\s)")
 WHOLE = re.compile(r"1\s*:[^>]*>")
 PITCH = re.compile(rf"P\s*:\s*{NUMBER}(?=\s)")
 PITCH_OFF = float(np.deg2rad(2.0))  # tolerance of equal pitches, up to sign and turns by pi
-PITCH_CHANGED = float(np.deg2rad(6.0))
-"""Change of a pitch from which its agreement with the counts of an ER V plus is no coincidence."""
+PITCH_CHANGED = float(np.deg2rad(6.0))  # from here on, agreement with the counts of an ER V plus is no coincidence
 SPOILT = 4  # readings in a row: a disturbed line rarely corrupts as many
 FOUND = re.compile(r"HOMING\s+COMPLETE", re.IGNORECASE)
 FAILED = re.compile(r"HOM\w*\s+FAIL\w*\s+AXIS\s*(\d)", re.IGNORECASE)
@@ -208,15 +207,11 @@ class AclArm(LineArm):
 
 
 def radians_per_count(axes: Axes, per_quarter: Array) -> Array:
-    """Matrix from counts since the reference posture to joint angles since then, (j, j) [rad].
+    """Matrix from counts since the reference posture to joint angles since then, (j, j) [rad], by PAR 33 to 37, (j,).
 
     The ER VII counts each joint by itself. The ER V plus is decoupled: all its motors are in the base, so the elbow's
     encoder counts the forearm's angle in the world, and the hand's pitch in the world and its roll are half the
     difference and half the sum of encoders 4 and 5 (ACL reference guide for Controller-A, p. 7-10).
-
-    Args:
-        axes: Type of the arm.
-        per_quarter: Counts of each axis for 90 degrees, PAR 33 to 37, (j,).
     """
     scaled = np.diag(np.pi / 2 / per_quarter)
     if axes == "er7":

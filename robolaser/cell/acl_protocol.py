@@ -84,11 +84,7 @@ class AclProtocol:
         raise self._unclear("ECHO", heard)
 
     def ask(self, command: str, understand: Callable[[str], Reply | None]) -> Reply:
-        """Repeat a request until its answer is valid.
-
-        Args:
-            command: In capitals.
-            understand: Parses an answer with its prompt; None if it is corrupt.
+        """Repeat a request, in capitals, until its answer can be understood: None is a corrupt one.
 
         Raises:
             ArmError: The controller refuses.

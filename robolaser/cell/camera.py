@@ -82,10 +82,7 @@ class LiveCamera:
             raise
 
     def shot(self, settle_s: float) -> Image:
-        """Return an image that is exposed from now on.
-
-        Args:
-            settle_s: Wait first [s]; 0 if nothing has changed since the last shot.
+        """Return an image that is exposed from now on, or after a wait [s] where something changed.
 
         Raises:
             CameraError: No image comes, all are the same, or the image is useless.

@@ -59,8 +59,7 @@ def layout(cell: Cell) -> Layout:
     name = "xy"[int(np.abs(front).argmax())]
     T_board[:3, :3] = np.stack([np.cross(front, [0, 0, 1]), -front, [0, 0, -1]], axis=1)
     size = board.square_m * np.array([board.columns - 1, board.rows - 1, 0])
-    foot = foot_of(robot) * [1, 1, 0]
-    T_board[:3, 3] = foot + ahead_m * front - T_board[:3, :3] @ size / 2
+    T_board[:3, 3] = foot_of(robot) * [1, 1, 0] + ahead_m * front - T_board[:3, :3] @ size / 2
     return Layout(T_camera, T_board, ahead_m, f"{'+' if front.sum() > 0 else '-'}{name}")
 
 

@@ -120,6 +120,5 @@ class LssArm(BusArm):
                 return int(answer[1])
             heard += text
         if not heard:
-            silence = f"servo {servo} ({joint}) gave no answer for {tries * quiet_s:.1f} s"
-            raise line_lost(self._line.port, silence)
+            raise line_lost(self._line.port, f"servo {servo} ({joint}) gave no answer for {tries * quiet_s:.1f} s")
         raise unclear(self._line.port, f"#{servo}{what}", heard, tries)

@@ -68,15 +68,10 @@ class Mover:
             before = now
 
     def move_and_wait(self, goal: Array, place: str, start: Array) -> Array:
-        """Move straight in joint space to a goal, and wait until the arm is at rest there.
+        """Move straight in joint space from rest to a goal, (j,) each, and wait until the arm is at rest there.
 
         The stops on the way are so near to each other that the arm comes to rest soon if communication ends. Each
-        piece is timed from the measured position, so that no joint exceeds the speed.
-
-        Args:
-            goal: (j,).
-            place: Its name in messages.
-            start: Current position, at rest, (j,).
+        piece is timed from the measured position, so that no joint exceeds the speed. Messages call the goal `place`.
 
         Returns:
             The measured position, at rest, (j,).
@@ -133,10 +128,7 @@ class Mover:
                 raise self._not_arrived(place, q, goal, f"is still on its way after {now - began:.0f} s,")
 
     def halt(self, *, restarted: bool = False) -> Array:
-        """Stop the arm and return its position at rest, (j,).
-
-        Args:
-            restarted: Whether its controller is known to have restarted: further reports of this are ignored.
+        """Stop the arm and return its position at rest, (j,); ignore reports of a restart that is known.
 
         Raises:
             NotSettled: It does not stop.

@@ -24,8 +24,7 @@ SLACK = 0.002  # an arm at a limit may read a little beyond it [rad or m]
 SENSOR = "the sensor"
 LISTED = 12  # violations that a message lists
 
-Broken = tuple[bool, str]
-"""A violated limit of a straight way: whether its last posture is within it, and a description."""
+Broken = tuple[bool, str]  # a violated limit of a straight way: whether its last posture is within it; description
 
 
 def collision_model(description: Dataset, limits: Limits, boxes: Sequence[Box] = ()) -> CollisionModel:
@@ -34,16 +33,8 @@ def collision_model(description: Dataset, limits: Limits, boxes: Sequence[Box] =
     assert arm is not None  # the caller checked it
     radius = limits.link_radius_m or link_radius(arm)
     carried = carried_bodies(SENSOR, arm, tool_points(description), radius)
-    stated = [
-        Body(
-            box.name,
-            box.link or arm.base,
-            "box",
-            box.size_m,
-            pose(from_quaternion(np.array(box.quat)), np.array(box.centre_m)),
-        )
-        for box in boxes
-    ]
+    places = [pose(from_quaternion(np.array(box.quat)), np.array(box.centre_m)) for box in boxes]
+    stated = [Body(box.name, box.link or arm.base, "box", box.size_m, T) for box, T in zip(boxes, places, strict=True)]
     return CollisionModel(arm, [*link_bodies(arm, radius), *carried, *stated])
 
 
@@ -90,12 +81,9 @@ class RouteCheck:
         return cls(cell.robot, cell.limits, tool_points(cell.description), bodies)
 
     def violations(self, start: Array | None, names: Sequence[str], q: Array) -> list[str]:
-        """All violations of a route, pose by pose: where, what, and the worst excess.
+        """All violations of a route, (n, j) in order, pose by pose: where, what, and the worst excess.
 
-        Args:
-            start: The arm's position, (j,); None: not known, the way to the first pose is not checked.
-            names: Of the poses.
-            q: Joint values in the order of the route, (n, j).
+        The way to the first pose is not checked where the arm's position, (j,), is not known.
         """
         before = q[0] if start is None else start
         found: list[str] = []

@@ -74,11 +74,7 @@ class RecordingWriter:
     def resume(cls, cell: Cell, folder: Path, waypoints: Sequence[Waypoint] | None, shots: int | None) -> Self:
         """Resume an interrupted recording; poses whose images are missing or incomplete are visited again.
 
-        Args:
-            cell: Its cell.
-            folder: Of the recording.
-            waypoints: The poses; None: those of its plan.
-            shots: Likewise.
+        Waypoints and shots that are None are those of its plan.
 
         Raises:
             DataError: None was begun there, or it was begun in another cell, or its table is broken.
@@ -149,11 +145,7 @@ class RecordingWriter:
             warn(f"dataset.toml: [{SECTION}] has no room for {KEY} = {noise_rad:.2g}, how finely joints were read.")
 
     def add(self, samples: Sequence[Sample], ticks: Sequence[Tick] = ()) -> None:
-        """Write samples: the images first, then the table that names them.
-
-        Args:
-            samples: The last one names the series of the motion.
-            ticks: The motion there, of an arm that follows setpoints.
+        """Write samples: the images first, then the table that names them. The last one names the motion of the ticks.
 
         Raises:
             OutputError: The disk is full; the recording is unchanged.
@@ -215,8 +207,7 @@ class RecordingWriter:
         self.time_s = max([0.0, *(float(row["time_s"]) for row in self._rows)])
         again = {name for waypoint in self.remaining for name in waypoint.approach_names}
         self._rows = [row for row in self._rows if row["pose"] not in again]
-        pause_s = time.time() - os.stat(self.folder / POSES).st_mtime
-        self.time_s += max(LEAST_PAUSE_S, pause_s)
+        self.time_s += max(LEAST_PAUSE_S, time.time() - os.stat(self.folder / POSES).st_mtime)
         self._log.take_up(self.folder, {row["pose"] for row in self._rows})
 
 

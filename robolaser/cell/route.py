@@ -79,8 +79,7 @@ def from_diagnosis(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
     """
     diagnosis = read_json(path)
     try:
-        wanted = diagnosis["next_poses"]
-        q = [[float(pose[joint]) for joint in robot.joints] for pose in wanted]
+        q = [[float(pose[joint]) for joint in robot.joints] for pose in diagnosis["next_poses"]]
     except KeyError as error:
         raise _no_poses(path, f"it lacks {error}") from None
     except (TypeError, ValueError):

@@ -56,11 +56,7 @@ class Session:
         self._under_way = False
 
     def run(self, recorded: Callable[[Waypoint], None], begins: Callable[[str], None] = lambda what: None) -> None:
-        """Visit all poses that remain.
-
-        Args:
-            recorded: Called with each pose once it is on the disk.
-            begins: Called with the next action: homing, or the name of a pose.
+        """Visit all poses that remain; announce homing and poses as they begin, and each pose once it is on the disk.
 
         Raises:
             Interrupted: A fault, or Ctrl-C. The arm was stopped; the disk has a complete recording of the poses up to
@@ -72,8 +68,7 @@ class Session:
         except PlanError:
             raise
         except BaseException as error:
-            standing = self._stopped(error)
-            raise self._why(error, standing) from None
+            raise self._why(error, self._stopped(error)) from None
 
     def _run(self, recorded: Callable[[Waypoint], None], begins: Callable[[str], None]) -> None:
         if self._cell.arm.home:

@@ -96,10 +96,8 @@ class UrArm(Arm):
         way = float(np.abs(q - self.read()).max())
         speed = max(SLOWEST, way / (seconds * (1 - RAMP)))
         with self._on_line():
-            self._heard(
-                self._control.moveJ(q.tolist(), speed, max(GENTLEST, speed / (RAMP * seconds)), asynchronous=True),
-                "moveJ",
-            )
+            acceleration = max(GENTLEST, speed / (RAMP * seconds))
+            self._heard(self._control.moveJ(q.tolist(), speed, acceleration, asynchronous=True), "moveJ")
 
     def stop(self) -> None:
         """Stop at the current position; a lost connection is renewed, which ends the program that moves it."""

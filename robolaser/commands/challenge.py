@@ -20,9 +20,7 @@ NEW, SCORE = "challenge new", "challenge score"
 USUAL_ARM = "scorbot_er7"  # needs no further package
 
 challenge = App(
-    "challenge",
-    help="Make blind data sets with hidden faults, and score their diagnoses.",
-    group_commands="Commands",
+    "challenge", help="Make blind data sets with hidden faults, and score their diagnoses.", group_commands="Commands"
 )
 
 

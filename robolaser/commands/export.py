@@ -70,12 +70,7 @@ def export(
             for joint, was in before.items()
             if isfinite(was)
         }
-    found: dict[str, object] = {
-        "replay": compared,
-        "file": str(output),
-        "contains": [list(pair) for pair in written.contains],
-        "lacks": [list(pair) for pair in written.lacks],
-    }
+    found = {"replay": compared, "file": str(output), "contains": written.contains, "lacks": written.lacks}
 
     def print_rows() -> None:
         for remark in written.remarks:

@@ -93,10 +93,8 @@ def _warn_of_collisions(dataset: "Dataset", terminal: Terminal) -> None:
 
 def _of_table(file: Path, robot: str, flange: str | None, sensor: str) -> "Dataset":
     """The poses of a separate poses.csv."""
-    import numpy as np
-
     from robolaser.data.data_tables import read_poses
-    from robolaser.data.dataset import Dataset, Points
+    from robolaser.data.dataset import Dataset
     from robolaser.data.importers.robots import find_robot
     from robolaser.model.sensors import sensors
 
@@ -104,5 +102,4 @@ def _of_table(file: Path, robot: str, flange: str | None, sensor: str) -> "Datas
         raise UsageError(f"No sensor '{sensor}'.{near(sensor, sensors())}")
     arm = find_robot(robot, flange=flange)
     read, odd = read_poses(file, arm)
-    nothing = Points(np.empty(0, dtype=np.int64), ())
-    return Dataset(file.stem, read, nothing, kind=sensor, robot=arm, warnings=tuple(odd))
+    return Dataset(file.stem, read, kind=sensor, robot=arm, warnings=tuple(odd))

@@ -81,8 +81,7 @@ def answer(folder: Path) -> str:
     from robolaser.vision.recordings import points_of_images
 
     try:
-        recording = load(folder)
-        _, dataset = points_of_images(recording, known=_SHOWN[folder])
+        _, dataset = points_of_images(load(folder), known=_SHOWN[folder])
         found = _FOUND[folder].with_poses(dataset) if folder in _FOUND else diagnose(dataset, seed=1)
     except RobolaserError as error:
         return f"no diagnosis yet: {error}"

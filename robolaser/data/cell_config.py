@@ -30,13 +30,11 @@ class ArmLine:
     port: NonEmpty  # a device or any URL that pyserial opens
     baud: Annotated[int, Meta(ge=1)] = 9600  # bits a second
     flow: Literal["none", "xonxoff"] = "none"  # "none" or "xonxoff"
-    # addresses of the servos, base first, where the protocol has addresses; empty: 1, 2, ...
-    ids: tuple[Address, ...] = ()
+    ids: tuple[Address, ...] = ()  # addresses of the servos, base first, where there are addresses; empty: 1, 2, ...
     reference_rad: tuple[float, ...] = ()  # joint angles at the controller's reference posture; empty: all zero
     direction: tuple[float, ...] = ()  # +1 or -1 for each joint: which way it counts; empty: all +1
     home: bool = False  # whether it searches its home before a recording
-    # longest motion per command: the arm may move on for so long after a crash of this computer [s]
-    unattended_s: Positive = UNATTENDED_S
+    unattended_s: Positive = UNATTENDED_S  # longest motion per command, and so after a crash of this computer [s]
     # setpoints a second that the arm follows, and that are logged; None: its controller plans each motion
     setpoint_hz: Annotated[float, Meta(gt=0, le=MOST_SETPOINT_HZ)] | None = None
     axes: Axes | None = None  # a SCORBOT's type, required for it, see `robolaser.cell.acl`
@@ -47,8 +45,7 @@ class ArmLine:
 class CameraLine:
     """The camera."""
 
-    # a number, a device, a stream's URL, or a folder of images
-    source: NonEmpty | Annotated[int, Meta(ge=0)]
+    source: NonEmpty | Annotated[int, Meta(ge=0)]  # a number, a device, a stream's URL, or a folder of images
     exposure: float | None = None  # in the driver's unit; None: unchanged
     gain: float | None = None  # likewise
     settle_s: Positive = 0.3  # wait between the arm's rest, or the laser's switching, and the shot [s]
@@ -63,16 +60,13 @@ class Limits:
     one by half the diameter of the thickest link. Only the flange's reach counts.
     """
 
-    # height in the base frame that no joint, flange, camera or light projector goes below [m]; None: no floor
-    floor_m: float | None = None
-    # largest distance of the flange from the foot of the first joint [m]; None: the arm's reach
-    reach_m: float | None = None
+    floor_m: float | None = None  # least height of joints, flange, camera, projector in the base frame [m]; None: any
+    reach_m: float | None = None  # largest distance of flange from the first joint's foot [m]; None: the arm's reach
     speed_rad_s: Positive = 0.3  # highest joint speed [rad/s or m/s]: slow enough for an emergency stop
     # least distance between links, scanner and boxes that could collide [m]; by default more than the motion between
     # two checked postures, and than the error of a ruler
     margin_m: NotNegative = 0.01
-    # of links without boxes, spheres or cylinders in the URDF [m]; None: by the arm's length
-    link_radius_m: Positive | None = None
+    link_radius_m: Positive | None = None  # of links without boxes, spheres or cylinders [m]; None: by the arm's length
 
 
 @final

@@ -69,8 +69,6 @@ class CsvTable:
         Raises:
             DataError: One has; with both rows, and `what` describes a row.
         """
-        if len(set(keys)) == len(keys):
-            return
         first: dict[object, int] = {}
         for row, key in enumerate(keys):
             if (before := first.setdefault(key, row)) < row:
@@ -121,9 +119,7 @@ def bad_cell(file: str, line: int, column: str, cell: str, expected: str) -> Dat
 def read_table(path: Path, numbers: Sequence[str] = ()) -> CsvTable:
     """Read a CSV file with a header (RFC 4180; a BOM, CRLF and blank lines are fine).
 
-    Args:
-        path: The file.
-        numbers: Columns of finite numbers, where they exist.
+    The named columns, where they exist, must be of finite numbers.
 
     Raises:
         DataError: The file is missing or not text, it has no header, two columns share a name, a row has more or

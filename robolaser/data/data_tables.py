@@ -190,11 +190,7 @@ LARGEST_REPEAT = 1e9
 
 
 def points_of(table: CsvTable, described: Dataset) -> Points:
-    """The points of a table with the columns of points.csv.
-
-    Args:
-        table: Its numbers may be texts.
-        described: The data set of dataset.toml and the poses.
+    """The points of a table with the columns of points.csv, perhaps as texts, for a data set that has all but points.
 
     Raises:
         DataError: With row and column of the error.

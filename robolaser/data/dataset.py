@@ -39,8 +39,7 @@ class Poses:
     payload_kg: Array | None = None  # payload at each pose, (n,) [kg]; None: not stated
     temperature_c: Array | None = None  # temperature at each pose, (n,) [°C]; None: not measured
     session: tuple[str, ...] | None = None  # the campaign that each pose belongs to; None: all to one
-    # command less reading of each joint that states commands, (n,) [rad or m]
-    following: Mapping[str, Array] = field(default_factory=dict)
+    following: Mapping[str, Array] = field(default_factory=dict)  # command less reading, by joint, (n,) [rad or m]
     extra: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # any further column, as texts
     qd_from_path: bool = False  # whether velocities are finite differences along the path, not recorded ones
 
@@ -129,16 +128,13 @@ class SensorData:
     """A sensor of a data set."""
 
     name: str  # its name in results; "" where it is the only one
-    # its data set: its part of dataset.toml; among `sensors` also all poses, and its points
-    data: "Dataset"
+    data: "Dataset"  # its data set: its part of dataset.toml; among `sensors` also all poses, and its points
     file: str = "points.csv"  # its points, as `points.csv`
-    # name of its camera, which several sensors may share; "" where it is the only sensor
-    camera: str = ""
+    camera: str = ""  # name of its camera, which several sensors may share; "" where it is the only sensor
     target: str = ""  # name of its target; likewise
     # size of a unit of its residuals relative to other sensors [m]: typically the size of a pixel on the target
     metres_per_unit: float = 1.0
-    # among `sensors`, its rows among those of all, (m,)
-    rows: Ints = field(default_factory=lambda: np.empty(0, np.int64))
+    rows: Ints = field(default_factory=lambda: np.empty(0, np.int64))  # among `sensors`: its rows among all, (m,)
 
     @property
     def prefix(self) -> str:
@@ -278,16 +274,16 @@ class Dataset:
         return np.zeros(len(self.points), dtype=np.int64) if of_row is None else of_row
 
     def _seen_by(self, member: SensorData, rows: Ints) -> "Dataset":
-        points, columns = self.points.take(rows), member.data.format.columns
+        data, points = member.data, self.points.take(rows)
+        names = tuple(name.removeprefix(f"{member.name}/") for name in points.names)
+        repeat = None if points.repeat is None or not points.repeat.any() else points.repeat
+        arrays = {name: values for name, values in points.arrays.items() if name in data.format.columns}
+        own = Points(points.pose, names, repeat).with_arrays(arrays)
         return replace(
-            member.data,
+            data,
             name=self.name,
             poses=self.poses,
-            points=Points(
-                points.pose,
-                tuple(name.removeprefix(f"{member.name}/") for name in points.names),
-                None if points.repeat is None or not points.repeat.any() else points.repeat,
-            ).with_arrays({name: values for name, values in points.arrays.items() if name in columns}),
+            points=own,
             robot=self.robot,
             sessions=self.sessions,
             folder=self.folder,

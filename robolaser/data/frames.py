@@ -13,8 +13,7 @@ from robolaser.data.writing import csv_text, robot_table, toml_text
 from robolaser.errors import DataError, UsageError
 from robolaser.robot.kinematics import Robot
 
-FrameColumns = Mapping[str, Iterable[Any]]
-"""Columns by name: a dictionary of lists or arrays, or a data frame of pandas."""
+FrameColumns = Mapping[str, Iterable[Any]]  # by name: a dictionary of lists or arrays, or a data frame of pandas
 
 
 def dataset_of_frames(

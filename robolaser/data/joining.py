@@ -96,12 +96,9 @@ def _measured(dataset: Dataset) -> str:
 
 
 def check_same_arm(one: Dataset, other: Dataset, purpose: str) -> None:
-    """Check that two data sets are of one arm and one kind of sensor.
+    """Check that two data sets are of one arm and one kind of sensor; the second is at fault where they differ.
 
-    Args:
-        one: The first.
-        other: The second, which is at fault where they differ.
-        purpose: For the message: the second cannot be "predicted with what is found on cell".
+    The purpose is for the message: the second cannot be "predicted with what is found on cell".
 
     Raises:
         DataError: They are not; with the difference.
@@ -176,8 +173,7 @@ def _known(datasets: Sequence[Dataset]) -> dict[str, Any]:
 
 def _largest(noises: Sequence[Noise]) -> Noise:
     stated = [{name: sigma for name, sigma in asdict(noise).items() if sigma is not None} for noise in noises]
-    common = set.intersection(*map(set, stated))
-    return Noise(**{name: max(one[name] for one in stated) for name in common})
+    return Noise(**{name: max(one[name] for one in stated) for name in set.intersection(*map(set, stated))})
 
 
 def _differences(one: Dataset, other: Dataset) -> Iterator[str]:
@@ -219,13 +215,10 @@ WORDS = frozenset({"name", "source", "licence", "folder", "warnings"})
 
 
 def fingerprint(*values: Any) -> str:
-    """A digest of values of any kind, 64 hexadecimal digits.
+    """A digest of data sets, dataclasses, mappings, sequences, arrays, texts and numbers, 64 hexadecimal digits.
 
     All fields of a data set count except `WORDS` and derived ones (`compare=False`), so new fields are included
     without a change here.
-
-    Args:
-        values: Data sets, further dataclasses, mappings, sequences, arrays, texts and numbers, one within another.
     """
     return _digest(repr(_plain(values)).encode())
 

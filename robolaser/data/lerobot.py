@@ -29,12 +29,7 @@ class MotorCalibration:
 
 
 def read_servos(text: str, joints: Sequence[str], source: str) -> dict[str, MotorCalibration]:
-    """The servos of joints, by the joints' names.
-
-    Args:
-        text: Of the file.
-        joints: Required ones.
-        source: The file's name in messages.
+    """The servos of required joints in a file's text, by the joints' names; the file's name is for messages.
 
     Raises:
         DataError: It is not such a file, or lacks a joint.

@@ -102,15 +102,9 @@ def _stage(path: Path, data: bytes | Callable[[BinaryIO], object], mode: int) ->
 
 
 def write_streamed(path: Path, head: Callable[[int], bytes], pieces: Iterable[NDArray[Any]]) -> int:
-    """Write records, completely or not at all.
+    """Write records, pieces (n,) in order, completely or not at all, and return their number.
 
-    Args:
-        path: The file; a previous one stays until all is written.
-        head: The header of so many records; its length does not depend on their number.
-        pieces: Records in order, each (n,).
-
-    Returns:
-        The number of records.
+    `head` is the header of so many records; its length does not depend on their number.
 
     Raises:
         OutputError: Writing fails.

@@ -7,8 +7,7 @@ from typing import TypeVar, final
 
 T = TypeVar("T")
 
-OWN = ("base.*", "target.*", "socket.*", "ball.*")
-"""Parameters of each session, unless `[sessions] own` states others: positions of equipment."""
+OWN = ("base.*", "target.*", "socket.*", "ball.*")  # parameters of each session by default: positions of equipment
 ON_FLANGE = "tool.*"  # constant between sessions, but not between campaigns
 STANDING = "hand_eye.*"  # of a sensor that is fixed in the cell: likewise
 FEWEST_POSES = 3  # poses with points that each session needs: fewer do not determine the pose of its base or target

@@ -38,9 +38,7 @@ def described_members(
 ) -> tuple[SensorData, ...]:
     """The sensors of a data set, stripe scanners first: camera and images are theirs.
 
-    Args:
-        contents: Of dataset.toml, with `sensors`.
-        described: Reads the contents of a data set of one sensor.
+    By the contents of dataset.toml; `described` reads those of a data set of one sensor.
 
     Raises:
         DataError: With the key of the error.

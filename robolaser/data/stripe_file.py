@@ -44,20 +44,12 @@ def open_stripes(path: Path) -> Stripes:
 
 
 def write_stripes(path: Path, blocks: Iterable[Stripes]) -> int:
-    """Write line centres piece by piece, completely or not at all.
-
-    Args:
-        path: The file; a previous one stays until all is written.
-        blocks: Pieces, each (n,) of STRIPE, in order.
-
-    Returns:
-        The number of line centres.
+    """Write line centres, pieces (n,) of STRIPE in order, completely or not at all, and return their number.
 
     Raises:
         OutputError: Writing fails.
     """
-    same = (np.asarray(block, STRIPE) for block in blocks)
-    return write_streamed(path, _announced, same)
+    return write_streamed(path, _announced, (np.asarray(block, STRIPE) for block in blocks))
 
 
 def _announced(count: int) -> bytes:

@@ -55,15 +55,11 @@ def subsampled(dataset: Dataset, most: int) -> Dataset:
 
 
 def chosen_rows(dataset: Dataset, seed: int, most: int = MAX_POSES) -> Bools:
-    """Mark rows of poses that are spread over time and configurations, (m,).
+    """Mark rows of about so many poses that are spread over time and configurations, (m,).
 
     Where names mean the same point at every pose, whole poses are kept; else rows evenly taken along those of each
-    pose. Where each pose shows one named point only, there are as many poses of each name.
-
-    Args:
-        dataset: Of which.
-        seed: Of the choice among poses that are near each other.
-        most: Approximate number of poses with rows.
+    pose. Where each pose shows one named point only, there are as many poses of each name. The seed chooses among poses
+    that are near each other.
     """
     points = dataset.points
     chosen = _some(dataset, seed, most)

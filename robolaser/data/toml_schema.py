@@ -77,8 +77,7 @@ def _check(value: object, schema: inspect.Type, file: str, key: Key, *, others: 
             case inspect.DataclassType(), Mapping():
                 types = {one.encode_name: one.type for one in part.fields}
                 if unknown := [name for name in value if name not in types and not others]:
-                    why = f"this key is not known.{near(unknown[0], types)}"
-                    raise refused(file, _name((*key, unknown[0])), why)
+                    raise refused(file, _name((*key, unknown[0])), f"this key is not known.{near(unknown[0], types)}")
                 if missing := [one.name for one in part.fields if one.required and one.name not in value]:
                     expected = _expected(types[missing[0]], missing[0])
                     raise lacking(file, _name((*key, missing[0])), f": expected {expected}")
@@ -117,15 +116,7 @@ def _fits(value: Any, part: inspect.Type) -> bool:
 
 
 def wrong(file: str, key: Key, value: object, expected: str, choices: Sequence[str] = ()) -> DataError:
-    """The error of an unexpected value.
-
-    Args:
-        file: Of the value.
-        key: Its tables and its name.
-        value: The actual one.
-        expected: Description of a correct one.
-        choices: Texts that may have been meant.
-    """
+    """The error of an unexpected value, with the expected one in words; one of some texts may have been meant."""
     shown = repr(value) if len(repr(value)) <= MOST_SHOWN else f"{repr(value)[:MOST_SHOWN]}..."
     guess = meant(value, choices) if isinstance(value, str) else ""
     return refused(file, _name(key), f"{shown}, expected {expected}.{guess}")

@@ -9,8 +9,7 @@ from robolaser.data.cell_config import Cell
 
 QUARTER = 33  # PAR 33, 34, ...: counts of axis 1, 2, ... for 90 degrees (or a metre's quarter turn: a rail's pi/2 m)
 REFERENCE = 52  # PAR 52, 53, ...: counts of axis 1, 2, ... at the reference posture
-COUNTS = (23040, -23040, 23040, -19200, 23040)
-"""Counts for 90 degrees, repeated for more axes: 256 per degree, some encoders reversed."""
+COUNTS = (23040, -23040, 23040, -19200, 23040)  # for 90 degrees, in turn: 256 per degree, some encoders reversed
 HOME = (0.5, 0.35, 0.65, 0.5, 0.5)  # position of each axis's home switch between its limits
 UNLIMITED = np.pi  # range of an axis without limits to either side of zero [rad]
 TENTHS = {"X": 1e4, "Y": 1e4, "Z": 1e4, "P": 1800 / np.pi, "R": 1800 / np.pi}

@@ -114,8 +114,7 @@ class BusServos(ServoChain):
             self._go(i, memory, now_s)
 
     def _go(self, i: int, memory: bytearray, now_s: float) -> None:
-        raw = bytes(memory[self._goal : self._goal + self._size])
-        shown = int.from_bytes(raw, "little", signed=self._dynamixel)
+        shown = int.from_bytes(memory[self._goal : self._goal + self._size], "little", signed=self._dynamixel)
         if not self._dynamixel and shown & 0x8000:
             shown = 0x8000 - shown
         goal, _ = self._within_limits(i, (shown - MIDDLE) * 2 * np.pi / TURN)

@@ -136,8 +136,7 @@ class FaultyController:
         return b""
 
     def _thinned(self, data: bytes, chance: float) -> bytes:
-        kept = self._rng.random(len(data)) >= chance
-        return np.frombuffer(data, np.uint8)[kept].tobytes()
+        return np.frombuffer(data, np.uint8)[self._rng.random(len(data)) >= chance].tobytes()
 
     def _strewn(self, data: bytes, chance: float) -> bytes:
         after = np.flatnonzero(self._rng.random(len(data)) < chance) + 1

@@ -46,9 +46,7 @@ class RigidBody:
 def bodies(text: str, robot: Robot) -> Iterator[RigidBody]:
     """Each link of a URDF after the one that carries it.
 
-    Args:
-        text: The URDF.
-        robot: Names the joints that are read and the flange; others follow these, or are fixed at neutral.
+    Joints that the robot does not read follow others, or are fixed at neutral.
     """
     arm = Robot.from_urdf(text, flange=robot.flange, joints=robot.joints).by_pinocchio
     inertials = {link.get("name"): link.find("inertial") for link in read_xml(text).findall("link")}

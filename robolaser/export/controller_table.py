@@ -19,8 +19,7 @@ from robolaser.data.csv_tables import table_text
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 from robolaser.robot.kinematics import Robot
 
-PARALLEL: Final = np.radians(2.0)
-"""Angle between neighbouring lines, below which the arm is built with parallel ones. A judgement."""
+PARALLEL: Final = np.radians(2.0)  # of neighbouring lines, below which they are built parallel. A judgement
 COINCIDE: Final = 1e-6  # length of a link, below which it has none [m]. A judgement.
 NUMBERS: Final = ("theta", "d", "a", "alpha", "beta")
 HEADER: Final = ("joint", "number", "nominal", "corrected", "correction", "unit", "meaning")

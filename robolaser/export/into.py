@@ -61,16 +61,11 @@ class _Numbers:
 
 
 def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) -> Written:
-    """Write the effects of a moving arm into its model.
+    """Write the effects of a moving arm, as in diagnosis.json or calibration.json, into the text of its model.
 
     A URDF takes friction (`<dynamics>`). An MJCF takes damping, frictionloss and armature of joints, and delay, gains
     and range of their position actuators. A dead zone in a loop of stiffness kp acts as a dry friction of kp times its
     half width, and is written as that.
-
-    Args:
-        text: The user's file.
-        effects: As `effects` of diagnosis.json or calibration.json.
-        source: Name of the file in error messages.
 
     Raises:
         RobotError: It is neither URDF nor MJCF, has none of the joints, or text where an actuator's number should be.
@@ -191,13 +186,7 @@ def _actuator(
 
 
 def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, Any]], source: str) -> Written:
-    """Give the joints of a URDF the origins of another one.
-
-    Args:
-        text: The user's file.
-        corrected: The calibrated arm, robot_corrected.urdf.
-        effects: As `effects` of calibration.json or diagnosis.json.
-        source: Name of the file in error messages.
+    """Give the joints of a user's URDF the origins of the calibrated arm, robot_corrected.urdf.
 
     Raises:
         RobotError: The user's file is no URDF, has none of the joints, or other origins.
@@ -230,15 +219,10 @@ def _origins(robot: ET.Element, source: str) -> dict[str, Array]:
 
 
 def zeros_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) -> Written:
-    """Change `homing_offset` where the zero of a joint is wrong.
+    """Change `homing_offset` in the text of a calibration file where the zero of a joint is wrong.
 
     A servo's position is its count less `homing_offset`, and LeRobot's angle is counted from the middle of
     `range_min` and `range_max`, which stay.
-
-    Args:
-        text: The calibration file.
-        effects: As `effects` of diagnosis.json or calibration.json.
-        source: Name of the file in error messages.
 
     Raises:
         DataError: It is no such file, lacks a joint, or has no room for the change; no zero is wrong, or by an unknown

@@ -82,7 +82,6 @@ def camera_yaml(calibration: Calibration) -> str | None:
         remark = f"# plumb_bob agrees with the calibrated lens within {error_px:.2g} px over the image."
     K = camera.K
     width, height = dataset.image_px
-    P = np.column_stack([K, np.zeros(3)])
     lines = [
         remark,
         f"image_width: {width}",
@@ -92,18 +91,15 @@ def camera_yaml(calibration: Calibration) -> str | None:
         "distortion_model: plumb_bob",
         *_matrix("distortion_coefficients", distortion[None]),
         *_matrix("rectification_matrix", np.eye(3)),
-        *_matrix("projection_matrix", P),
+        *_matrix("projection_matrix", np.column_stack([K, np.zeros(3)])),
     ]
     return "\n".join(lines) + "\n"
 
 
 def plumb_bob(camera: CameraView, image_px: tuple[int, int], *, decentred: bool) -> tuple[Array, float]:
-    """OpenCV's (k1, k2, p1, p2, k3) of a camera, and the largest disagreement over the image [px].
+    """OpenCV's (k1, k2, p1, p2, k3) of a camera with lens effects, and the largest disagreement over the image [px].
 
-    Args:
-        camera: With the lens effects, which are converted too.
-        image_px: Width and height [px].
-        decentred: Whether p1 and p2 may differ from zero.
+    p1 and p2 are zero unless it is decentred.
     """
     width, height = image_px
     across, down = np.meshgrid(np.linspace(-0.5, width - 0.5, GRID), np.linspace(-0.5, height - 0.5, GRID))

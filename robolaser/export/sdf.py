@@ -40,13 +40,7 @@ def sdf(calibration: Calibration) -> str | None:
 
 
 def flange_by_sdf(text: str, robot: Robot, q: Array) -> Array:
-    """T_base_flange of an SDF, (n, j) -> (n, 4, 4).
-
-    Args:
-        text: The file.
-        robot: Names the flange and the joints that are read.
-        q: Joint values.
-    """
+    """T_base_flange of an SDF, (n, j) -> (n, 4, 4); the robot names the flange and the joints that are read."""
     root = ET.fromstring(text)
     placed = {link.get("name"): link.find("pose") for link in root.iter("link")}
     above = {joint.findtext("child"): joint for joint in root.iter("joint")}

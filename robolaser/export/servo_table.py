@@ -26,10 +26,7 @@ WORDS: Final[Mapping[tuple[str, str], tuple[str, str]]] = {
     ("range_limit", "lower"): ("", "joint_limits: min_position: {0:.4g}"),
     ("range_limit", "upper"): ("", "joint_limits: max_position: {0:.4g}"),
     ("viscous_friction", "factor"): ("viscous_friction = {0:.4g}", 'URDF: <dynamics damping="{0:.4g}"/>'),
-    ("coulomb_friction", "torque"): (
-        "friction = dynamic_friction = {0:.4g}",
-        'URDF: <dynamics friction="{0:.4g}"/>',
-    ),
+    ("coulomb_friction", "torque"): ("friction = dynamic_friction = {0:.4g}", 'URDF: <dynamics friction="{0:.4g}"/>'),
     ("rotor_inertia", "inertia"): ("armature = {0:.4g}", ""),
 }
 """By effect and number: the terms of Isaac Lab's actuators and of ROS for the number, 0, or one over it, 1; empty where
@@ -40,11 +37,9 @@ LATE: Final = (("dead_time", "delay"), ("lag", "time"))
 
 
 def servo_table(effects: Sequence[Mapping[str, Any]], step_s: float = 0.0) -> str:
-    """A row for each number, CSV, including numbers for which neither has a term.
+    """A row for each number of a motion's effects, CSV, including numbers for which neither has a term.
 
-    Args:
-        effects: As `effects` of a motion's diagnosis.json.
-        step_s: The time from row to row of its log, the delay of simulators that hold commands.
+    The time from row to row of its log is the delay of simulators that hold commands.
     """
     rows = []
     for one, held in zip(effects, less_hold(effects, step_s), strict=True):
@@ -66,10 +61,6 @@ def less_hold(effects: Sequence[Mapping[str, Any]], step_s: float) -> list[dict[
 
     In a model of a log each command acts from the row before on, so that an arm without delay is at its command.
     Simulators hold each command until the next one, a delay of one row: for the delay of the log, they need a row less.
-
-    Args:
-        effects: As `effects` of diagnosis.json or calibration.json.
-        step_s: The time from row to row.
     """
     left = {one["where"]: step_s for one in effects}
     found = [dict(one) for one in effects]

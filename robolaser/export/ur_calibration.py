@@ -53,12 +53,9 @@ def ur_calibration(calibration: Calibration) -> str | None:
 
 
 def flange_by_ur_calibration(text: str, robot: Robot, q: Array) -> Array:
-    """Flange poses of the description, in the nominal arm's base, (n, 4, 4).
+    """Flange poses by a calibration.yaml, in the nominal arm's base, (n, 6) [rad] -> (n, 4, 4).
 
-    Args:
-        text: A calibration.yaml.
-        robot: The nominal arm, whose flange is on the makers' last link.
-        q: Joint values, (n, 6) [rad].
+    The nominal arm's flange is on the makers' last link.
 
     Raises:
         ValueError: The arm is none of theirs.

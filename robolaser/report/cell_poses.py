@@ -62,8 +62,7 @@ class CellPoses:
     @cached_property
     def flange(self) -> Array:
         """T_base_flange, (n, 4, 4)."""
-        flange = self.model.flange(self.values, self._perturb)[0]
-        return np.broadcast_to(flange, (len(self.dataset.poses), 4, 4))
+        return np.broadcast_to(self.model.flange(self.values, self._perturb)[0], (len(self.dataset.poses), 4, 4))
 
     @property
     def rides(self) -> bool:
@@ -75,8 +74,7 @@ class CellPoses:
         """T_base_camera, (n, 4, 4); None where there is no camera."""
         mount = in_cell(self.model.blocks, self.values, self._perturb).mount
         if mount is not None:
-            cameras: Array = self.flange @ mount[0]
-            return cameras
+            return np.asarray(self.flange @ mount[0])
         if "hand_eye.x" not in self.values:
             return None
         placed = motion(self.values, "hand_eye")
@@ -92,8 +90,7 @@ class CellPoses:
             return np.empty((len(poses), 0, 4, 4))
         placements = self._perturb(Stage.LINKS, robot.placements[None, None])
         own = placements if placements.shape[1] == 1 else placements[:, poses]
-        frames: Array = robot.joint_frames(self._perturb(Stage.JOINTS, q[None])[:, poses], own)[0]
-        return frames
+        return np.asarray(robot.joint_frames(self._perturb(Stage.JOINTS, q[None])[:, poses], own)[0])
 
     @cached_property
     def tip(self) -> Array:

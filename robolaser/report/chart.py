@@ -71,32 +71,24 @@ def embedded(values: Any) -> str:
 def chart(
     title: str, caption: str, alt: str, layers: Sequence[Spec], *, height: float = HEIGHT_PX, zoomable: bool = True
 ) -> Chart:
-    """Put layers on top of each other; the first must have the legend, if any has.
+    """Put layers on top of each other, the lowest first; that must have the legend, if any has.
 
-    Args:
-        title: A few words.
-        caption: What to look for.
-        alt: The content in a sentence.
-        layers: From `layer`, the lowest first.
-        height: Of the plot [px]; its width is the page's.
-        zoomable: Can the view be moved and zoomed? Both axes must be continuous.
+    `alt` is the content in a sentence. The height is the plot's [px]; its width is the page's. Both axes of a zoomable
+    chart must be continuous.
     """
     name = re.sub(r"\W+", "_", title)  # one specification may hold several charts
     params = [SWITCH | {"name": f"shown_{name}"}] if any(_by_series(one) for one in layers) else []
     params += [ZOOM | {"name": f"zoom_{name}"}] if zoomable else []
     first, *others = (_switchable(one, f"shown_{name}") for one in layers)
-    return Chart(
-        title,
-        caption,
-        {
-            "$schema": SCHEMA,
-            "description": alt,
-            "width": "container",
-            "height": round(height),
-            "autosize": {"type": "fit-x", "contains": "padding"},
-            "layer": [first | {"params": params}, *others],
-        },
-    )
+    spec = {
+        "$schema": SCHEMA,
+        "description": alt,
+        "width": "container",
+        "height": round(height),
+        "autosize": {"type": "fit-x", "contains": "padding"},
+        "layer": [first | {"params": params}, *others],
+    }
+    return Chart(title, caption, spec)
 
 
 def layer(mark: str | Spec, data: Sequence[Spec] | str, **encoding: Channel | Sequence[Channel]) -> Spec:
@@ -172,10 +164,7 @@ def rule(**more: Any) -> Spec:
 def equal_axes(points: Array, titles: Sequence[str], *, margin: float = 0.06) -> tuple[Channel, Channel, float]:
     """Channels x and y with one scale for both at any width of the page, and a suitable height [px].
 
-    Args:
-        points: All that must be visible, (n, 2).
-        titles: Of both axes, with units.
-        margin: Left free on each side, as a share of the longer side.
+    All points, (n, 2), are visible, with a margin on each side, a share of the longer side. Titles have units.
     """
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
     sides = high - low + 2 * margin * max(float((high - low).max()), 1e-9)

@@ -42,8 +42,7 @@ class ErrorAnalysis:
         fitted = found.errors_m
         if of_fit is not found.model:
             fitted = of_fit.in_metres(found.x, of_fit.residuals(found.x[None])[0])
-        errors = {"fitted": fitted} | ({} if found.held_out is None else {"held out": found.held_out})
-        return of_fit.dataset, errors
+        return of_fit.dataset, {"fitted": fitted} | ({} if found.held_out is None else {"held out": found.held_out})
 
     @cached_property
     def _some(self) -> Model:
@@ -154,8 +153,7 @@ def _against_noise(over: float, chance: float, error: float, ratio: float) -> st
 
 def lengths_mm(errors: Array) -> Array:
     """Lengths of errors (m, j) [m], (m,) [mm]."""
-    lengths: Array = 1e3 * np.linalg.norm(errors, axis=-1)
-    return lengths
+    return np.asarray(1e3 * np.linalg.norm(errors, axis=-1))
 
 
 def point_names(dataset: Dataset, rows: Ints) -> tuple[list[str], list[str]]:
@@ -169,5 +167,4 @@ def some_rows(errors: Array, most: int) -> Ints:
     if len(errors) <= most:
         return np.arange(len(errors))
     even = evenly(len(errors), most - most // 10)
-    largest = np.argsort(errors)[-(most // 10) :]
-    return np.unique(np.concatenate([even, largest]))
+    return np.unique(np.concatenate([even, np.argsort(errors)[-(most // 10) :]]))

@@ -35,14 +35,9 @@ SENSOR: Final = 0.12  # length of the drawn sensor as a share of the arm's
 def cell_scene(
     model: Model, x: Array, errors_m: Mapping[str, Array], *, title: str, marked: Mapping[str, str] | None = None
 ) -> Scene:
-    """The cell, to be turned and stepped through.
+    """The cell by a fitted model, to be turned and stepped through.
 
-    Args:
-        model: Fitted.
-        x: Its parameters.
-        errors_m: Errors of all rows by the name of their series, the model's last [m].
-        title: A few words.
-        marked: Suspected sites, each with additional text of its label.
+    Errors of all rows are by the name of their series, the model's last [m]; suspected sites are marked by a text.
     """
     dataset, last = model.dataset, list(errors_m.values())[-1]
     of_pose = dataset.points.pose

@@ -202,17 +202,12 @@ def plan_document(plan: MotionPlan) -> Document:
     titles = ("effect", "where", "shown by", "detectable from", "not distinguished from")
     rows = [_limit_row(group, log.joints) for group in _groups(plan)]
     sizes = Table([Column(title, brief=title) for title in titles], rows, printed=len(rows))
-    return Document(
-        log.name,
-        "planned",
-        headline(log),
+    lead = (
         f"Of {len(plan.limits)} possible faults, these motions would show {len(shown)}, and distinguish {alone} of them"
-        " from the others.",
-        "",
-        [],
-        [Section("Smallest sizes", [sizes]), Section("Motions to add", [Notes(plan.next_motions, "steps", 8)])],
-        prints_lead=True,
+        " from the others."
     )
+    sections = [Section("Smallest sizes", [sizes]), Section("Motions to add", [Notes(plan.next_motions, "steps", 8)])]
+    return Document(log.name, "planned", headline(log), lead, "", [], sections, prints_lead=True)
 
 
 def _groups(plan: MotionPlan) -> list[list[MotionLimit]]:

@@ -31,8 +31,7 @@ def render(document: Document, command: str = "") -> str:
     """The document as HTML, with the command that repeats it; all text from data is escaped."""
     names = (*FOR_CHARTS, *OURS) if any(isinstance(one, Charts) for one in document.blocks) else OURS
     scripts = [_script(name) for name in names]
-    page = _environment().get_template("document.html")
-    text: str = page.render(document=document, command=command, version=version())
+    text = _environment().get_template("document.html").render(document=document, command=command, version=version())
     look = json.dumps(CONFIG, separators=(",", ":"))
     tail = [f'<script type="application/json" id="chart-look">{look}</script>']
     tail += [f"<script>{script}</script>" for script in scripts]
@@ -41,8 +40,7 @@ def render(document: Document, command: str = "") -> str:
 
 def fragment(document: Document) -> str:
     """The answer and the terminal's content, for a notebook."""
-    text: str = _environment().get_template("notebook.html").render(document=document)
-    return printable(text)
+    return printable(_environment().get_template("notebook.html").render(document=document))
 
 
 def charts_in(page: str) -> list[Chart]:
@@ -60,9 +58,8 @@ def version() -> str:
 
 def prose(text: str) -> Markup:
     """Text with proper minus signs, and code between backticks."""
-    parts = text.split("`")
     return Markup("").join(
-        Markup("<code>{}</code>").format(part) if i % 2 else minus(part) for i, part in enumerate(parts)
+        Markup("<code>{}</code>").format(part) if i % 2 else minus(part) for i, part in enumerate(text.split("`"))
     )
 
 
@@ -87,5 +84,4 @@ def _environment() -> jinja2.Environment:
 @cache
 def _script(name: str) -> str:
     """A script of this package, without the reference to its absent source map."""
-    text = (resources.files("robolaser") / ASSETS / name).read_text(encoding="utf-8")
-    return text.partition(MADE_BY_A_MAP)[0]
+    return (resources.files("robolaser") / ASSETS / name).read_text(encoding="utf-8").partition(MADE_BY_A_MAP)[0]

@@ -40,8 +40,7 @@ class Plots:
             DependencyMissing: vl-convert is not installed.
         """
         missing = "Still pictures of charts need vl-convert: pip install 'robolaser[notebook]'."
-        drawn: str = extra("vl_convert", missing).vegalite_to_svg(self.spec, vl_version=DRAWN_BY)
-        return drawn
+        return str(extra("vl_convert", missing).vegalite_to_svg(self.spec, vl_version=DRAWN_BY))
 
     def __repr__(self) -> str:
         """Their titles, a line each."""

@@ -34,15 +34,10 @@ def document(plan: PosePlan) -> Document:
         for name, reason in plan.untestable.items()
         if name not in tried
     ]
-    return Document(
-        plan.dataset.name,
-        "planned",
-        f"{plan.dataset.format.title}, {poses} poses{seen}",
-        "",
-        GUESSED if plan.seeing < LEAST_SEEING * poses else "",
-        [Figures(noise)] if noise else [],
-        [Section("Smallest sizes", [sizes, *untried])],
-    )
+    setting = f"{plan.dataset.format.title}, {poses} poses{seen}"
+    doubt = GUESSED if plan.seeing < LEAST_SEEING * poses else ""
+    sections = [Section("Smallest sizes", [sizes, *untried])]
+    return Document(plan.dataset.name, "planned", setting, "", doubt, [Figures(noise)] if noise else [], sections)
 
 
 def _row(limit: DetectionLimit) -> tuple[str, ...]:

@@ -103,5 +103,4 @@ def _listed(values: Array, factor: float = 1e3, decimals: int = DECIMALS) -> lis
     """Numbers in millimetres as lists; null where they are unknown."""
     rounded = np.round(factor * values, decimals).astype(object)
     rounded[~np.isfinite(values)] = None
-    listed: list[Any] = rounded.tolist()
-    return listed
+    return list(rounded.tolist())

@@ -40,8 +40,7 @@ def noise_size(sigma: float, unit: str) -> str:
 def noise_table(known: Iterable[tuple[str, float, str, str]]) -> Table:
     """Each source of noise: its name, standard deviation and unit, and their origin."""
     columns = [Column("Source", width=34), Column("Standard deviation", "number"), Column("Known from", "wide")]
-    rows = [(disturbed(name), noise_size(sigma, unit), origin) for name, sigma, unit, origin in known]
-    return Table(columns, rows)
+    return Table(columns, [(disturbed(name), noise_size(sigma, unit), origin) for name, sigma, unit, origin in known])
 
 
 def untestable(reasons: Mapping[str, str], title: str = "") -> Table:

@@ -82,8 +82,7 @@ class Result(ABC):
         return self._read_back() if document is None else printed(document)
 
     def _read_back(self) -> str:
-        text: str = self.to_frame().to_string()
-        return text
+        return str(self.to_frame().to_string())
 
     def print(self, folder: Path) -> None:
         """Print the summary, in colour on a terminal, and the path of a saved report."""
@@ -106,8 +105,7 @@ class Result(ABC):
         Raises:
             OutputError: The file cannot be written.
         """
-        page = self.files().get(PAGE)
-        write_text(Path(path), page or f"<!doctype html><meta charset=utf-8>{self._repr_html_()}")
+        write_text(Path(path), self.files().get(PAGE) or f"<!doctype html><meta charset=utf-8>{self._repr_html_()}")
 
     def plot(self, *titles: str) -> Plots:
         """The charts of the report.
@@ -183,8 +181,7 @@ class FittedResult(Result, Record):
 
     def to_dict(self) -> dict[str, Any]:
         """The contents of its JSON file."""
-        plain: dict[str, Any] = json.loads(json.dumps(self))
-        return plain
+        return dict(json.loads(json.dumps(self)))
 
     def _saved(self, names: Sequence[str]) -> Files:
         """The files of a loaded result: its JSON file, which names the others, last."""

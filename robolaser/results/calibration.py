@@ -100,8 +100,7 @@ class CalibrationResult(FittedResult):
     def print(self, folder: Path) -> None:
         """Print the summary, with the files for ROS in a folder, and the path of the saved report."""
         if made := self.calibration:
-            document = of_calibration.document(made, brief=True, files=self["files"], folder=folder)
-            print_document(document, folder)
+            print_document(of_calibration.document(made, brief=True, files=self["files"], folder=folder), folder)
 
     def _document(self, *, brief: bool) -> Document | None:
         made = self.calibration

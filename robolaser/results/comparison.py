@@ -45,8 +45,7 @@ class ComparisonResult(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """The contents of comparison.json."""
-        read: dict[str, Any] = json.loads(comparison_json(self.benchmark, self.standings))
-        return read
+        return dict(json.loads(comparison_json(self.benchmark, self.standings)))
 
     def to_frame(self, of: Any = "runs") -> "pd.DataFrame":
         """The runs, or runs and "targets", as `BenchmarkResult.to_frame` has them."""

@@ -64,10 +64,7 @@ def delivered(calibration: Calibration) -> list[Delivered]:
     """The files of the corrected arm with their errors on unseen poses, base and tool fitted to others.
 
     The rest of a model depends on effects that a file cannot hold: if a model fitted without them has a smaller error,
-    the file is of that one.
-
-    Args:
-        calibration: The corrected model, with its fits without each fold.
+    the file is of that one. The calibration has its fits without each fold.
     """
     arm = calibration.model.dataset.robot
     own = tuple(one for one in calibration.model.effects if one.effect.stage in OF_THE_ARM)
@@ -203,8 +200,7 @@ def _placed_anew(calibration: Calibration, part: Dataset, flange: Array, unseen:
         for item in model.sensor_parameters.items
         if (value := held.get(item.name)) is not None
     }  # no closed form need find it
-    given = {**part.parameters, **known}
-    seen = AveragedData.single(replace(part, robot=None, poses=poses, parameters=given))
+    seen = AveragedData.single(replace(part, robot=None, poses=poses, parameters={**part.parameters, **known}))
     placing = Transfer.of(seen, lambda data: course, sensor, held, calibration.noise)
     problem = placing.problem
     x = solve(problem, placing.x[None], kept=~unseen[None], tol=SHARE, enough=ENOUGH).x

@@ -48,11 +48,7 @@ class Difference(dict[str, Any]):
 
 
 def difference(first: str | Path, second: str | Path) -> Difference:
-    """Compare two saved results.
-
-    Args:
-        first: A result's folder, or its JSON file.
-        second: Likewise, of the same kind.
+    """Compare two saved results of one kind, each by its folder or its JSON file.
 
     Raises:
         DataError: One cannot be read, or is no calibration and no diagnosis.
@@ -74,13 +70,7 @@ def between(
     arms: tuple[Robot | None, Robot | None],
     names: tuple[str, str] = ("this", "the other"),
 ) -> Difference:
-    """Compare two results.
-
-    Args:
-        before: The contents of a result's JSON file.
-        after: Likewise, of the same kind.
-        arms: The corrected arms of both.
-        names: Their names in messages.
+    """Compare the contents of two results' JSON files, and both corrected arms; the names are for messages.
 
     Returns:
         `format`; `kind` of the results; `results`, their data sets; `same_data`, whether these are the same; and

@@ -46,9 +46,8 @@ class MotionResult(FittedResult):
 def _delivered(found: dict[str, Any]) -> list[dict[str, Any]]:
     """The table of all the servos' numbers, an entry of `files` that nothing reads back."""
     pairs = dict.fromkeys((one["effect"], one["where"]) for one in found["effects"])
-    return (
-        [{"file": servo_table.FILE, "held_out_mm": None, "contains": [*map(list, pairs)], "lacks": []}] if pairs else []
-    )
+    entry = {"file": servo_table.FILE, "held_out_mm": None, "contains": [*map(list, pairs)], "lacks": []}
+    return [entry] if pairs else []
 
 
 @final
@@ -74,10 +73,7 @@ class MotionCalibrationResult(FittedResult):
 
     def files(self, *, command: str = "") -> Files:
         """calibration.json and the page."""
-        return {
-            "calibration.json": json_text(self.to_dict()),
-            PAGE: render(of_motion.document(self.fit), command),
-        }
+        return {"calibration.json": json_text(self.to_dict()), PAGE: render(of_motion.document(self.fit), command)}
 
     def _document(self, *, brief: bool) -> Document:
         return of_motion.document(self.fit)

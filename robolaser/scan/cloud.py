@@ -46,11 +46,9 @@ class Source:
 
 
 def source_of(recording: Dataset, pixel_px: float) -> Source:
-    """The stripes of a recording: from stripes.npy, else points.csv, else images.
+    """The stripes of a recording on disk: from stripes.npy, else points.csv, else images.
 
-    Args:
-        recording: On disk.
-        pixel_px: Standard deviation of a line centre where it is not known [px].
+    Line centres whose standard deviation is not known have that of `pixel_px`.
 
     Raises:
         ScanError: There is none of them, or stripes.npy is empty.

@@ -64,9 +64,7 @@ def _gathered(kept: list[tuple[Array, Array, Vertices]]) -> tuple[Array, Array, 
 def with_normals(cloud: Vertices, cameras: Array) -> Vertices:
     """The points with unit normals `nx`, `ny`, `nz`: of the plane through their neighbours, towards the camera.
 
-    Args:
-        cloud: All points, (n,).
-        cameras: Positions of the camera in the base frame by pose, (poses, 3) [m].
+    Its positions in the base frame are by pose, (poses, 3) [m].
     """
     places = positions_of(cloud)
     tree, count = cKDTree(places), min(NEIGHBOURS, len(cloud))

@@ -27,16 +27,7 @@ MOST_HEADER = 1 << 16  # bytes in which the header of a cloud of ours ends
 
 
 def write_ply(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype: np.dtype[Any] = VERTEX) -> int:
-    """Write a cloud piece by piece.
-
-    Args:
-        path: The file; a previous one stays until all is written.
-        pieces: Vertices, each (n,).
-        comments: Lines of text at the head of the file.
-        dtype: Of the vertices, where they have more than VERTEX.
-
-    Returns:
-        The number of vertices.
+    """Write a cloud piece by piece, (n,) each, with comments at the head of the file; the number of vertices.
 
     Raises:
         OutputError: Writing fails.

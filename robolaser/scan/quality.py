@@ -30,8 +30,7 @@ RADIUS_SLACK = 0.3  # relative tolerance of a sphere of known radius
 class Primitive:
     """A flat or a round part of a cloud."""
 
-    # a plane's normal, of length one, the axis that it is nearest to positive; a sphere's centre [m], (3,)
-    place: Array
+    place: Array  # a plane's unit normal, positive along its nearest axis; a sphere's centre [m], (3,)
     size: float  # the plane's offset along its normal: normal · P = offset; the sphere's radius [m]
     size_std: float  # standard deviation, for independent errors of points [m]
     on: Bools  # whether each point is on it, (n,)
@@ -284,8 +283,7 @@ def _through(fours: Array) -> tuple[Array, Array]:
     flat = np.abs(np.linalg.det(A)) < 1e-18
     A[flat] = np.eye(3)
     centres = np.linalg.solve(A, b[..., None])[..., 0]
-    radii = np.linalg.norm(centres - fours[:, 0], axis=-1)
-    return centres, np.where(flat, np.inf, radii)
+    return centres, np.where(flat, np.inf, np.linalg.norm(centres - fours[:, 0], axis=-1))
 
 
 def _scales(std: Array) -> tuple[Array, Array]:

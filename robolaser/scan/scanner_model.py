@@ -34,8 +34,7 @@ class ScannerModel:
     dataset: Dataset  # the recording, with the calibrated scanner and its arm
     values: Values  # the fourteen parameters, (1,) each
     effects: tuple[Effect, ...] = ()  # the active ones, in order
-    # share of the run at each pose, where the recording does not start at the run's beginning
-    course: Course | None = None
+    course: Course | None = None  # share of the run at each pose, where the recording does not start at its beginning
 
     def perturb(self, points: Points) -> Perturbation:
         """The effects on given points of the recording."""
@@ -92,12 +91,9 @@ class ScannerModel:
 
 
 def carried_over(calibrated: Calibrated, recording: Dataset, probe: Points) -> tuple[ScannerModel, tuple[str, ...]]:
-    """The scanner's model in a recording, and warnings for the user.
+    """The scanner's model in a recording from `Calibrated.fitted_to`, and warnings for the user.
 
-    Args:
-        calibrated: The scanner.
-        recording: From `Calibrated.fitted_to`.
-        probe: Some pixels of the stripe, for the sizes of possible errors.
+    Some pixels of the stripe probe the sizes of possible errors.
     """
     run = _run_of(calibrated, recording)
     of_scanner = [effect for effect in calibrated.effects if effect.stage is not Stage.TARGET]

@@ -69,8 +69,7 @@ def _seen(exact: Dataset, truth: Mapping[str, float], effects: tuple[CandidateEf
     settled = (np.abs(off) <= 1e3 * SETTLED_PX).all(axis=1)
     inside = ((pixel >= MARGIN_PX) & (pixel <= size - 1 - MARGIN_PX)).all(axis=1) & settled
     enough = np.bincount(corners.pose[inside], minlength=len(exact.poses)) >= FEWEST
-    kept = np.flatnonzero(inside & enough[corners.pose])
-    return replace(corners, pixel=pixel).take(kept)
+    return replace(corners, pixel=pixel).take(np.flatnonzero(inside & enough[corners.pose]))
 
 
 def _near(exact: Dataset) -> Points:
@@ -86,12 +85,8 @@ def _near(exact: Dataset) -> Points:
     columns, rows = (np.ptp(flat, axis=0) + 2 * length) // square + 1
     i, j = np.meshgrid(np.arange(columns), np.arange(rows))
     grid = origin + square * np.stack([i.ravel(), j.ravel()], axis=-1)
-    close = np.linalg.norm(grid[None] - middles[:, None], axis=-1) < length
-    of_pose, number = np.nonzero(close)
+    of_pose, number = np.nonzero(np.linalg.norm(grid[None] - middles[:, None], axis=-1) < length)
     place = grid[number]
-    return Points(
-        poses[of_pose],
-        tuple(f"{int(i.flat[k])}_{int(j.flat[k])}" for k in number),
-        pixel=np.zeros((len(number), 2)),
-        xyz=np.column_stack([place, np.full(len(place), level)]),
-    )
+    names = tuple(f"{int(i.flat[k])}_{int(j.flat[k])}" for k in number)
+    xyz = np.column_stack([place, np.full(len(place), level)])
+    return Points(poses[of_pose], names, pixel=np.zeros((len(number), 2)), xyz=xyz)

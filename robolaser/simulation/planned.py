@@ -12,7 +12,7 @@ from robolaser.data.sensor_format import Mount
 from robolaser.errors import EstimationError
 from robolaser.geometry.rigid_motion import from_angles, inverse, pose
 from robolaser.model.sensors.placements import SIX, motion, numbers_of_motion
-from robolaser.parameters import Values, as_batch
+from robolaser.parameters import as_batch
 from robolaser.simulation.sensors import simulated_sensor
 from robolaser.simulation.setup import CellOptions, RandomStreams, SensorSetup
 
@@ -54,7 +54,7 @@ def planned(dataset: Dataset, *, points: int | None = None, mount: Mount = "flan
     points = kind.default_points if points is None else points
     kind.check_counts(poses=len(dataset.poses), points=points, repeats=1)
     setup = SensorSetup(points, CellOptions(placed=False, mount=mount))
-    blank = replace(dataset, points=Points(np.empty(0, dtype=np.int64), ()), placed=False)
+    blank = replace(dataset, points=Points(), placed=False)
     if not dataset.parameters:
         blank = kind.describe(blank, setup)
     stated = {name: item.nominal for name, item in dataset.parameters.items()}
@@ -63,10 +63,8 @@ def planned(dataset: Dataset, *, points: int | None = None, mount: Mount = "flan
     best, measured, truth = np.zeros(len(q), dtype=bool), blank, {}
     for number in range(DRAWN):
         sensor = kind.build(blank, setup, RandomStreams.of(seed + number))
-        there = robot.forward(sensor.candidates)
-        for placed in _placements({**sensor.truth, **stated}, flange, there):
-            values: Values = as_batch(placed)
-            seen, good = sensor.measure(blank, np.arange(len(q)), values, ())
+        for placed in _placements({**sensor.truth, **stated}, flange, robot.forward(sensor.candidates)):
+            seen, good = sensor.measure(blank, np.arange(len(q)), as_batch(placed), ())
             good = good & (np.abs(seen.arm[1] - q) < MOVED).all(axis=1)
             if good.sum() > best.sum():
                 best, measured, truth = good, seen, placed
@@ -84,12 +82,9 @@ def planned(dataset: Dataset, *, points: int | None = None, mount: Mount = "flan
 
 
 def _placements(truth: Mapping[str, float], flange: Array, there: Array) -> Iterator[dict[str, float]]:
-    """The target as built; then in the same relation to planned poses as to others, unchanged or levelled.
+    """The target as built; then in the same relation to planned poses as to those that see it, unchanged or levelled.
 
-    Args:
-        truth: As built.
-        flange: Planned, T_base_flange, (n, 4, 4).
-        there: Poses that see the target, T_base_flange, (k, 4, 4).
+    By T_base_flange, (n, 4, 4) planned and (k, 4, 4) there.
     """
     yield dict(truth)
     if not all(f"target.{part}" in truth for part in SIX):

@@ -28,8 +28,7 @@ class CellOptions:
 
     placed: bool = True  # whether target points are given in the base frame, or in their own (stripe and camera)
     stripe_axis: str = "u"  # image axis the stripe runs along
-    # nominal turn of the camera on the flange; None: view away from the arm
-    bracket_quat: Quaternion | None = None
+    bracket_quat: Quaternion | None = None  # nominal turn of the camera on the flange; None: view away from the arm
     mount: Mount = "flange"  # mount of a camera or a profile sensor
     repeats: int = 1  # images at each unmoved pose
     sessions: int = 1  # campaigns of the same arm and sensor, each with base, target or sockets elsewhere
@@ -47,8 +46,7 @@ class SensorSetup:
 
     points: int  # in each pose, or names of points
     options: CellOptions
-    # names of the effects that the cell has: a camera that fitted a term of its lens itself would hide them
-    effects: frozenset[str] = frozenset()
+    effects: frozenset[str] = frozenset()  # names of the cell's effects: fitted terms of a camera's lens may hide them
     known: Mapping[str, float] = field(default_factory=dict)  # parameters that an earlier session has, too
 
     @property

@@ -7,7 +7,7 @@ from typing import final, get_args
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.importers.robots import find_robot
 from robolaser.data.joining import join_sessions
 from robolaser.data.sensor_format import Mount
@@ -99,15 +99,9 @@ def simulate(
     sensor_type = simulated_sensor("stripe" if with_corners else kind)
     points = sensor_type.default_points if points is None else points
     sensor_type.check_counts(poses=poses, points=points, repeats=options.repeats)
-    cell = _Cell(
-        find_robot(robot) if isinstance(robot, str) else robot,
-        sensor_type,
-        SensorSetup(points, options, frozenset(name.partition(":")[0] for name in effects or ())),
-        poses,
-        noise or Noise(),
-        effects or {},
-        with_corners=with_corners,
-    )
+    arm = find_robot(robot) if isinstance(robot, str) else robot
+    setup = SensorSetup(points, options, frozenset(name.partition(":")[0] for name in effects or ()))
+    cell = _Cell(arm, sensor_type, setup, poses, noise or Noise(), effects or {}, with_corners=with_corners)
     _check_noise(cell.noise)
     for what, known in WORDS.items():
         if (word := getattr(options, what)) not in known:
@@ -170,7 +164,6 @@ class _Cell:
             robot=robot,
             kind=self.sensor_type.kind,
             poses=Poses(tuple(map(str, range(self.poses))), time_s=_times(q), q=q, qd=speed * way),
-            points=Points(np.empty(0, dtype=np.int64), ()),
             noise=options.stated or self.noise,
         )
         return self.sensor_type.describe(blank, self.setup)
@@ -200,15 +193,8 @@ def paper(robot: Robot, *, effects: Mapping[str, float] | None = None, seed: int
         >>> len(paper(robolaser.find_robot("scorbot_er7"), seed=1).dataset.points)
         25
     """
-    return simulate(
-        robot,
-        poses=5,
-        points=5,
-        noise=Noise(target_m=3e-4),
-        effects=effects,
-        options=CellOptions(stated=Noise(), name="paper"),
-        seed=seed,
-    )
+    noise, options = Noise(target_m=3e-4), CellOptions(stated=Noise(), name="paper")
+    return simulate(robot, poses=5, points=5, noise=noise, effects=effects, options=options, seed=seed)
 
 
 def _check_noise(noise: Noise) -> None:

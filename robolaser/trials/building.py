@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import TrialError
 from robolaser.robot.kinematics import Robot
@@ -141,24 +141,13 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     middle = np.append((camera[:, :2, 3] + depth[:, None] * camera[:, :2, 2]).mean(axis=0), level)
     qd = velocities(q, rng, moving=moving)
     time = pause_times(n, rng)
-    cell = ScannerCell(
-        run=SyntheticRun(robot, q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
-        eye=eye,
-        target=Target(middle, np.eye(3)),
-        pose=np.repeat(np.arange(n), count),
-        at=at.ravel(),
-        level=steps.ravel(),
-    )
+    run = SyntheticRun(robot, q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG)))
+    of_pose = np.repeat(np.arange(n), count)
+    cell = ScannerCell(run, eye, Target(middle, np.eye(3)), pose=of_pose, at=at.ravel(), level=steps.ravel())
     noise = Noise(pixel_px=ranges.noise("pixel_px", rng), target_m=ranges.noise("target_m", rng))
+    poses = Poses(tuple(map(str, range(n))), time_s=time, q=q, qd=qd)
     blank = Dataset(
-        name="blind",
-        robot=robot,
-        poses=Poses(tuple(map(str, range(n))), time_s=time, q=q, qd=qd),
-        points=Points(np.empty(0, dtype=np.int64), ()),
-        parameters=drawing,
-        bracket_quat=quat,
-        image_px=IMAGE_PX,
-        noise=noise,
+        name="blind", robot=robot, poses=poses, parameters=drawing, bracket_quat=quat, image_px=IMAGE_PX, noise=noise
     )
     return World(in_sight(cell, IMAGE_PX), blank, noise, ranges.repeats)
 

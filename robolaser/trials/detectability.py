@@ -39,8 +39,7 @@ class Detectability:
 
     dataset: Dataset  # one row a point, without noise
     truth: Mapping[str, float]  # the ordinary parameters; derived ones may be missing
-    # standard deviations of the sources of a row's noise, repeats averaged, by name; those left out are zero
-    sigmas: Mapping[str, float]
+    sigmas: Mapping[str, float]  # standard deviations of a row's noise by source, repeats averaged; left out: zero
 
     @classmethod
     def of(cls, world: World, *faults: FaultModel) -> "Detectability":

@@ -90,12 +90,10 @@ def _unsuitable(name: str, lacking: str) -> TrialError:
 
 
 def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -> World:
-    """A random cell around a user's scanner, poses and target.
+    """A random cell around a user's poses and target.
 
-    Args:
-        model: To be imitated. The scanner differs a little; target, columns and noise are those of the data.
-        ranges: Of noise that the data set neither states nor shows by repeats.
-        rng: Of random draws.
+    The scanner differs a little; target, columns and noise are those of the data. The ranges are of noise that
+    the data set neither states nor shows by repeats.
     """
     dataset, points = model.dataset, model.dataset.points
     drawn = {item.name: item for item in model.found.model.parameters.items}
@@ -139,14 +137,8 @@ def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.
         T_world_base = pose(turn.as_matrix(), np.array(BASE_M) + rng.uniform(-0.5, 0.5, 3))
         cell, stated = TrackerCell(run, T_world_base, reflectors), None
     noise = Noise(point_m=stated or ranges.noise("point_m", rng))
-    blank = Dataset(
-        name="blind",
-        robot=robot,
-        poses=Poses(tuple(map(str, range(len(q)))), time_s=time, q=q, qd=qd),
-        points=cell.seen(()),
-        kind="point",
-        noise=noise,
-    )
+    poses = Poses(tuple(map(str, range(len(q)))), time_s=time, q=q, qd=qd)
+    blank = Dataset(name="blind", robot=robot, poses=poses, points=cell.seen(()), kind="point", noise=noise)
     return World(cell, blank, noise)
 
 
@@ -165,11 +157,7 @@ def _reflector(number: int, rng: np.random.Generator) -> Array:
 
 
 def stepped(xyz: Array, seen_from: Array) -> tuple[Target, Array]:
-    """Find the parallel flat steps of points.
-
-    Args:
-        xyz: (m, 3) in the base frame [m].
-        seen_from: Any position above them, (3,) [m].
+    """Find the parallel flat steps of points, (m, 3) [m], seen from any position above them, (3,) [m].
 
     Returns:
         The target, and the height of each point's step, (m,) [m].

@@ -46,8 +46,7 @@ class Outcome:
     sure_and_wrong: bool  # whether a wrong name counts as certain
     site_first: bool | None  # whether `where` begins with a true site; None where none is required
     truth: tuple[LocatedEffect, ...]  # effects and locations without outliers
-    # the same of the diagnosis in order, without true small errors
-    named: tuple[LocatedEffect, ...]
+    named: tuple[LocatedEffect, ...]  # the same of the diagnosis in order, without true small errors
     verdict: str  # of the diagnosis
     stated: tuple[tuple[float, bool], ...]  # for each effect named, its probability and whether it is in the world
     stated_classes: tuple[tuple[float, bool], ...]  # the same of classes

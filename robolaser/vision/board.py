@@ -17,8 +17,7 @@ WINDOW_PX = (2, 12)  # half sides of the window in which a corner is sharpened, 
 GLARE = 1.3  # least grey of the stripe relative to the image's light parts
 CELL_PX = 8  # side [px] of a square in the rectified image, for the squares' colours
 LEAST_ALTERNATING = 0.8  # share of squares that alternate with their neighbours; a stripe may hide some
-LARGEST_UNEVENNESS = 0.15
-"""Median distance of corners from a perspective [squares]: more than by any lens, less than in a false grid."""
+LARGEST_UNEVENNESS = 0.15  # median, from a perspective [squares]: more than by any lens, less than in a false grid
 STRAY_MEDIANS = 6.0  # distance from the perspective, in medians, of a corner that the stripe has shifted
 STRAY_LEAST_PX = 0.7  # least such distance [px]
 LEAST_ON_PATTERN = 0.6  # least share of corners that are kept; a median needs more than half
@@ -37,19 +36,11 @@ class BoardCorners:
 
 
 def find_board(image: Image, *, columns: int, rows: int) -> BoardCorners | None:
-    """Find a board's inner corners, to a fraction of a pixel.
+    """Find a board's inner corners in a grey image, to a fraction of a pixel; None if it is not visible.
 
     x runs along the columns, y along the rows, z into the board, the origin is a corner whose outward
     diagonal square is dark. Some patterns look the same after a half or quarter turn: then each possible
     frame is returned. (Where no corner has a dark square outside it, all frames are possible.)
-
-    Args:
-        image: Grey image, (height, width).
-        columns: Inner corners along the board's x.
-        rows: Inner corners along the board's y.
-
-    Returns:
-        The board; None if it is not visible.
     """
     for reduced, scale in _reductions(image):
         found, corners = cv2.findChessboardCorners(reduced, (columns, rows), flags=_SEARCH)
@@ -102,8 +93,7 @@ def _pitch(grid: Array, axis: int) -> Array:
 
 def _reductions(image: Image) -> Iterator[tuple[Image, float]]:
     """Yield the image at several scales: unchanged, without stripe, and with enhanced contrast."""
-    sample = image[::4, ::4]
-    dark, light = np.percentile(sample, (1, 90))
+    dark, light = np.percentile(image[::4, ::4], (1, 90))
     gain = 255.0 / max(1.2 * light - dark, 8.0)
     spread = cv2.convertScaleAbs(np.maximum(image, int(dark)), alpha=gain, beta=-gain * int(dark))
     for source in (image, *_wiped(image, float(light)), spread):

@@ -22,14 +22,9 @@ Orientations = Sequence[Array]  # possible frames on an image's board: grids, (r
 
 
 def oriented(orientations: Sequence[Orientations], R_base_flange: Array, lens: Intrinsics) -> tuple[list[Array], bool]:
-    """Choose for each image the orientation with the same frame as in the others, (rows, columns, 2) [px].
+    """Choose for each image, as taken, the orientation with the same frame as in the others, (rows, columns, 2) [px].
 
-    By the robot's rotations where the lens is known, else by the image sequence.
-
-    Args:
-        orientations: Of each of n images, in the order taken.
-        R_base_flange: Rotation of the flange in each, (n, 3, 3).
-        lens: Of the camera.
+    By the robot's rotations, (n, 3, 3), where the lens is known, else by the image sequence.
 
     Returns:
         One grid for each image, and whether there is no evidence for another orientation.
@@ -42,16 +37,10 @@ def oriented(orientations: Sequence[Orientations], R_base_flange: Array, lens: I
 
 
 def orient_by_continuity(orientations: Sequence[Orientations]) -> list[Array]:
-    """Choose the x direction nearest to that in the previous image.
+    """Choose for each image, as taken, the x direction nearest to that in the previous one.
 
     Correct while the camera rolls by less than a quarter turn between images (an eighth for boards that look the
     same after a quarter turn).
-
-    Args:
-        orientations: Of each image, in the order taken.
-
-    Returns:
-        One grid for each image.
     """
     settled: list[Array] = []
     for ways in orientations:
@@ -63,15 +52,10 @@ def orient_by_continuity(orientations: Sequence[Orientations]) -> list[Array]:
 def orient_by_robot(
     orientations: Sequence[Orientations], R_base_flange: Array, lens: Intrinsics
 ) -> tuple[list[Array], bool]:
-    """Choose orientations so that the board rotates between images by the same angle as the flange.
+    """Choose orientations so that the board rotates between images by the same angle as the flange, (n, 3, 3).
 
     The angle of a rotation is the same in camera and flange, whatever the hand-eye transformation. Each image is
-    compared with the previous ones, and then with all others, until no orientation changes.
-
-    Args:
-        orientations: Of each of n images.
-        R_base_flange: Rotation of the flange in each, (n, 3, 3).
-        lens: A known lens; the side of a square does not matter here.
+    compared with the previous ones, and then with all others, until no orientation changes. The lens is known.
 
     Returns:
         One grid for each image, and whether the flange's rotations exclude all other orientations.

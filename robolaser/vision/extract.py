@@ -130,17 +130,9 @@ def on_board(
         lines = np.flatnonzero(kept)
         taken = lines[_every(centres.line[lines], step)]
         crosses = crosses_squares(centres, on_squares)
-        found.append(
-            OnBoard(
-                number,
-                centres.line[taken],
-                centres.pixel[taken],
-                np.pad(place[taken], ((0, 0), (0, 1))),
-                off[kept],
-                crosses,
-                _beyond(centres, kept) if crosses else 0.0,
-            )
-        )
+        beyond = _beyond(centres, kept) if crosses else 0.0
+        xyz = np.pad(place[taken], ((0, 0), (0, 1)))
+        found.append(OnBoard(number, centres.line[taken], centres.pixel[taken], xyz, off[kept], crosses, beyond))
     return found
 
 

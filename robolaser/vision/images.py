@@ -96,8 +96,7 @@ def light_in(image: Raw, depth: int, weights: Weights | None) -> Image:
         full = light[..., np.argmax(weights)] >= FULL
         light = np.where(full, FULL, mixed + PEDESTAL) if min(weights) < 0 else mixed
     light = np.clip(light, 0, FULL)
-    channel: Image = np.rint(light).astype(np.uint8) if image.dtype == np.uint8 else light.astype(np.float32)
-    return channel
+    return np.asarray(np.rint(light), np.uint8) if image.dtype == np.uint8 else np.asarray(light, np.float32)
 
 
 def _of_another_size(path: Path, here: tuple[int, int], stated: tuple[int, int]) -> ImageError:

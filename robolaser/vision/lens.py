@@ -77,13 +77,7 @@ def _seen(grid: Array, square_m: float) -> tuple[Array, Array]:
 
 
 def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px: int) -> Intrinsics:
-    """Estimate the lens from all visible boards.
-
-    Args:
-        grids: Corners of each image, (rows, columns, 2) [px]; NaN where one is hidden.
-        square_m: Side of a square [m].
-        width_px: Image width [px].
-        height_px: Image height [px].
+    """Estimate the lens from all visible boards, (rows, columns, 2) [px] each; NaN where a corner is hidden.
 
     Returns:
         The lens; not known where the boards are too few or do not determine it.
@@ -139,8 +133,7 @@ def view_board(grid: Array, square_m: float, lens: Intrinsics) -> BoardPlane:
 
 
 def _loose(board: Array, straight: Array, lens: Intrinsics) -> tuple[Array, Array]:
-    H = cv2.findHomography(board, straight)[0]
-    return np.asarray(H, dtype=np.float64), np.full_like(lens.matrix, np.nan)
+    return np.asarray(cv2.findHomography(board, straight)[0], dtype=np.float64), np.full_like(lens.matrix, np.nan)
 
 
 def _rigid(board: Array, straight: Array, lens: Intrinsics) -> tuple[Array, Array]:

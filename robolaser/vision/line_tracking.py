@@ -22,20 +22,16 @@ OF_JUMP = 1.08  # scatter of a centre less the median of five pairs around it, o
 
 
 def track_stripe(centres: LineCentres) -> tuple[Bools, float]:
-    """Choose the centres of one stripe, one at most in each line.
+    """Choose the centres of one stripe among the candidates of an image (n), by line, one at most in each.
 
     Light that continues from line to line forms pieces; steps in depth, edges and gaps end them. Of pieces side by side
     the one with more light is chosen, longer ones before shorter.
-
-    Args:
-        centres: The candidates of an image (n), by line.
 
     Returns:
         Whether each candidate is chosen, (n,), and the ratio of their scatter along the stripe to their stated standard
         deviation, at least 1.
     """
-    likely = _fitting(centres)
-    at = np.flatnonzero(likely)
+    at = np.flatnonzero(_fitting(centres))
     chosen = np.zeros(len(centres), dtype=np.bool_)
     if len(at) == 0:
         return chosen, 1.0
@@ -80,11 +76,9 @@ def _fitting(centres: LineCentres) -> Bools:
 
 
 def pieces(line: Ints, x: Array) -> Ints:
-    """Number the pieces of runs, (n,): each continues in the nearest run of the next line, if that is mutual.
+    """Number the pieces of runs, (n,), by their ascending lines, (n,), and positions in these, (n,) [px].
 
-    Args:
-        line: Line of each run, ascending, (n,).
-        x: Its position in the line, (n,) [px].
+    Each continues in the nearest run of the next line, if that is mutual.
     """
     n = len(line)
     slot = np.arange(n) - np.searchsorted(line, line)

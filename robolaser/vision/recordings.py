@@ -83,8 +83,7 @@ def points_from_images(
         both = with_points_of(recording, [points, corners])
     else:
         both = scanner_with_corners(replace(recording, points=points), corners)
-    extraction = Extraction(points, frames, lens, noise_px, search.channel)
-    return extraction, _with_noise_stated(both, noise_px)
+    return Extraction(points, frames, lens, noise_px, search.channel), _with_noise_stated(both, noise_px)
 
 
 def points_of_images(

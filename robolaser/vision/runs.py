@@ -1,6 +1,6 @@
 """Bright runs, adjacent pixels in one line that a stripe may have lit, and the profile of each."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, final
 
 import cv2
@@ -25,8 +25,7 @@ LEVEL = 0.6  # height, from background (0) to peak (1), above which light counts
 FOOT = 0.3  # height for a second centre; its distance from the first shows an asymmetric profile
 LEAST_SECOND_MOMENT = 0.1  # sum of squared distances of pixels from the centre [px²], at least
 MOST_ASYMMETRY = 0.15  # largest shift from foot to top of a stripe's profile, as a share of the width
-FLANK_PX = 0.05
-"""Error [px] of a saturated centre in addition to noise: its steep flanks are not linear between pixels."""
+FLANK_PX = 0.05  # of a saturated centre beside noise [px]: its steep flanks are not linear between pixels
 
 
 @final
@@ -125,9 +124,7 @@ class LineCentres:
 
     def at(self, kept: Bools | Ints) -> "LineCentres":
         """Select centres by mask or index."""
-        return LineCentres(
-            self.axis, **{item.name: getattr(self, item.name)[kept] for item in fields(self) if item.name != "axis"}
-        )
+        return replace(self, **{one.name: getattr(self, one.name)[kept] for one in fields(self) if one.name != "axis"})
 
 
 def measure(runs: BrightRuns) -> LineCentres:
@@ -171,12 +168,9 @@ def _cut_out(runs: BrightRuns, reach: int) -> tuple[Array, Ints, Array, Ints, In
 
 
 def _above_level(level: Array, grey: Array, peak_column: Ints) -> tuple[Array, Array, Array, Array]:
-    """Integrate the profile, linear between pixels, from flank to flank where it crosses the level.
+    """Integrate profiles, (n, m), linear between pixels, from flank to flank where they cross a level, (n,).
 
-    Args:
-        level: Height, (n,) [grey].
-        grey: Profiles, infinite outside the image, (n, m).
-        peak_column: Index of a pixel inside the run, (n,).
+    They are infinite outside the image; the peak's column, (n,), is inside the run.
 
     Returns:
         Centre of gravity, width between the flanks, area, and squared distance from the centre summed over the pixels

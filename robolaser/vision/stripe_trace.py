@@ -35,14 +35,10 @@ BETTER = 1.1  # least length of a stripe in another channel over that in grey, w
 
 
 def trace(image: Image, axis: ImageAxis) -> Stripes:
-    """Find the stripe in an image, one centre at most in each line of pixels.
+    """Find the stripe in a grey image of the laser's light, one centre at most in each line of pixels.
 
     A centre's standard deviation is that by the image's noise, or by the scatter along the stripe where that is larger
     (speckle, rough surfaces).
-
-    Args:
-        image: Grey image of the laser's light, (height, width).
-        axis: Image axis that the stripe runs along.
 
     Returns:
         The centres, (n,) of STRIPE, along the stripe; their pose is 0.
@@ -111,11 +107,6 @@ def find_channel(shots: Sequence[PoseImages], camera: CameraImages, axis: ImageA
     """Name of the channel in which the stripe is the longest in some of the images; "grey" of grey images.
 
     An image with the laser off is subtracted in each channel first.
-
-    Args:
-        shots: Images of all poses.
-        camera: Their format.
-        axis: Image axis that the stripe runs along.
 
     Raises:
         ImageError: An image is missing, broken or of another size.

@@ -37,8 +37,7 @@ def corners_there(grid: Array) -> Bools:
 
 def is_telling(there: Bools) -> bool:
     """Whether the visible corners, (rows, columns), determine a perspective: one alone keeps each where it is."""
-    xy = np.argwhere(there)
-    xy1 = np.pad(xy, ((0, 0), (0, 1)), constant_values=1)
+    xy1 = np.pad(np.argwhere(there), ((0, 0), (0, 1)), constant_values=1)
     moved = np.cross(np.eye(3), xy1[:, None])  # by each entry of a perspective H, in (xy1) x (H xy1) = 0
     return bool(np.linalg.matrix_rank((moved[..., None] * xy1[:, None, None]).reshape(-1, 9)) == 8)
 

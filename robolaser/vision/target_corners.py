@@ -27,14 +27,10 @@ class Frame:
     pose: str  # its name
     skipped: str = ""  # reason why they have no points; empty if they have
     points: int = 0  # number of points
-    # RMS distance of corners or circles from the board's pattern [px]; NaN where it was not computed
-    corner_rms_px: float = float("nan")
-    # RMS distance of the stripe from a straight line, over kept lines of pixels [px]; NaN without a stripe
-    line_rms_px: float = float("nan")
-    # whether the stripe crosses none of the board's squares: it is assumed to be on the board's plane
-    beside: bool = False
-    # share of the stripe's lines of pixels beyond a step beside the squares, on another surface
-    left_out: float = 0.0
+    corner_rms_px: float = float("nan")  # RMS distance of corners or circles from the pattern [px]; NaN: not computed
+    line_rms_px: float = float("nan")  # RMS of the stripe's kept lines about a straight one [px]; NaN without a stripe
+    beside: bool = False  # whether the stripe crosses no square of the board: it is assumed on the board's plane
+    left_out: float = 0.0  # share of the stripe's lines of pixels beyond a step beside the squares, on another surface
 
 
 @final
@@ -133,10 +129,7 @@ def _as_points(recording: Dataset, board: Board, found: Sequence[_Found]) -> tup
 def corner_points(board: Board, poses: Sequence[int], grids: Sequence[Array]) -> Points:
     """The corners or circles in images as points of a data set, named by column and row: `3_0`.
 
-    Args:
-        board: The board.
-        poses: Rows of poses.csv, one for each image.
-        grids: Their pixels, (rows, columns, 2) [px] each; NaN where one is hidden.
+    Of each image the row of poses.csv, and the pixels, (rows, columns, 2); NaN where one is hidden.
     """
     pixel = np.reshape(grids, (-1, board.rows, board.columns, 2))
     image, row, column = np.nonzero(corners_there(pixel))

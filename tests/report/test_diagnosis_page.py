@@ -29,9 +29,10 @@ from robolaser.model.sensors import scanner_geometry
 from robolaser.report.cell_poses import CellPoses
 from robolaser.report.diagnosis.charts import steps
 from robolaser.report.diagnosis.page import document, figures, suspected
-from robolaser.report.diagnosis.rows import gross_table, limit_table, untestable_table
+from robolaser.report.diagnosis.rows import gross_table, limit_table
 from robolaser.report.digits import millimetres, percent
 from robolaser.report.page import render
+from robolaser.report.setting import untestable
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, simulate
 
@@ -127,10 +128,9 @@ def test_what_was_not_found_is_bounded_in_units_that_people_read(made):
     ]
 
 
-def test_each_reason_why_effects_cannot_be_tested_stands_once(made):
+def test_each_reason_why_effects_cannot_be_tested_stands_once():
     untested = {"latency": "no velocities", "backlash": "no order", "base_shift": "no order"}
-    found = untestable_table(replace(made["explained"], not_testable=untested))
-    assert found.rows == [("Latency", "no velocities"), ("Backlash, base shift", "no order")]
+    assert untestable(untested).rows == [("Latency", "no velocities"), ("Backlash, base shift", "no order")]
 
 
 def test_the_waterfall_hangs_together_from_nominal_to_noise(diagnosis):

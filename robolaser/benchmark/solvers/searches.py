@@ -33,19 +33,14 @@ def scipy_evolution(evaluator: BudgetedEvaluator, seed: int) -> None:
     from scipy.optimize import Bounds, differential_evolution  # noqa: PLC0415 - half a second to import
 
     problem, rng = evaluator.problem, np.random.default_rng(seed)
+    box = Bounds(problem.lower, problem.upper)
 
     def costs(x: Array, /) -> Any:
         found = evaluator.cost(within(np.atleast_2d(x.T), problem))
         return found if x.ndim == 2 else found[0]
 
     while True:
-        differential_evolution(
-            costs,
-            Bounds(problem.lower, problem.upper),
-            vectorized=True,
-            updating="deferred",
-            seed=int(rng.integers(1, 2**31)),
-        )
+        differential_evolution(costs, box, vectorized=True, updating="deferred", seed=int(rng.integers(1, 2**31)))
 
 
 def pycma(evaluator: BudgetedEvaluator, seed: int) -> None:
@@ -60,9 +55,8 @@ def pycma(evaluator: BudgetedEvaluator, seed: int) -> None:
     def start() -> Array:
         return rng.uniform(size=problem.dimension)
 
-    def costs(y: list[Array]) -> list[float]:
-        found: list[float] = evaluator.cost(within(problem.lower + np.array(y) * width, problem)).tolist()
-        return found
+    def costs(y: list[Array]) -> Any:
+        return evaluator.cost(within(problem.lower + np.array(y) * width, problem)).tolist()
 
     with seeded(seed):
         warnings.simplefilter("ignore")

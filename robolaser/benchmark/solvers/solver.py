@@ -44,8 +44,7 @@ class Solver:
     title: str  # a description
     search: Search  # the method
     refuses: RefusalReason = applies_to_all  # reason why it does not apply to a problem
-    # whether its search depends on the budget, so that no run is a part of a longer one
-    knows_budget: bool = False
+    knows_budget: bool = False  # whether its search depends on the budget, so that no run is a part of a longer one
 
 
 def within(x: Array, problem: BenchmarkProblem) -> Array:

@@ -37,12 +37,11 @@ def standings(result: BenchmarkResult, family: str) -> table.Standings:
 def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons) -> table.Standings:
     """Rank the solvers, given their runs as arrays."""
     ranking = _Ranking(arrays)
-    every = range(len(arrays.problems))
     return table.Standings(
         family=family,
         tolerance=float(arrays.tolerances[arrays.headline]),
         seeds=len(arrays.seeds),
-        order=ranking.order(every, refused),
+        order=ranking.order(range(len(arrays.problems)), refused),
         by_problem=tuple(
             table.OnProblem(
                 name, ranking.order([p], refused), tuple(ranking.result(p, a) for a in range(len(arrays.algorithms)))
@@ -192,8 +191,7 @@ def _operator_effects(algorithms: Sequence[str], places: Array, expected: Array)
 
 def _strata(of: Array, one: Ints, other: Ints) -> Array:
     """Columns of pairs of algorithms, (p, a, ...) -> (problems and pairs, 2, ...)."""
-    paired: Array = np.stack([of[:, one], of[:, other]], axis=2)
-    return paired.reshape(-1, 2, *of.shape[2:])
+    return np.stack([of[:, one], of[:, other]], axis=2).reshape(-1, 2, *of.shape[2:])
 
 
 def _pairs(algorithms: Sequence[str]) -> Mapping[tuple[str, str, str], list[tuple[int, int]]]:

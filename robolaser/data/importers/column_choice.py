@@ -34,22 +34,16 @@ def pose_quantities(options: ImportOptions) -> ColumnQuantities:
         angles = dict.fromkeys((*EULER, *ROTATION_VECTOR), ANGLE)
         readings = {**dict.fromkeys(XYZ, LENGTH), **dict.fromkeys(QUATERNION, NONE), **angles}
     else:
-        joints = list(zip(options.robot.joints, options.robot.prismatic, strict=True))
         readings = {
             f"{q}_{joint}": LENGTH if slides else ANGLE
             for q in ("q", "qd", COMMAND.rstrip("_"))
-            for joint, slides in joints
+            for joint, slides in zip(options.robot.joints, options.robot.prismatic, strict=True)
         }
     return {"pose": TEXT, "time_s": TIME, **readings, "temperature_c": NONE, "payload_kg": NONE}
 
 
 def point_quantities(declared: SensorFormat, *, timed: bool = False) -> ColumnQuantities:
-    """The columns of points.csv that can be read, and the quantity of each.
-
-    Args:
-        declared: The sensor's format.
-        timed: Whether a point's pose is determined by its time rather than by its name.
-    """
+    """The columns of points.csv that can be read, and the quantity of each; times determine poses if they are timed."""
     columns = [column for group in declared.columns.values() for column in group]
     when: dict[str, str | None] = {"time_s": TIME} if timed else {"pose": TEXT}
     by_suffix = {"m": LENGTH, "rad": ANGLE, "s": TIME}
@@ -106,8 +100,7 @@ class ColumnReader:
         cells = self.file.cells(source)
         values = np.array([finite(self._plain(cell)) for cell in cells], dtype=np.float64)
         for i in np.flatnonzero(~np.isfinite(values))[:1]:
-            sign = self.options.decimal
-            other = "," if sign == "." else "."
+            other = "," if self.options.decimal == "." else "."
             hint = f". If {other!r} is the decimal sign, add --decimal {other!r}" if other in cells[i] else ""
             raise bad_cell(self.file.file, self.file.lines[i], source, cells[i], f"a finite number{hint}")
         return values

@@ -72,11 +72,10 @@ def pairs_dataset(pairs: Pairs, mount: Mount, options: ImportOptions, left_out: 
     body = BODIES[mount]
     T = inverse(pairs.T_camera_target) if mount == "flange" else pairs.T_camera_target
     n = len(pairs.poses)
-    points = Points(np.arange(n), (body,) * n, xyz=T[:, :3, 3], columns={"quaternion": to_quaternion(T[:, :3, :3])})
     dataset = Dataset(
         options.name,
         pairs.poses,
-        points,
+        Points(np.arange(n), (body,) * n, xyz=T[:, :3, 3], columns={"quaternion": to_quaternion(T[:, :3, :3])}),
         kind="pose",
         robot=options.robot if pairs.poses.q is not None else None,
         path_known=options.path_known,

@@ -84,10 +84,7 @@ def _metres(text: str, stated: str) -> float:
 
 
 def image_files(files: Sequence[Path | None]) -> tuple[tuple[str, ...], dict[str, Contents], tuple[int, int]]:
-    """Images on disk, under their names in the data set's folder `images`.
-
-    Args:
-        files: Of each pose; None where there is none.
+    """Images of poses on disk, None where there is none, under their names in the data set's folder `images`.
 
     Returns:
         The path of each pose's image in the data set, "" where there is none; the contents, by path; and the width
@@ -154,8 +151,7 @@ class ImageFolder(Importer):
         folder, file = paths[0], paths[1] if len(paths) == 2 else _tables(paths[0])[0]
         table = read_any_table(file, options)
         mount, board = mount_of(options, file.name), board_of(options.further, file.name)
-        known = {**pose_quantities(options), IMAGE: TEXT}
-        columns, left_out = choose({POSES: table}, {POSES: known}, options)
+        columns, left_out = choose({POSES: table}, {POSES: {**pose_quantities(options), IMAGE: TEXT}}, options)
         of_poses = dict(columns[POSES].chosen)
         named = of_poses.pop(IMAGE, None)
         if named is None:
@@ -164,8 +160,7 @@ class ImageFolder(Importer):
         read, warnings = poses_of(with_quaternions(poses_table, options.euler), Path(), options.robot)
         files = _files(table, named, folder)
         images, contents, size_px = image_files(files)
-        poses = replace(read, image=images)
-        dataset = camera_recording(poses, size_px, board, mount, options, source=file.name)
+        dataset = camera_recording(replace(read, image=images), size_px, board, mount, options, source=file.name)
         spare = sorted({image.name for image in _images(folder)} - {one.name for one in files if one is not None})
         left_out = (*left_out, *(f"{name}: no row names it" for name in spare))
         return Imported(
@@ -187,8 +182,7 @@ def _files(table: CsvTable, column: str, folder: Path) -> list[Path | None]:
         there = there or known.get(name, [])
         if cell and len(there) > 1:
             folders = ", ".join(sorted(image.parent.name for image in there))
-            where = f"{cell} is in several folders ({folders}). Write FOLDER/{name}."
-            raise bad_row(table.file, line, where, column)
+            raise bad_row(table.file, line, f"{cell} is in several folders ({folders}). Write FOLDER/{name}.", column)
         files.append(there[0] if cell else None)
     return files
 

@@ -24,11 +24,7 @@ GENERAL: Final = ("name", "path_known", "further")  # the options that every imp
 
 
 def stated_units(names: Sequence[str], option: str = "--units") -> dict[str, str]:
-    """The units of lengths, angles and times that a list of units states.
-
-    Args:
-        names: Of at most one unit for each quantity.
-        option: Or file where they are stated, for messages.
+    """The units of lengths, angles and times that a list states, of each at most one; the option is for messages.
 
     Raises:
         UsageError: One is unknown, or two are of one quantity.
@@ -113,8 +109,7 @@ class Imported:
     # the source of each column, with its unit, by table and column; under "" that of all further columns of a table;
     # for dataset.toml, that of parameters or tables
     read_from: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    # unused columns, fields and rows of the files, with a reason where it is not obvious
-    left_out: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()  # unused columns, fields and rows of the files, with the reason if it is not obvious
     images: Mapping[str, Contents] = field(default_factory=dict)  # each image's contents, by its path in the data set
 
     def checked(self) -> Dataset:

@@ -56,9 +56,7 @@ class RosBag(Importer):
 
     def recognises(self, path: Path) -> bool:
         """By its suffix, or as a folder with a file of one of those suffixes."""
-        if path.is_dir():
-            return any(file.suffix in SUFFIXES for file in path.iterdir())
-        return path.suffix in SUFFIXES
+        return any(file.suffix in SUFFIXES for file in (path.iterdir() if path.is_dir() else [path]))
 
     def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
         """Read the measurements, and the arm's readings at their times."""

@@ -198,8 +198,7 @@ def with_axes(table: CsvTable) -> CsvTable:
     if list(table.columns) != ["1", "2", "3"]:
         return table
     point = table.file.rpartition(".")[0]
-    names = [f"{point}.{axis}" for axis in "xyz"]
-    columns = dict(zip(names, table.columns.values(), strict=True))
+    columns = dict(zip([f"{point}.{axis}" for axis in "xyz"], table.columns.values(), strict=True))
     return CsvTable(table.file, columns, table.lines)
 
 
@@ -243,8 +242,7 @@ def without_repeated_times(table: CsvTable, column: str) -> tuple[CsvTable, tupl
     """The rows that do not repeat the previous time, in a table with a pose in each row, and messages on the others."""
     if column not in table or "pose" in table:
         return table, ()
-    cells = table.cells(column)
-    again = np.array([False, *(after == before for before, after in pairwise(cells))])
+    again = np.array([False, *(after == before for before, after in pairwise(table.cells(column)))])
     alike = [own for name, own in table.columns.items() if name != column]
     if not again.any() or any(own[i] == own[i - 1] for own in alike for i in np.flatnonzero(again)[:1]):
         return table, ()  # rows of one pose

@@ -50,13 +50,7 @@ class Match:
 
 
 def match(readings_s: Array, at_s: Array, tolerance_s: float) -> Match:
-    """Match times with those of readings; nothing is extrapolated.
-
-    Args:
-        readings_s: Sorted, (n,) [s].
-        at_s: (m,) [s].
-        tolerance_s: How far the readings before and after may be.
-    """
+    """Match times (m,) with sorted ones of readings, (n,), within a tolerance [s]; nothing is extrapolated."""
     n = len(readings_s)
     after = np.searchsorted(readings_s, at_s)
     inside = (after < n) & ((after > 0) | (readings_s[np.minimum(after, n - 1)] == at_s))
@@ -152,8 +146,7 @@ def joined_by_time(
     seen = measured.take(kept)
     seen = replace(seen, columns={**seen.columns, "pose": tuple(poses.names[i] for i in number.tolist())})
     if "repeat" not in seen:
-        shots = np.array([seen.cells("pose"), seen.texts("point")])
-        _, first = np.unique(shots, axis=1, return_index=True)
+        _, first = np.unique([seen.cells("pose"), seen.texts("point")], axis=1, return_index=True)
         seen = seen.take(np.sort(first))
         left_out += _repeated(measured.file, len(kept) - len(first))
     dataset = replace(log, poses=poses, warnings=(*log.warnings, *warnings))
@@ -227,14 +220,9 @@ def _readings(arm: Poses, at: Match, times: Array) -> Poses:
 def _clock_offset(to_s: Array, T_to: Array, from_s: Array, T_from: Array) -> tuple[float, float] | None:
     """The clock offset between two rigidly connected bodies, to be added to the times of the second.
 
-    The angle by which both turn is the same, whatever their frames are. A grid of offsets is searched by the
-    agreement of turning speeds; least squares of the angles then refine the best.
-
-    Args:
-        to_s: Times of the first by the reference clock, increasing, (n,).
-        T_to: Its poses, (n, 4, 4).
-        from_s: Times of the second by its own clock, increasing, (m,).
-        T_from: Its poses, (m, 4, 4).
+    Times increase, (n,) and (m,); poses are (n, 4, 4) and (m, 4, 4). The angle by which both turn is the same, whatever
+    their frames are. A grid of offsets is searched by the agreement of turning speeds; least squares of the angles then
+    refine the best.
 
     Returns:
         The offset and its standard error [s]; None where the streams are too short or turn too little, or do not turn

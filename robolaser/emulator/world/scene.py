@@ -92,11 +92,7 @@ class RenderedScene:
     projector: Projector = Projector()  # its brightness
 
     def cast(self, origin: Array, direction: Array) -> tuple[Array, Ints]:
-        """Find the first solids on rays.
-
-        Args:
-            origin: Of the rays, (n, 3) or (3,) [m].
-            direction: Unit vectors, (n, 3).
+        """Find the first solids on rays from origins, (n, 3) or (3,) [m], along unit vectors, (n, 3).
 
         Returns:
             Distances, (n,) [m], inf where there is no solid; indices of the solids, (n,), -1 for none.

@@ -25,14 +25,9 @@ class Solid(ABC):
 
     @abstractmethod
     def hit(self, origin: Array, direction: Array) -> Array:
-        """Distances of rays to the surface.
+        """Distances of rays to the surface, (n,) [m]; inf where they miss it.
 
-        Args:
-            origin: Of the rays, (n, 3) or (3,) [m].
-            direction: Unit vectors, (n, 3).
-
-        Returns:
-            Distances, (n,) [m]; inf where they miss it.
+        From origins, (n, 3) or (3,) [m], along unit vectors, (n, 3).
         """
 
     @abstractmethod
@@ -40,12 +35,9 @@ class Solid(ABC):
         """Unit normals, outward, at points of the surface, (n, 3) -> (n, 3)."""
 
     def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
-        """Share of reflected light at points of the surface, (n,): `tone` where nothing is printed on it.
+        """Share of reflected light at points of the surface, (n, 3) -> (n,): `tone` where nothing is printed on it.
 
-        Args:
-            point: (n, 3) [m].
-            eye: Origin of the rays, (3,) [m].
-            breadth: Of a ray [rad]: edges of a print are blurred over it.
+        Edges of a print are blurred over the breadth of a ray [rad] from the eye, (3,).
         """
         return np.full(len(point), self.tone)
 
@@ -83,8 +75,7 @@ class Sphere(Solid):
         towards = np.array(self.centre_m) - origin
         along = np.einsum("...i,...i->...", direction, towards)
         miss2 = np.einsum("...i,...i->...", towards, towards) - along**2
-        half = np.sqrt(np.maximum(self.radius_m**2 - miss2, 0.0))
-        distance = along - half
+        distance = along - np.sqrt(np.maximum(self.radius_m**2 - miss2, 0.0))
         return np.where((miss2 < self.radius_m**2) & (distance > 0), distance, np.inf)
 
     def normal(self, point: Array) -> Array:

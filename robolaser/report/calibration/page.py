@@ -152,11 +152,8 @@ def _remarks(calibration: Calibration, folder: Path | None) -> list[Content]:
     return [Text(line, "quiet", printed=True) for line in lines]
 
 
-GROUPS = 3
-"""Most groups of parameters that the terminal shows."""
+GROUPS = 3  # most groups of parameters that the terminal shows
 FOR_ROS = ("camera.yaml", "robot.urdf", "static_transform.sh", "easy_handeye2.calib")
-
-
 MOST_DOTS = 600  # points that a chart carries
 DIVERGING = ("#2f6fbb", "#a9b1b9", "#cf4a2e")  # from too near to too far; visible on light and dark paper
 

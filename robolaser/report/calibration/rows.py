@@ -45,14 +45,9 @@ def effect_rows(calibration: Calibration) -> list[Sequence[TableCell]]:
             value, std = float(calibration.x[i]), float(calibration.std[i])
             away = abs(value) / std if np.isfinite(std) and std > 0 else None
             which = f"{named(one)}, {item.name.rpartition('.')[2].replace('_', ' ')}"
-            rows.append(
-                (
-                    TableCell(which, below=[one.effect.title]),
-                    TableCell(_measured(calibration, i)),
-                    TableCell("" if away is None else f"{away:.1f}", order=away),
-                    TableCell(note=note(calibration, i)),
-                )
-            )
+            what, size = TableCell(which, below=[one.effect.title]), TableCell(_measured(calibration, i))
+            clear = TableCell("" if away is None else f"{away:.1f}", order=away)
+            rows.append((what, size, clear, TableCell(note=note(calibration, i))))
     return rows
 
 

@@ -37,16 +37,8 @@ def document(comparison: BenchmarkResult, judged: Sequence[Standings], *, brief:
         scopes = [("Limitations", scope) for scope in dict.fromkeys(one.scope for one in shown)]
         terms = [Column("Condition", "name", 20), Column("Value", "wide")]
         sections.append(Section("How it was measured", [Table(terms, [*words.measured(comparison), *scopes])]))
-    return Document(
-        names([problem.name for problem in comparison.problems]),
-        "compared",
-        words.setting(comparison),
-        lead,
-        sense,
-        [],
-        sections,
-        prints_lead=True,
-    )
+    title = names([problem.name for problem in comparison.problems])
+    return Document(title, "compared", words.setting(comparison), lead, sense, [], sections, prints_lead=True)
 
 
 def _parted(answer: str) -> tuple[str, str]:
@@ -133,13 +125,8 @@ def _step_chart(
     of = {name: LINES[coloured[name]] if name in coloured else MUTED for name in order if name in drawn}
     rows = [row for name in reversed(of) for row in records(**drawn[name], series=name)]
     colour = colours(of, legend={"orient": "bottom", "columns": 2})
-    return chart(
-        title,
-        caption,
-        alt,
-        [layer(line(step=True), rows, color=colour, **encoding)],
-        height=HEIGHT_PX + 12 * min(len(order), LEADING),
-    )
+    lines = layer(line(step=True), rows, color=colour, **encoding)
+    return chart(title, caption, alt, [lines], height=HEIGHT_PX + 12 * min(len(order), LEADING))
 
 
 def _steps(spent: Array, share: Array) -> dict[str, Array]:

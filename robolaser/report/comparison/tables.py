@@ -46,13 +46,9 @@ def _standing(
     solved = [f"{standing.solved} of {problems} problems"] if standing.solved < problems > 1 and standing.runs else []
     knows = "knows its budget: searches differently with another" if name in comparison.know_budget else ""
     success = standing.success
+    note = "\n".join(filter(None, (standing.unranked, knows)))
     return [
-        TableCell(
-            name,
-            below=[comparison.solvers[name]],
-            note="\n".join(filter(None, (standing.unranked, knows))),
-            line=colours.get(name, -1),
-        ),
+        TableCell(name, below=[comparison.solvers[name]], note=note, line=colours.get(name, -1)),
         _rank(standing),
         TableCell("" if success.value is None else share(success), below=solved, order=success.value),
         _running_time(standing, results),
@@ -109,12 +105,8 @@ def result_table(problem: ProblemSummary, on: OnProblem, tolerance: float, colou
     ]
     columns = [Column("Algorithm", "name", 23), Column("Rank"), Column("ERT [evaluations]"), Column("Time of a run")]
     columns.append(Column("Final result above the best known: median, quartiles"))
-    return Table(
-        columns,
-        rows,
-        "Expected evaluations to the target, and final results",
-        note=f"Ranked by the target: {target(problem, tolerance)}.",
-    )
+    note = f"Ranked by the target: {target(problem, tolerance)}."
+    return Table(columns, rows, "Expected evaluations to the target, and final results", note=note)
 
 
 def _reached(result: ResultOnProblem) -> TableCell:
@@ -156,12 +148,9 @@ def _pair(order: Order, one: str, other: str) -> TableCell:
     value = pair.superiority.value if pair.one == one else 1.0 - pair.superiority.value
     p = "" if pair.p_adjusted is None else f", {chance(pair.p_adjusted)}"
     significant = "significant" if pair.significant else "not significant"
-    return TableCell(
-        f"{value:.2f}{'*' if pair.significant else ''}",
-        order=value,
-        lean=200 * (value - 0.5),
-        hint=f"{one} beats {other} in {100 * value:.0f} % of pairs; {significant}{p}",
-    )
+    hint = f"{one} beats {other} in {100 * value:.0f} % of pairs; {significant}{p}"
+    star = "*" if pair.significant else ""
+    return TableCell(f"{value:.2f}{star}", order=value, lean=200 * (value - 0.5), hint=hint)
 
 
 def effect_table(standings: Standings) -> Table:

@@ -196,8 +196,7 @@ def _look(diagnosis: Diagnosis) -> str:
     where = _sites(diagnosis)
     if not where:
         return "The remaining error is at no single location. More, and more varied, poses may locate it."
-    largest = where[0].share
-    alike = {part.site: part.coordinate for part in reversed(where) if part.share >= ALIKE * largest}
+    alike = {part.site: part.coordinate for part in reversed(where) if part.share >= ALIKE * where[0].share}
     sites = list(reversed(alike))
     pulled = [site for site in sites if alike[site] == FORCE]
     joints = [site for site in sites if kind_of_site(site) not in SITES and site not in pulled]

@@ -148,8 +148,7 @@ class ExplainedError:
     moves: Array  # the error by the effect, (n,)
     left: Array  # the remaining error, (n,): the sum is the error without the effect
     pose: Ints  # numbers of these poses, (n,)
-    # the most probable alternative, and its remaining error, (n,)
-    rival: tuple[CandidateEffect, Array] | None
+    rival: tuple[CandidateEffect, Array] | None  # the most probable alternative, and its remaining error, (n,)
 
 
 def explained_error(fit: Fit, one: EffectEvidence) -> ExplainedError:

@@ -12,7 +12,7 @@ from robolaser.report.digits import millimetre_interval, millimetres
 from robolaser.report.document import Content, Document, Figure, Figures, Notes, Section, Text, charts
 from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
-from robolaser.report.setting import files_section, noise_table, origin, site_lines
+from robolaser.report.setting import files_section, noise_table, origin, site_lines, untestable
 
 LEAST_SHARE = 0.1  # share of the gap above which a location is marked
 MOST_SITES, MOST_ADVICE = 2, 3  # lines of each on the terminal
@@ -103,6 +103,7 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     floor_m = diagnosis.gap.noise_floor_m
     reading = "Each pose is predicted by a fit without it." if diagnosis.gap.is_held_out else "No pose is held out."
     each_pose = pose_errors(diagnosis.observed, errors, reading=reading, noise_m=floor_m)
+    untested = untestable(diagnosis.not_testable, "What these data cannot test")
     noise = noise_table((name, one.value, one.unit, one.origin) for name, one in diagnosis.noise.items())
     return [
         Section(where, [cell, rows.site_table(diagnosis)]),
@@ -112,7 +113,7 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
         Section("Errors", charts([each_pose])),
         Section("Other data of the same arm", [rows.validation_table(diagnosis)]),
         Section("Poses to measure next", [rows.pose_table(diagnosis)]),
-        Section("What was not found", [rows.limit_table(diagnosis), rows.untestable_table(diagnosis)]),
+        Section("What was not found", [rows.limit_table(diagnosis), untested]),
         Section("Noise", [noise, *_remarks(diagnosis)]),
     ]
 

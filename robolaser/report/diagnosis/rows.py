@@ -12,7 +12,6 @@ from robolaser.estimation.certainty import CERTAIN
 from robolaser.report.diagnosis.advice import UNDETERMINED, caveats, doubt
 from robolaser.report.digits import measured, millimetres, percent, plain
 from robolaser.report.document import Column, Table, TableCell
-from robolaser.report.setting import untestable
 
 MOST_MEMBERS: Final = 8  # members of a class that are listed
 MOST_CLASSES, MOST_EFFECTS = 3, 5  # lines of each on the terminal
@@ -69,10 +68,8 @@ def effect_table(diagnosis: Diagnosis) -> Table:
         )
         for found in diagnosis.findings
     ]
-    is_rest = diagnosis.verdict == "unexplained"
-    note = "Each may have absorbed a part of the unexplained error." if is_rest else ""
-    title = "Single effects" if _is_open(diagnosis) else ""
-    return Table(columns, rows, title, note, printed=MOST_EFFECTS)
+    note = "Each may have absorbed a part of the unexplained error." if diagnosis.verdict == "unexplained" else ""
+    return Table(columns, rows, "Single effects" if _is_open(diagnosis) else "", note, printed=MOST_EFFECTS)
 
 
 def alternative_table(diagnosis: Diagnosis) -> Table:
@@ -155,11 +152,6 @@ def limit_table(diagnosis: Diagnosis) -> Table:
         " causes, and the size above which it is distinguishable from the most similar effect."
     )
     return Table([Column("Not found", "name", 30), Column("Detection limit", "wide")], rows, note=note, fold=0)
-
-
-def untestable_table(diagnosis: Diagnosis) -> Table:
-    """Effects that could not be tested, each reason once."""
-    return untestable(diagnosis.not_testable, "What these data cannot test")
 
 
 def pose_table(diagnosis: Diagnosis) -> Table:

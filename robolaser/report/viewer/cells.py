@@ -45,11 +45,7 @@ def fitted_cell(
 ) -> tuple[CellPoses, Sequence[str]]:
     """The cell of a data set by the numbers of a calibration, by name; and caveats on its effects there.
 
-    Args:
-        dataset: The calibrated run, or a recording of the same cell.
-        effects: Of the calibration.
-        numbers: Of the calibration, including effects.
-        found_in: The calibrated run; None if unknown.
+    The data set is the calibrated run, or a recording of the same cell; `found_in` is None where the run is unknown.
 
     Raises:
         DataError: The calibration lacks a number that the data set's model has: it is of another cell.

@@ -65,8 +65,7 @@ class SimulatedSockets(SimulatedSensor):
             (str(i), str(i + 1), float(np.linalg.norm(after - before)))
             for i, (before, after) in enumerate(pairwise(self.sockets))
         )
-        points = Points(np.arange(len(q)), tuple(map(str, of)))
-        dataset = replace(dataset, points=points, distances_m=distances_m)
+        dataset = replace(dataset, points=Points(np.arange(len(q)), tuple(map(str, of))), distances_m=distances_m)
 
         def at(q: Array) -> Dataset:
             return replace(dataset, poses=replace(dataset.poses, q=q))

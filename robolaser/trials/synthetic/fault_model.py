@@ -108,8 +108,7 @@ class FaultModel(ABC):
     places: ClassVar[Places] = lambda run: run.joints  # its possible locations in a run; by default every joint
     parameter: ClassVar[str] = ""  # the effect library's parameter with the value `size`
     classes: ClassVar[tuple[str, ...]] = ()  # right classes, with `unknown`, of an effect outside the library
-    # equivalent effects, and locations (None: its own)
-    also: ClassVar[tuple[tuple[str, str | None], ...]] = ()
+    also: ClassVar[tuple[tuple[str, str | None], ...]] = ()  # equivalent effects, and locations (None: its own)
 
     where: str  # the location that the truth names
     size: float  # its principal number in SI units; the other numbers are its form

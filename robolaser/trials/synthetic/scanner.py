@@ -56,8 +56,7 @@ class ScannerOptics:
     """The true stripe scanner."""
 
     truth: Mapping[str, float]  # the paper's fourteen numbers, SI
-    # turn of the camera on the flange (x, y, z, w), before the small angles
-    bracket_quat: Quaternion
+    bracket_quat: Quaternion  # turn of the camera on the flange (x, y, z, w), before the small angles
     angles: str  # "xyz" or "zyz"
     stripe_axis: str  # "u" or "v"
 
@@ -120,14 +119,11 @@ class ScannerOptics:
             column = (shown(point)[:, along] - at) * pitch * np.abs(point[:, 2])
             return np.stack([column, light.off(point), surface(point)], axis=-1)
 
-        def newton_step(point: Array) -> Array:
-            here = off(point)
-            slopes = np.stack([(off(point + shift) - here) / STEP_M for shift in STEP_M * np.eye(3)], axis=-1)
-            return np.asarray(np.linalg.solve(slopes, here[..., None])[..., 0])
-
         point = start
         for _ in range(STEPS):
-            point = point - newton_step(point)
+            here = off(point)
+            slopes = np.stack([(off(point + shift) - here) / STEP_M for shift in STEP_M * np.eye(3)], axis=-1)
+            point = point - np.linalg.solve(slopes, here[..., None])[..., 0]
         lost = ~(np.abs(off(point)).max(axis=1) < 1e-10) | (point[:, 2] <= 0)
         point = np.where(lost[:, None], np.nan, point)
         return point, np.where(lost[:, None], np.nan, shown(np.where(lost[:, None], start, point)))

@@ -38,12 +38,8 @@ def read_dh_table(path: Path, convention: Convention | None = None, units: Seque
     A row, from the base to the flange, is "standard" (Denavit, Hartenberg 1955) or "modified" (Craig), see `rows_urdf`.
     A CSV file has a row for each joint with the columns `a`, `alpha`, `d` and `theta`, and perhaps `name`, `kind`,
     `lower`, `upper`, `mass_kg`, `com_x`, `com_y`, `com_z`; a TOML file has `[[joint]]` tables with these
-    keys, `convention` and `units`. A unit may end a name: `d_mm`, `alpha_deg`.
-
-    Args:
-        path: The file.
-        convention: "standard" or "modified", where the file does not state it.
-        units: Of lengths and angles, likewise.
+    keys, `convention` and `units`. A unit may end a name: `d_mm`, `alpha_deg`. The arguments count where the file does
+    not state convention or units.
 
     Raises:
         RobotError: With row and column of a wrong or missing value; there is no moving joint, a prismatic one has no

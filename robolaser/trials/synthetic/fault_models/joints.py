@@ -259,8 +259,7 @@ class PoseScatter(FaultModel, sizes=(2e-5, 1e-4), location="arm"):
 
     def sigma(self, run: SyntheticRun) -> float:
         """RMS error of a joint [rad]."""
-        levers = run.arm.levers(run.q)
-        return self.size / float(np.sqrt(np.square(levers).sum(axis=(1, 2)).mean()))
+        return self.size / float(np.sqrt(np.square(run.arm.levers(run.q)).sum(axis=(1, 2)).mean()))
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """The angles at which they stopped."""

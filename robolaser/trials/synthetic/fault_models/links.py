@@ -62,10 +62,7 @@ class LinkError(FaultModel, effect="link_geometry", sizes=(3e-4, 4e-3)):
 
 @final
 class LinkGrowth(
-    FaultModel,
-    effect="thermal_drift",
-    sizes=(1e-4, 6e-4),
-    places=lambda run: joints_on_long_links(run, LEAST_WARM_M),
+    FaultModel, effect="thermal_drift", sizes=(1e-4, 6e-4), places=lambda run: joints_on_long_links(run, LEAST_WARM_M)
 ):
     """The link before a joint grows as it warms up, towards an end, with an unknown time constant."""
 

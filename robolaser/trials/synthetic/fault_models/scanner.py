@@ -18,8 +18,7 @@ FAR_PX = (2.0, 40.0)
 class HigherRadialDistortion(FaultModel, effect="radial_distortion", sizes=(0.05, 0.9), signed=True, location="camera"):
     """OpenCV's second and third radial terms: k2 is `size`, k3 in proportion."""
 
-    # k3 over k2
-    third: Annotated[float, lambda where, run, rng: float(rng.choice([0.0, rng.uniform(-2.0, 2.0)]))]
+    third: Annotated[float, lambda where, run, rng: float(rng.choice([0.0, rng.uniform(-2.0, 2.0)]))]  # k3 over k2
 
     def lens(self, terms: Array) -> Array:
         """With both terms."""
