@@ -288,9 +288,7 @@ def test_poles_among_the_members_do_not_stop_the_descents(experiment: Simulated)
 def test_the_problem_is_any_pymoo_algorithms(experiment: Simulated, question: object) -> None:
     problem = question(experiment.dataset)
     algorithm = GA(
-        pop_size=40,
-        crossover=ArithmeticCrossover(prob=0.85),
-        mutation=NonUniformMutation(prob_var=0.1, b=5),
+        pop_size=40, crossover=ArithmeticCrossover(prob=0.85), mutation=NonUniformMutation(prob_var=0.1, b=5)
     )
     result = minimize(problem, algorithm, ("n_gen", 30), seed=1)
     assert len(problem.names) == problem.n_var

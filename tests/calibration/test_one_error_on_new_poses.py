@@ -33,13 +33,7 @@ def data(kind: str) -> Dataset:
         return simulate(find_robot("scorbot_er7"), poses=24, noise=NOISE, effects=effects, seed=4).dataset
     repeats = {"repeats": 2, "points": 12} if kind in ("stripe", "camera") else {}
     return simulate_as_asked(
-        find_robot("scorbot_er7"),
-        kind=kind,
-        poses=15,
-        noise=NOISE,
-        stated=Noise(),
-        seed=4,
-        **repeats,
+        find_robot("scorbot_er7"), kind=kind, poses=15, noise=NOISE, stated=Noise(), seed=4, **repeats
     ).dataset
 
 

@@ -136,12 +136,7 @@ def poses(cell: Cell, count: int) -> tuple[Waypoint, ...]:
 
 
 def session(
-    cell: Cell,
-    bench: Bench,
-    writer: RecordingWriter,
-    camera: Any = None,
-    *,
-    position_confirmed: bool = False,
+    cell: Cell, bench: Bench, writer: RecordingWriter, camera: Any = None, *, position_confirmed: bool = False
 ) -> Session:
     """A recording on the bench, ready to run."""
     size = cell.description.image_px

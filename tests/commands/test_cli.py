@@ -311,10 +311,7 @@ def test_generations_of_a_search_that_has_none_are_pointed_out(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (
-            ["simulate", "--robot", "ur5e", "--sensor", "point", "--poses", "5", "--mount", "base"],
-            "leave out --mount",
-        ),
+        (["simulate", "--robot", "ur5e", "--sensor", "point", "--poses", "5", "--mount", "base"], "leave out --mount"),
         (["import", "log.csv", "--dh", "modified"], "--dh modified: of which robot"),
         (["import", "log.csv", "--xacro-arg", "a=b"], "--xacro-arg a=b: of which robot"),
     ],

@@ -164,10 +164,7 @@ MISTAKES = {
     "pixel outside": (cell("points.csv", 2, "v_px", "481"), ["points.csv, row 2, column v_px: pixel", "640 x 480"]),
     "unknown pose": (cell("points.csv", 2, "pose", "77"), ["points.csv, row 2, column pose: no pose '77'"]),
     "pose twice": (edited("poses.csv", lambda rows: [*rows, rows[1]]), ["poses.csv, row 7", "already in row 2"]),
-    "point twice": (
-        edited("points.csv", lambda rows: [*rows, rows[2]]),
-        ["points.csv, row 27", "already in row 3"],
-    ),
+    "point twice": (edited("points.csv", lambda rows: [*rows, rows[2]]), ["points.csv, row 27", "already in row 3"]),
     "short row": (added("points.csv", "0,9\n"), ["points.csv, row 27: 2 cells"]),
     "column twice": (replaced("poses.csv", "q_joint_2", "q_joint_1"), ["two columns 'q_joint_1'"]),
     "empty points": (written("points.csv", ""), ["points.csv is empty"]),

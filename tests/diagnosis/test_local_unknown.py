@@ -13,11 +13,7 @@ from robolaser.diagnosis import examine
 from robolaser.diagnosis.candidate_sites import FORCE
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import rough
-from robolaser.diagnosis.local_unknown import (
-    local_unknown_chi2,
-    posture_unknown_chi2,
-    probability_of_local_unknown,
-)
+from robolaser.diagnosis.local_unknown import local_unknown_chi2, posture_unknown_chi2, probability_of_local_unknown
 from robolaser.diagnosis.localization import localize
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.refits import PostureRivals, Refits

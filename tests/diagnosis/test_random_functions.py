@@ -45,11 +45,7 @@ def test_normal_equations_are_products_of_columns_before_and_after_a_function_is
 
 
 def _compare(
-    fit: Fit,
-    functions: RandomFunctions,
-    places: list[Site],
-    normal: list[Array],
-    whiten: Callable[[Array], Array],
+    fit: Fit, functions: RandomFunctions, places: list[Site], normal: list[Array], whiten: Callable[[Array], Array]
 ) -> None:
     residuals = whiten(fit.at.r)
     for site, products in zip(places, normal, strict=True):

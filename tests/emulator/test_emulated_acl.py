@@ -104,10 +104,7 @@ def test_what_cannot_be_done_is_refused_with_stars(terminal: Terminal, line: str
     assert shown.endswith("\r\n>")
 
 
-@pytest.mark.parametrize(
-    ("line", "error"),
-    [("SETPV P 6 0", "310"), ("SETPV P 1 x", "312")],
-)
+@pytest.mark.parametrize(("line", "error"), [("SETPV P 6 0", "310"), ("SETPV P 1 x", "312")])
 def test_numbers_that_mean_no_place_are_refused(ready: Terminal, line: str, error: str) -> None:
     before = ready.counts("P")
     assert f"*** ERROR {error}" in ready.type(line)

@@ -5,12 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from robolaser.errors import EstimationError
-from robolaser.geometry.hand_eye import (
-    LEAST_TURN,
-    hand_eye_by_travel,
-    robot_world_hand_eye,
-    turn_about_second_axis,
-)
+from robolaser.geometry.hand_eye import LEAST_TURN, hand_eye_by_travel, robot_world_hand_eye, turn_about_second_axis
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 
 

@@ -87,11 +87,7 @@ def test_a_class_in_a_script_joins_the_library_only_where_it_is_asked_for() -> N
         ("Worn = 1 / 0", "Worn", "ZeroDivisionError"),
         ("", "Worn", "AttributeError"),
         ("Worn = 3", "Worn", "it is 3, not a subclass of Effect"),
-        (
-            "from robolaser.model.effects.effect import Effect as Worn",
-            "Worn",
-            "name, title, reference, stage, apply",
-        ),
+        ("from robolaser.model.effects.effect import Effect as Worn", "Worn", "name, title, reference, stage, apply"),
         (WORKING.replace("    stage:", "    ignored:"), "Worn", "does not define stage"),
     ],
 )

@@ -192,10 +192,7 @@ def sizes_of(cell: Cell, rng: np.random.Generator, count: int, **noise: float) -
 
 @pytest.mark.parametrize(
     ("noise", "other"),
-    [
-        ({"point": 3e-5, "joint": 2e-4}, ("probe",)),
-        ({"point": 1e-4, "joint": 0.0}, ("joint", "probe")),
-    ],
+    [({"point": 3e-5, "joint": 2e-4}, ("probe",)), ({"point": 1e-4, "joint": 0.0}, ("joint", "probe"))],
 )
 def test_injected_tracker_noise_is_found_again(noise, other):
     cell = tracker_cell(np.random.default_rng(7), poses=40, robot="scorbot_er7")

@@ -16,10 +16,7 @@ from robolaser.simulation import simulate
 
 SEED = 3
 RNG = np.random.default_rng(SEED)
-CELLS = {
-    "stripe": {"kind": "stripe"},
-    "stripe along v": {"kind": "stripe", "stripe_axis": "v"},
-}
+CELLS = {"stripe": {"kind": "stripe"}, "stripe along v": {"kind": "stripe", "stripe_axis": "v"}}
 
 
 @pytest.fixture(autouse=True)

@@ -81,11 +81,7 @@ def held(values: np.ndarray, rows: int = 2) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("quantity", "rows", "said"),
-    [
-        ("q", 3, "only repeat"),
-        ("command", 3, "between them they are interpolated"),
-    ],
+    ("quantity", "rows", "said"), [("q", 3, "only repeat"), ("command", 3, "between them they are interpolated")]
 )
 def test_readings_that_repeat_add_no_delay_and_commands_that_repeat_shorten_no_lag(
     quantity: str, rows: int, said: str

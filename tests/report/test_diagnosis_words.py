@@ -92,10 +92,7 @@ def with_credible_set():
         (lambda: doubted(geometric()), "These poses do not show which of these single effects are the cause."),
         (one_member_reported, "by the arm's geometry (joint offset of perturb, and 1 more)"),
         (lambda: doubted(geometric(), of_class=0.5), "no cause is certain; most probable is the arm's geometry (50 %)"),
-        (
-            with_credible_set,
-            "The cause is joint offset of perturb or encoder scale of perturb. These poses do",
-        ),
+        (with_credible_set, "The cause is joint offset of perturb or encoder scale of perturb. These poses do"),
         (first_certain, "Certain individually: the zero of perturb is wrong. These poses do"),
         (
             lambda: doubted(of(stripe(robot=arm(), effects=GEOMETRIC[:1]))),

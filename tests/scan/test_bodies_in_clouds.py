@@ -45,11 +45,7 @@ def test_sizes_are_found_within_their_own_doubt(seed):
 
 
 def test_a_size_that_differs_from_the_known_one_is_told_not_bent():
-    found = measure(
-        scene(np.random.default_rng(7), step=0.0103, radius=0.0185),
-        step_m=STEP,
-        sphere_m=RADIUS,
-    )
+    found = measure(scene(np.random.default_rng(7), step=0.0103, radius=0.0185), step_m=STEP, sphere_m=RADIUS)
     errors = [body.error_m for body in found.primitives[1:]]
     np.testing.assert_allclose(errors, [3e-4, 5e-4], atol=3e-5)
 

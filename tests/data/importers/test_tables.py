@@ -131,16 +131,10 @@ OPEN = {
     "units": ({"units": ()}, "In which unit are angles, such as A1"),
     "twice": ({"units": ("deg", "rad")}, "deg and rad are both of angles"),
     "unknown": ({"units": ("mm", "grad")}, "no unit 'grad'"),
-    "robot": (
-        {"robot": None, "columns": {"q_joint_1": "A1"}},
-        r"q_joint_1: .* Name the arm with --robot",
-    ),
+    "robot": ({"robot": None, "columns": {"q_joint_1": "A1"}}, r"q_joint_1: .* Name the arm with --robot"),
     "joint": ({"columns": {k: v for k, v in MAPPED.items() if k != "q_joint_3"}}, "which column is q_joint_3"),
     "point": ({"columns": {k: v for k, v in MAPPED.items() if k != "point"}}, "which point is measured in each row"),
-    "typing error": (
-        {"columns": MAPPED | {"q_joint_9": "A1"}},
-        r"q_joint_9: no such column\. Did you mean",
-    ),
+    "typing error": ({"columns": MAPPED | {"q_joint_9": "A1"}}, r"q_joint_9: no such column\. Did you mean"),
     "sign": ({"decimal": ";"}, "--separator and --decimal are both ';'"),
     "separator": ({"separator": None, "decimal": ";"}, "row has neither a comma nor a tab"),
     "point twice": ({"point": "ball"}, "--point ball: the column 'Prisma' names the points"),
@@ -167,13 +161,7 @@ def test_a_place_that_may_be_the_flanges_or_the_points_is_asked_for(dataset: Dat
 WRONG = {
     "text": (3, 2, "hello", "log.txt, row 4, column A1: 'hello', expected a finite number", "A1"),
     "sign": (3, 8, "1.5", "log.txt, row 4, column X: '1.5', .* If '.' is the decimal sign, add --decimal '.'", "X"),
-    "unit": (
-        1,
-        3,
-        "-3000",
-        r"log.txt, row 2: q_joint_2 is -52\.36 rad, but the URDF .* degrees",
-        None,
-    ),
+    "unit": (1, 3, "-3000", r"log.txt, row 2: q_joint_2 is -52\.36 rad, but the URDF .* degrees", None),
     "far": (2, 8, "1e9", "log.txt, row 3, column x_m: 1e[+]06 m is farther than any arm reaches", "x_m"),
     "moved": (4, 2, "3", "log.txt, row 5, column A1: pose 1 has another value than in row 4", "A1"),
     "same": (2, 7, "0", "log.txt, row 3: pose 0, point 0 was already in row 2", None),

@@ -123,10 +123,7 @@ def test_a_pose_is_held_out_with_all_that_every_sensor_saw_in_it(trackers: Datas
 
 
 def test_each_sensor_has_noise_of_its_own(trackers: Dataset) -> None:
-    members = (
-        trackers.members[0],
-        replace(trackers.members[1], data=replace(trackers.members[1].data, noise=Noise())),
-    )
+    members = (trackers.members[0], replace(trackers.members[1], data=replace(trackers.members[1].data, noise=Noise())))
     errors = 1e-3 * np.random.default_rng(2).standard_normal((len(trackers.points), 3))
     loud = trackers.points["xyz"] + errors * (trackers.points.sensor == 1)[:, None]
     dataset = replace(trackers, members=members, points=replace(trackers.points, xyz=loud))
