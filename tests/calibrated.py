@@ -142,8 +142,7 @@ def finished(model, x):
     rng = np.random.default_rng(6)
     parameters = model.parameters
     std = rng.uniform(1e-4, 1e-3, len(x)) * parameters.width
-    held = np.isin(parameters.names, model.blocks.fixed)
-    std[held] = np.nan
+    std[np.isin(parameters.names, model.blocks.fixed)] = np.nan
     residuals = model.residuals(x[None])[0]
     noise = {
         "stripe": {"pixel": 0.1, "target": 5e-5, "joint": 1e-5},

@@ -100,8 +100,7 @@ def test_any_size_keeps_its_size_and_counts_its_evaluations(pop_size, n_elites):
 def test_the_same_seed_gives_the_same_run_and_another_another():
     first, again = bests(RCGA(pop_size=20))[0], bests(RCGA(pop_size=20))[0]
     assert np.array_equal(first, again)
-    other = minimize(SPHERE, RCGA(pop_size=20), ("n_gen", 40), seed=4)
-    assert other.F[0] != first[-1]
+    assert minimize(SPHERE, RCGA(pop_size=20), ("n_gen", 40), seed=4).F[0] != first[-1]
 
 
 def test_a_run_is_its_seed_and_the_documented_draws():
@@ -117,8 +116,7 @@ def test_a_run_is_its_seed_and_the_documented_draws():
     M = 4
     wheel = np.cumsum(1.0 / J)
     a, b = X[np.searchsorted(wheel / wheel[-1], rng.random((M, 2)))].swapaxes(0, 1)
-    crossed = rng.random(M) < 0.85
-    share = np.where(crossed[:, None], rng.random((M, 1)), 1.0)
+    share = np.where((rng.random(M) < 0.85)[:, None], rng.random((M, 1)), 1.0)
     Y = np.concatenate([share * a + (1 - share) * b, share * b + (1 - share) * a])
     mutated = rng.random(Y.shape) < 0.3
     up = rng.random(mutated.sum()) < 0.5

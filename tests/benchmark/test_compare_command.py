@@ -33,8 +33,7 @@ def at_home():
 @pytest.fixture(scope="module")
 def result(at_home, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("compared") / "result"
-    exports = ["--iohprofiler", "--latex"]
-    assert main([*ASKED, "--output", str(folder), "--jobs", "2", *exports]) == 0
+    assert main([*ASKED, "--output", str(folder), "--jobs", "2", *["--iohprofiler", "--latex"]]) == 0
     return folder
 
 

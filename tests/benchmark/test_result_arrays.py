@@ -49,8 +49,7 @@ def test_a_run_that_found_nothing_ends_infinitely_far_off_even_where_nobody_foun
 def test_targets_are_measured_from_the_best_known_cost_in_units_of_it(comparison):
     problems = tuple(replace(problem, best=1e-3, floor=1e-12) for problem in comparison.problems)
     arrays = replace(comparison, problems=problems).arrays("calibration")
-    run = comparison.runs[0]
-    at = run.trace.first_hits(np.array([1e-3 * (1 + TOLERANCE)]))[0][0]
+    at = comparison.runs[0].trace.first_hits(np.array([1e-3 * (1 + TOLERANCE)]))[0][0]
     assert arrays.evaluations[0, 0, 0, arrays.headline] == at
 
 
@@ -71,7 +70,6 @@ def test_families_are_counted_apart(comparison):
 
 
 def test_who_has_nothing_to_say_on_a_family_is_not_counted_in_it(comparison):
-    refused = {(problem.name, "de"): "no" for problem in comparison.problems}
-    asked = replace(comparison, refused=refused)
+    asked = replace(comparison, refused={(problem.name, "de"): "no" for problem in comparison.problems})
     assert asked.arrays("calibration").algorithms == ("rcga",)
     assert asked.wanted == comparison.wanted / 2

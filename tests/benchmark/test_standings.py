@@ -146,8 +146,7 @@ def test_ties_for_first_place_share_it():
     arrays = _arrays({"one": 1.0, "other": 1.0}, seeds=6)
     arrays.evaluations[:, 1] = arrays.evaluations[:, 0]
     arrays.final[:, 1] = arrays.final[:, 0]
-    found = _ranked(arrays)
-    assert [standing.rank for standing in found.order.places] == [1, 1]
+    assert [standing.rank for standing in _ranked(arrays).order.places] == [1, 1]
 
 
 def test_a_solver_that_never_reached_the_target_has_no_running_time():

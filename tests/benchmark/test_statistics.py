@@ -116,8 +116,7 @@ def test_an_ecdf_never_falls_and_ends_at_the_share_of_targets_that_were_reached(
     rng = np.random.default_rng(6)
     running_times = rng.exponential(100, (3, 2, 5, 4))
     running_times[rng.random(running_times.shape) < 0.4] = np.inf
-    spent = np.full((3, 2, 5), 2000.0)
-    budgets = running_time.budgets(running_times, spent)
+    budgets = running_time.budgets(running_times, np.full((3, 2, 5), 2000.0))
     shares = running_time.shares(running_times, budgets)
     assert (np.diff(shares, axis=1) >= 0).all()
     assert shares[:, -1] == pytest.approx(np.isfinite(running_times).mean(axis=(0, 2, 3)))
@@ -164,13 +163,11 @@ def test_superiority_is_mann_and_whitneys_u_per_pair_of_runs():
 
 @pytest.mark.parametrize("shift", [0.0, 1.5])
 def test_superiority_is_inside_its_interval_nineteen_times_in_twenty(shift):
-    rng = np.random.default_rng(12)
-    x = rng.normal(size=(500, 2, 8)) + np.array([0, shift])[:, None]
+    x = np.random.default_rng(12).normal(size=(500, 2, 8)) + np.array([0, shift])[:, None]
     truth = stats.norm.cdf(shift / np.sqrt(2))
     for problems, trials in ((1, 500), (3, 150)):  # more than 51 and 21 outside would be rare
         found = [difference.superiority(one) for one in np.split(x[: problems * trials], trials)]
-        outside = sum(not of.lower[0, 1] <= truth <= of.upper[0, 1] for of in found)
-        assert not _rare(outside, trials, 0.06)
+        assert not _rare(sum(not of.lower[0, 1] <= truth <= of.upper[0, 1] for of in found), trials, 0.06)
 
 
 def test_superiority_over_several_problems_is_the_mean_of_those_with_runs_of_both():
@@ -223,8 +220,7 @@ def test_where_there_is_no_difference_the_stratified_test_finds_one_in_twenty_at
 def test_where_nobody_differs_one_comparison_in_twenty_at_most_says_that_anybody_does():
     p = difference.rank_sum(np.random.default_rng(17).random((200, 4, 6))).reshape(100, 2, 4, 4)
     chosen = p[np.nanmin(p, axis=(1, 2, 3)) < 0.01]  # no others can be below 0.05 after correction for 12
-    found = sum((difference.holm_pairs(one) < 0.05).any() for one in chosen)
-    assert not _rare(int(found), 100, 0.05)
+    assert not _rare(int(sum((difference.holm_pairs(one) < 0.05).any() for one in chosen)), 100, 0.05)
 
 
 def test_holms_correction_never_lowers_p_and_keeps_their_order():
@@ -239,8 +235,7 @@ def test_holms_correction_never_lowers_p_and_keeps_their_order():
 
 
 def test_holm_corrects_for_pairs_that_are_all_tied_too():
-    x = np.array([[np.ones(6), np.ones(6), np.arange(6.0) + 2]])
-    p = difference.rank_sum(x)
+    p = difference.rank_sum(np.array([[np.ones(6), np.ones(6), np.arange(6.0) + 2]]))
     assert p[0, 0, 1] == 1.0
     assert difference.holm_pairs(p)[0, 0, 2] == pytest.approx(3 * p[0, 0, 2])
 

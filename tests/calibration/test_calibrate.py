@@ -198,13 +198,11 @@ def test_weights_by_noise_come_closer_to_the_truth(rolled: Simulated) -> None:
     errors = {"plain": [], "noise": []}
     for seed in range(3):
         arm = find_robot("scorbot_er7")
-        noise = Noise(pixel_px=0.3, target_m=1e-5)
-        made = simulate(arm, poses=12, points=8, noise=noise, seed=seed)
+        made = simulate(arm, poses=12, points=8, noise=Noise(pixel_px=0.3, target_m=1e-5), seed=seed)
         for weights, found in errors.items():
             result = calibrate(made.dataset, Plan(algorithm="gauss-newton", weights=weights))
             truth = Model(made.dataset).fix_gauge(np.array([made.truth[n] for n in result.model.parameters.names]))
-            error = (result.x - truth) / result.model.parameters.width
-            found.append(np.sqrt((error**2).sum()))
+            found.append(np.sqrt((((result.x - truth) / result.model.parameters.width) ** 2).sum()))
     assert np.mean(errors["noise"]) < np.mean(errors["plain"])
 
 
@@ -345,8 +343,7 @@ def test_sizes_at_a_joint_that_slides_are_lengths() -> None:
     effects = "joint_offset:lift", "backlash:turn", "backlash:lift", "link_geometry:lift"
     dataset = simulate(arm(), kind="point", poses=20, effects={"backlash:lift": 1e-3}, seed=1).dataset
     found = as_json(calibrate(dataset, Plan(effects=effects)))["effects"]
-    units = [next(iter(one["parameters"].values()))["unit"] for one in found]
-    assert units == ["m", "rad", "m", "m"]
+    assert [next(iter(one["parameters"].values()))["unit"] for one in found] == ["m", "rad", "m", "m"]
     assert found[-1]["parameters"]["turn_x"]["unit"] == "rad"
     assert found[2]["parameters"]["lost_motion"]["value"] == pytest.approx(1e-3, rel=1e-3)
     named = diagnosis_json(examine(dataset, [Backlash], seed=1))

@@ -116,16 +116,14 @@ def test_readings_within_their_limits_only_once_two_columns_are_exchanged_raise_
     sound = simulate(find_robot("fr3"), kind="point", poses=10).dataset
     q = sound.arm[1].copy()
     q[:, 0], q[:, 1:3], q[:, 4] = 1.9, 0.0, 0.5
-    wrong = replace(sound, poses=replace(sound.poses, q=q[:, [0, 1, 2, 5, 4, 3, 6]]))
-    save(wrong, tmp_path / "wrong")
+    save(replace(sound, poses=replace(sound.poses, q=q[:, [0, 1, 2, 5, 4, 3, 6]])), tmp_path / "wrong")
     with pytest.raises(DataError, match=r"Are the columns q_fr3_joint4 and q_fr3_joint6 exchanged\?"):
         load(tmp_path / "wrong")
 
 
 def test_where_no_reading_fits_none_is_accused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robolaser.calibration.misread._error", lambda dataset: np.inf)
-    dataset = simulate(find_robot("scorbot_er7"), poses=8, seed=1).dataset
-    assert misread(Model(dataset), np.inf) is None
+    assert misread(Model(simulate(find_robot("scorbot_er7"), poses=8, seed=1).dataset), np.inf) is None
 
 
 def test_rows_that_are_one_pose_off_are_named() -> None:
@@ -181,8 +179,7 @@ def test_inverse_flange_poses_are_named() -> None:
 
 def test_a_camera_at_the_other_end_is_named() -> None:
     data = simulate("scorbot_er7", kind="camera", poses=10, points=8, noise=Noise(pixel_px=0.1), seed=1).dataset
-    wrong = replace(data, options=Mounting("base"), parameters={}, placed=False)
-    found = misread(Model(wrong), rms_m=0.5)
+    found = misread(Model(replace(data, options=Mounting("base"), parameters={}, placed=False)), rms_m=0.5)
     assert found is not None
     assert "mounted on the flange" in found.sentence
 

@@ -131,8 +131,7 @@ def at_home(cell: Cell, home: bool) -> Cell:
 def poses(cell: Cell, count: int) -> tuple[Waypoint, ...]:
     """Poses near home within all limits."""
     home = controller_of(cell).motor(0.0)
-    offsets = np.random.default_rng(8).uniform(-0.15, 0.15, (count, len(home)))
-    return numbered(home + offsets)
+    return numbered(home + np.random.default_rng(8).uniform(-0.15, 0.15, (count, len(home))))
 
 
 def session(

@@ -111,8 +111,7 @@ def test_homing_ends_at_home(cell: Cell) -> None:
 
 
 def test_a_home_that_is_not_found_is_named(cell: Cell) -> None:
-    rig = bench.bench_for(cell, ["homing:3"])
-    arm = bench.arm_on(rig, cell)
+    arm = bench.arm_on(bench.bench_for(cell, ["homing:3"]), cell)
     with pytest.raises(ArmError, match="axis 3"):
         arm.home()
 
@@ -166,8 +165,7 @@ def test_noise_that_looks_like_the_first_prompt_is_no_restart(cell: Cell) -> Non
 def test_a_controller_without_echo_is_asked_for_it(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     rig.controller._controller._echo = False
-    arm = bench.arm_on(rig, cell)
-    np.testing.assert_allclose(arm.read(), rig.motor(), atol=1e-12)
+    np.testing.assert_allclose(bench.arm_on(rig, cell).read(), rig.motor(), atol=1e-12)
 
 
 def test_a_robot_with_more_joints_than_axes_is_refused(cell: Cell) -> None:

@@ -30,8 +30,7 @@ A_DEGREE = 100.0
 def test_an_er_v_plus_counts_directions_in_the_world(
     degrees_of_motors: tuple[float, ...], joints_deg: tuple[float, ...]
 ) -> None:
-    per_quarter = np.full(5, 90 * A_DEGREE)
-    q = radians_per_count("er5plus", per_quarter) @ np.multiply(degrees_of_motors, A_DEGREE)
+    q = radians_per_count("er5plus", np.full(5, 90 * A_DEGREE)) @ np.multiply(degrees_of_motors, A_DEGREE)
     np.testing.assert_allclose(np.rad2deg(q), joints_deg, atol=1e-12)
 
 
@@ -83,8 +82,7 @@ def test_no_er_vii_is_doubted_wherever_it_goes_and_whatever_its_reference_is(tmp
 
 def test_the_type_of_a_scorbot_must_be_stated(tmp_path: Path) -> None:
     folder = cell_folder(tmp_path)
-    text = (folder / "cell.toml").read_text()
-    (folder / "cell.toml").write_text(text.replace('axes = "er7"\n', ""))
+    (folder / "cell.toml").write_text((folder / "cell.toml").read_text().replace('axes = "er7"\n', ""))
     with pytest.raises(DataError, match=r"lacks \[arm\] axes"):
         load_cell(folder)
 

@@ -207,8 +207,7 @@ def test_a_driver_that_refuses_an_exposure_is_pointed_out(running: Callable[...,
 
 
 def test_a_camera_that_is_not_there_is_named(tmp_path: Path) -> None:
-    cell = bench.cell(tmp_path)
-    absent = replace(cell, camera=CameraLine("/dev/video77"))
+    absent = replace(bench.cell(tmp_path), camera=CameraLine("/dev/video77"))
     with pytest.raises(CameraError, match="/dev/video77"):
         open_camera(absent, Clock(), print)
 

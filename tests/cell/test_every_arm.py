@@ -111,8 +111,7 @@ def test_a_lost_line_is_noticed_within_two_seconds(cell: Cell, fault: str) -> No
 
 @pytest.mark.parametrize("fault", ["impact:2", "thermic:4"])
 def test_a_joint_in_trouble_is_named(cell: Cell, fault: str) -> None:
-    rig = bench.bench_for(cell, [f"{fault}@>3s"])
-    moving = mover(rig, cell)
+    moving = mover(bench.bench_for(cell, [f"{fault}@>3s"]), cell)
     home = moving.resting("Before")
     with pytest.raises(ArmAlarm, match=f"joint_{fault[-1]}"):
         moving.move_and_wait(home + 0.5, "p", home)

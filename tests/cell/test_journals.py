@@ -73,8 +73,7 @@ def test_a_recording_is_a_data_set_after_every_entry(cell: Cell, tmp_path: Path)
 
 
 def test_the_images_are_the_ones_that_were_taken(cell: Cell, tmp_path: Path) -> None:
-    writer = with_two_poses(cell, tmp_path / "out")
-    want = sample(writer.waypoints[1], 2.0).images
+    want = sample(with_two_poses(cell, tmp_path / "out").waypoints[1], 2.0).images
     for column, image in want.items():
         name = f"images/p002{column.removeprefix('image').replace('_', '.')}.png"
         np.testing.assert_array_equal(cv2.imread(str(tmp_path / "out" / name), cv2.IMREAD_UNCHANGED), image)
@@ -284,8 +283,7 @@ def test_a_diagnosis_that_asks_for_nothing_is_named(robot: Robot, tmp_path: Path
 
 def test_a_laser_that_cannot_be_switched_leaves_no_column(cell: Cell, tmp_path: Path) -> None:
     always: Any = replace(cell, laser_output=None)
-    writer = bench.begun(always, tmp_path / "out", numbered(Q), shots=1)
-    writer.add([Sample("start", 0.0, Q[0])])
+    bench.begun(always, tmp_path / "out", numbered(Q), shots=1).add([Sample("start", 0.0, Q[0])])
     with (tmp_path / "out" / "poses.csv").open(newline="") as file:
         assert next(csv.reader(file))[-1] == "image"
 

@@ -81,8 +81,7 @@ def printed(pdf: bytes) -> tuple[np.ndarray, float]:
     tags = {256: width, 257: height, 258: 1, 259: 4, 262: 1, 273: 122, 278: height, 279: len(data)}
     entries = b"".join(struct.pack("<HHLL", tag, 4, 1, value) for tag, value in tags.items())
     tiff = (struct.pack("<2sHLH", b"II", 42, 8, len(tags)) + entries).ljust(122, b"\0") + data
-    page = np.asarray(Image.open(io.BytesIO(tiff)).convert("L"))
-    return page, float(found[1]) / POINTS_A_M / size[0]
+    return np.asarray(Image.open(io.BytesIO(tiff)).convert("L")), float(found[1]) / POINTS_A_M / size[0]
 
 
 @pytest.mark.parametrize("board", [BOARD, Board(8, 5, 0.025)], ids=["charuco", "checkerboard"])

@@ -49,8 +49,7 @@ def test_what_is_there_stays_until_the_new_one_can_be_described(cell: Cell, begu
 
 def test_a_recording_that_is_overwritten_leaves_no_image_behind(cell: Cell, begun: Path) -> None:
     (begun / "images" / "mine.png").write_bytes(b"not in poses.csv")
-    writer = RecordingWriter(cell, begun, numbered(Q[2:]), 1)
-    writer.add([Sample("start", 0.0, Q[0])])
+    RecordingWriter(cell, begun, numbered(Q[2:]), 1).add([Sample("start", 0.0, Q[0])])
     assert [file.name for file in (begun / "images").iterdir()] == ["mine.png"]
 
 

@@ -31,8 +31,7 @@ def violations(limits: Limits, start: Array | None, names: Sequence[str], q: Arr
 
 
 def test_a_route_within_all_limits_breaks_none() -> None:
-    rng = np.random.default_rng(2)
-    q = HOME + rng.uniform(-0.1, 0.1, (10, 5))
+    q = HOME + np.random.default_rng(2).uniform(-0.1, 0.1, (10, 5))
     assert not violations(Limits(floor_m=0.05, reach_m=0.9), HOME, [str(i) for i in range(10)], q)
 
 
@@ -48,8 +47,7 @@ def test_every_pose_beyond_a_joints_limit_is_named() -> None:
 
 def test_a_dip_below_the_floor_on_the_way_is_found() -> None:
     """Two postures that stand high, the straight way between which passes low."""
-    rng = np.random.default_rng(5)
-    a, b = rng.uniform(ROBOT.lower, ROBOT.upper, (2, 4000, 5))
+    a, b = np.random.default_rng(5).uniform(ROBOT.lower, ROBOT.upper, (2, 4000, 5))
     share = np.linspace(0, 1, 30)[:, None, None]
     heights = np.array([lowest(ROBOT, place, NONE) for place in a + share * (b - a)])
     ends = np.minimum(heights[0], heights[-1])
@@ -66,8 +64,7 @@ def test_the_sensor_on_the_flange_counts(tmp_path: Path) -> None:
     assert tools.shape == (2, 3)
     np.testing.assert_allclose(np.linalg.norm(tools[1] - tools[0]), 0.14)
     q = np.random.default_rng(1).uniform(ROBOT.lower, ROBOT.upper, (200, 5))
-    T = ROBOT.forward(q[None])[0]
-    heights = apply(T[:, None], tools[None])[..., 2].min(axis=1)
+    heights = apply(ROBOT.forward(q[None])[0][:, None], tools[None])[..., 2].min(axis=1)
     np.testing.assert_allclose(lowest(ROBOT, q, tools), np.minimum(lowest(ROBOT, q, NONE), heights))
     assert (lowest(ROBOT, q, tools) < lowest(ROBOT, q, NONE)).any()
 

@@ -47,8 +47,7 @@ def test_a_collision_on_the_way_costs_no_pose(
     (cell / "cell.toml").write_text(said.replace("[arm]\n", "[arm]\nhome = true\n"))
     with EmulatorProcess(cell, world=world, time_scale=2 * HURRY) as emulated:
         assert record(cell, out, emulated, "--resume") == 0
-    dataset = robolaser.load(out)
-    poses = dataset.poses
+    poses = robolaser.load(out).poses
     assert poses.names[: len(begun.poses)] == begun.poses.names
     assert {"start", "stopped", "resumed", "p001", "p002"} == set(poses.names)
     assert poses.image is not None

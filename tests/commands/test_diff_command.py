@@ -80,8 +80,7 @@ def test_the_page_is_written_where_it_was_asked_for(folder: Path, tmp_path: Path
     out = tmp_path / "moved"
     asked = ["diff", str(folder / "plain"), str(folder / "rolled"), "--output", str(out), "--quiet"]
     assert main(asked) == 0
-    page = (out / "report.html").read_text(encoding="utf-8")
-    assert "laser_roll.laser.angle" in page
+    assert "laser_roll.laser.angle" in (out / "report.html").read_text(encoding="utf-8")
     assert json.loads((out / "diff.json").read_text(encoding="utf-8"))["format"] == "robolaser-diff/1"
     assert main(asked) != 0  # an earlier result is not overwritten
 

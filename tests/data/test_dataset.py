@@ -54,10 +54,8 @@ def test_subsampling_keeps_every_named_point_and_every_pose_of_others() -> None:
     poses, reflectors = 60, 4
     points = Points(np.repeat(np.arange(poses), reflectors), tuple("abcd") * poses, xyz=np.zeros((240, 3)))
     tracked = Dataset("tracker", Poses(tuple(map(str, range(poses)))), points, kind="point")
-    few = subsampled(tracked, 100)
-    assert np.bincount(few.points.number).tolist() == [25] * reflectors
-    stripes = subsampled(replace(tracked, kind="stripe"), 180)
-    assert np.bincount(stripes.points.pose).tolist() == [3] * poses
+    assert np.bincount(subsampled(tracked, 100).points.number).tolist() == [25] * reflectors
+    assert np.bincount(subsampled(replace(tracked, kind="stripe"), 180).points.pose).tolist() == [3] * poses
     assert subsampled(tracked, 240) is tracked
 
 

@@ -98,8 +98,7 @@ def begun(folder):
 
 
 def resumed(folder):
-    cell = load_cell(folder / "cell-acl")
-    return RecordingWriter.resume(cell, folder / "recording", None, None)
+    return RecordingWriter.resume(load_cell(folder / "cell-acl"), folder / "recording", None, None)
 
 
 def as_bytes(text):

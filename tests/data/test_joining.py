@@ -53,8 +53,7 @@ def test_each_of_several_sensors_has_the_largest_noise_that_is_stated_of_it() ->
 def test_an_unplaced_target_with_a_name_is_still_unplaced_when_it_is_read_back(tmp_path: Path) -> None:
     options = CellOptions(placed=False)
     made = simulate("ur5e", kind="stripe+camera", poses=10, noise=Noise(pixel_px=0.1), options=options, seed=1).dataset
-    named = replace(made, members=tuple(replace(one, target="board") for one in made.members))
-    save(named, tmp_path)
+    save(replace(made, members=tuple(replace(one, target="board") for one in made.members)), tmp_path)
     assert [(one.target, one.data.placed) for one in load(tmp_path).members] == [("board", False)] * 2
 
 

@@ -34,8 +34,7 @@ def test_one_or_two_placements_are_no_arm() -> None:
 
 def test_the_geometry_of_an_arm_gives_way_to_one_effect_that_costs_less() -> None:
     made = simulate(find_robot("ur5e"), kind="socket", poses=40, effects={"arm_scale:base": 8e-4}, seed=1)
-    scale = next(one for one in EFFECTS if one.name == "arm_scale")
-    candidates = library([scale, PLACEMENT], made.dataset)
+    candidates = library([next(one for one in EFFECTS if one.name == "arm_scale"), PLACEMENT], made.dataset)
     refits = Refits(Preparation.of(made.dataset, 1).fit(candidates), candidates)
     tests = refits.score_tests(refits.start)
     arm = refits.refit(refits.start, [test for test in tests if test.candidate_effect.effect is PLACEMENT])

@@ -36,8 +36,7 @@ def test_every_effect_is_testable_or_has_a_reason(dataset: Dataset) -> None:
 
 
 def test_what_is_missing_names_the_effects_that_wait_for_it(dataset: Dataset) -> None:
-    poses = replace(dataset.poses, time_s=None, qd=None)
-    found = check_data(replace(dataset, poses=poses))
+    found = check_data(replace(dataset, poses=replace(dataset.poses, time_s=None, qd=None)))
     of_time = next(names for remedy, names in found.missing.items() if "time_s" in remedy)
     assert {"backlash", "base_shift", "hand_eye_drift"} <= set(of_time)
     assert next(names for remedy, names in found.missing.items() if "qd_<joint>" in remedy) == ("latency",)
@@ -64,8 +63,7 @@ def test_a_reason_is_the_one_that_the_diagnosis_gives(dataset: Dataset) -> None:
 
 
 def test_too_few_poses_allow_neither(dataset: Dataset) -> None:
-    few = dataset.of_poses(np.arange(30) < 1)
-    found = check_data(few)
+    found = check_data(dataset.of_poses(np.arange(30) < 1))
     assert "at least 2 are needed" in found.hindrance
     assert "fewer than 5 poses have points" in set(reasons(found).values())
 

@@ -38,8 +38,7 @@ def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[AveragedData
 
 
 def limits_of(fitted: Fit, *wanted: str) -> list[DetectionLimit]:
-    tests = score_tests(fitted, candidate_effects(wanted, fitted.model.dataset))
-    return list(detection_limits(tests))
+    return list(detection_limits(score_tests(fitted, candidate_effects(wanted, fitted.model.dataset))))
 
 
 def test_an_effect_without_rival_is_identified_where_it_is_detected(clean: tuple[AveragedData, Fit]) -> None:

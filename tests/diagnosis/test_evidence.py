@@ -51,8 +51,7 @@ def test_repeats_are_averaged_into_one_row_a_point(clean: tuple[AveragedData, Fi
 
 def test_whitened_residuals_of_a_true_model_are_standard_normal(clean: tuple[AveragedData, Fit]) -> None:
     _, fitted = clean
-    white = fitted.at.white
-    assert kstest(white, "norm").pvalue > 1e-3
+    assert kstest(fitted.at.white, "norm").pvalue > 1e-3
     assert fitted.chi2 == pytest.approx(len(fitted.at.white) - len(fitted.x), abs=4 * np.sqrt(2 * len(fitted.at.white)))
 
 
@@ -187,8 +186,7 @@ def test_where_nothing_is_left_it_lies_nowhere(clean: tuple[AveragedData, Fit]) 
 
 def test_poses_before_a_bump_are_no_gross_errors_of_a_tracker() -> None:
     world = make(find_robot("ur5"), "base_shift", seed=61002, ranges=Ranges(poses=(30, 45)), tracked=True)
-    marked = Preparation.of(world.dataset, 1).weighted.outliers
-    assert marked.mean() < 0.01
+    assert Preparation.of(world.dataset, 1).weighted.outliers.mean() < 0.01
 
 
 FEW = kinds("joint_offset", "encoder_scale", "laser_roll")

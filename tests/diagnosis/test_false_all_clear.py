@@ -111,8 +111,7 @@ def test_an_arm_of_large_stated_repeatability_may_scatter_more_than_others_do() 
 
 
 def test_the_repeatability_of_the_data_sheet_is_read_checked_and_written(tmp_path) -> None:
-    dataset = measured("point", 1e-4, repeatability_m=2e-5)
-    save(dataset, tmp_path / "set")
+    save(measured("point", 1e-4, repeatability_m=2e-5), tmp_path / "set")
     assert load(tmp_path / "set").noise.repeatability_m == 2e-5
     file = tmp_path / "set" / "dataset.toml"
     file.write_text(file.read_text().replace("repeatability_m = 2e-05", "repeatability_m = -1"))

@@ -59,8 +59,7 @@ def test_what_lowers_only_the_error_of_rotations_is_an_explanation() -> None:
     made = simulate(find_robot("panda"), kind="pose", poses=40, noise=noise, seed=2).dataset
     assert made.poses.q is not None
     last = np.array([0, 0, 0, 0, 0, 0, 1])
-    read = replace(made, poses=replace(made.poses, q=made.poses.q * (1.0 - 3e-4 * last)))
-    found = examine(read, seed=1)
+    found = examine(replace(made, poses=replace(made.poses, q=made.poses.q * (1.0 - 3e-4 * last))), seed=1)
     (one,) = found.findings
     assert str(one.candidate_effect) == "encoder_scale at panda_joint7"
     assert one.probability > 0.9

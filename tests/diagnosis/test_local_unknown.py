@@ -38,8 +38,7 @@ def test_a_rough_function_may_have_corners_and_a_constant_slope_between_them() -
     x = np.linspace(-1.0, 2.0, 60)
     step = np.clip((x - 0.5) / 0.3, -0.5, 0.5)
     basis = rough(x)
-    left = step - basis @ np.linalg.lstsq(basis, step, rcond=None)[0]
-    assert np.abs(left).max() < 0.05
+    assert np.abs(step - basis @ np.linalg.lstsq(basis, step, rcond=None)[0]).max() < 0.05
 
 
 def unlike(function: np.ndarray, shapes: np.ndarray) -> float:
@@ -145,11 +144,9 @@ def test_scatter_of_whole_poses_is_no_remainder_of_an_effect() -> None:
         seed=3,
     )
     start = Preparation.of(made.dataset, 1).fit(())
-    few = start.noise.with_scatter_times(0.01)
-    start = Fit.of(start.problem.with_noise(few), start.x)
+    start = Fit.of(start.problem.with_noise(start.noise.with_scatter_times(0.01)), start.x)
     refits = Refits(start, made.effects)
-    fit = refits.refit(start, refits.score_tests(start))
-    assert refits.locally_unmodelled(fit, made.effects[0]) == 0.0
+    assert refits.locally_unmodelled(refits.refit(start, refits.score_tests(start)), made.effects[0]) == 0.0
 
 
 def test_an_effect_is_doubted_by_the_weight_of_models_that_do_without_it() -> None:
@@ -209,11 +206,9 @@ def test_a_base_that_creeps_is_found_at_the_base() -> None:
 
 def test_a_place_is_listed_once() -> None:
     noise = Noise(pixel_px=0.1, target_m=2e-5)
-    effects = {"radial_distortion": 2e8}
-    made = simulate(find_robot("ur5e"), poses=36, noise=noise, effects=effects, seed=5)
+    made = simulate(find_robot("ur5e"), poses=36, noise=noise, effects={"radial_distortion": 2e8}, seed=5)
     suspects = kinds("tangential_distortion", "stripe_bias", "laser_roll", "laser_curvature", "joint_offset")
-    found = examine(made.dataset, suspects, seed=1)
-    places = [(one.site, one.coordinate) for one in found.where]
+    places = [(one.site, one.coordinate) for one in examine(made.dataset, suspects, seed=1).where]
     assert places[0] == ("camera", "image position")
     assert len(set(places)) == len(places)
 
@@ -243,5 +238,4 @@ def slipped(site: str) -> Dataset:
 @pytest.mark.parametrize("site", ["shoulder_lift_joint", "hand_eye", "payload", "base"])
 def test_what_slips_at_a_moment_explains_what_another_shift_then_would_and_not_what_a_base_does(site: str) -> None:
     fit = Preparation.of(slipped(site), 1).fit(())
-    explained = sparse_shape_chi2(fit, "base") / (fit.chi2 - fit.freedoms)
-    assert (explained > 0.9) == (site != "base")
+    assert ((sparse_shape_chi2(fit, "base") / (fit.chi2 - fit.freedoms)) > 0.9) == (site != "base")

@@ -27,8 +27,7 @@ def fitted() -> Fit:
 
 def whitened(columns: Array, believed: Array) -> Array:
     """Columns once a random function with some columns of unit size counts as noise."""
-    covariance = np.eye(len(believed)) + believed @ believed.T
-    values, V = np.linalg.eigh(covariance)
+    values, V = np.linalg.eigh(np.eye(len(believed)) + believed @ believed.T)
     return np.asarray((V / np.sqrt(values)) @ V.T @ columns)
 
 

@@ -154,8 +154,7 @@ def test_known_distances_between_reflectors_tell_it_from_the_trackers_scale() ->
     first = points["xyz"][points.pose == 0]
     near = points.names[:3]
     known = tuple((near[i], near[j], float(np.linalg.norm(first[i] - first[j]))) for i, j in ((0, 1), (0, 2), (1, 2)))
-    found = examine(grown(1e-3, distances_m=known), OF_LENGTHS, seed=0)
-    assert names(found) == ["arm_scale"]
+    assert names(examine(grown(1e-3, distances_m=known), OF_LENGTHS, seed=0)) == ["arm_scale"]
 
 
 def seen_by(bent: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Dataset:
@@ -200,8 +199,7 @@ def test_a_reflector_that_is_seen_from_the_side_is_an_unknown_cause_of_the_measu
     points = made.dataset.points
     view = points["xyz"] / np.linalg.norm(points["xyz"], axis=1)[:, None]
     faces = np.einsum("ij,mjk->mik", R, made.dataset.flange()[points.pose, :3, :3]) @ [0.6, 0.0, 0.8]
-    farther = 4e-4 * (1.0 - np.abs((faces * view).sum(axis=1))) ** 2
-    xyz = points["xyz"] + farther[:, None] * view
+    xyz = points["xyz"] + (4e-4 * (1.0 - np.abs((faces * view).sum(axis=1))) ** 2)[:, None] * view
     found = examine(replace(made.dataset, points=replace(points, xyz=xyz)), seed=0)
     assert (found.where[0].site, found.where[0].coordinate) == ("measuring_system", "direction of view")
     assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
@@ -226,8 +224,7 @@ def test_a_bearing_that_runs_out_is_an_unknown_cause_at_its_joint_and_no_foundat
     points = made.dataset.points
     turn = made.dataset.arm[1][points.pose, 0]
     runs_out = np.column_stack([1.5e-4 * np.cos(2.0 * turn), 5e-5 * np.sin(turn), 8e-5 * np.sin(2.0 * turn)])
-    xyz = points["xyz"] + runs_out @ R.T
-    found = examine(replace(made.dataset, points=replace(points, xyz=xyz)), seed=0)
+    found = examine(replace(made.dataset, points=replace(points, xyz=points["xyz"] + runs_out @ R.T)), seed=0)
     assert (found.where[0].site, found.where[0].coordinate) == ("panda_joint1", "angle of panda_joint1")
     assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
 
@@ -300,8 +297,7 @@ def test_a_scanner_s_camera_has_the_laser_beside_it_also_where_it_sees_corners()
     made = simulate(find_robot("ur5"), kind="stripe+camera", poses=8).dataset
     assert DRIFT.locations(made) == ()
     corners, stripe = sorted(made.members, key=lambda one: one.data.kind)
-    apart = replace(made, members=(stripe, replace(corners, camera="another")))
-    assert DRIFT.locations(apart) == ("camera",)
+    assert DRIFT.locations(replace(made, members=(stripe, replace(corners, camera="another")))) == ("camera",)
 
 
 def test_of_a_camera_that_turns_neither_bracket_nor_camera_is_certain() -> None:

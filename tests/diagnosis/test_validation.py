@@ -82,9 +82,7 @@ def test_what_closes_less_than_half_of_another_gap_hardly_carries_over(found):
 def test_a_scanner_is_transferred_with_its_own_parameters():
     """A stripe scanner's fourteen parameters stay as found; nothing but an unplaced target is fitted anew."""
     noise = {"noise": Noise(pixel_px=0.05)}
-    robot = find_robot("scorbot_er7")
-    made = simulate_as_asked(robot, poses=12, placed=False, seed=3, **noise)
-    whole = made.dataset
+    whole = simulate_as_asked(find_robot("scorbot_er7"), poses=12, placed=False, seed=3, **noise).dataset
     here = np.arange(len(whole.poses)) % 3 != 0
     validation = examine(whole.of_poses(here), OFFSETS, seed=1, validate=[whole.of_poses(~here)]).validation[0]
     assert validation.nominal_m > 5 * validation.calibrated_m

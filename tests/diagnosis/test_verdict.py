@@ -50,8 +50,7 @@ def test_noise_of_centimetres_that_nobody_stated_is_a_wrong_description_of_the_c
 
 @pytest.mark.parametrize("numbers", [2, 3])
 def test_rows_of_normal_noise_are_as_large_as_their_median_lets_expect_and_a_few_large_ones_are_no_noise(numbers):
-    rng = np.random.default_rng(0)
-    white = rng.standard_normal((20_000, numbers))
+    white = np.random.default_rng(0).standard_normal((20_000, numbers))
     each = np.full(len(white), numbers)
 
     def spread(rows):
@@ -224,7 +223,6 @@ def test_a_function_is_no_larger_than_is_plausible():
 def test_the_interval_of_few_poses_holds_the_true_gap_nearly_as_often_as_that_of_many(poses, worlds, held):
     pose, hits = np.repeat(np.arange(poses), 3), []
     for seed in range(worlds):
-        errors = np.random.default_rng(seed).standard_normal((len(pose), 3))
-        low, high = interval(errors, pose, seed)
+        low, high = interval(np.random.default_rng(seed).standard_normal((len(pose), 3)), pose, seed)
         hits.append(low <= np.sqrt(3.0) <= high)
     assert np.mean(hits) > held

@@ -68,8 +68,7 @@ def test_it_ends_when_its_starter_ends_it(tmp_path: Path, end: str) -> None:
     )
     try:
         assert process.stdout is not None
-        said = json.loads(process.stdout.readline())
-        arm = os.open(said["arm"], os.O_RDWR | os.O_NOCTTY)
+        arm = os.open(json.loads(process.stdout.readline())["arm"], os.O_RDWR | os.O_NOCTTY)
         if end != "stdin":
             process.send_signal(signal.SIGTERM if end == "term" else signal.SIGINT)
             process.wait(timeout=LATE_S)

@@ -173,8 +173,7 @@ def test_the_truth_is_within_the_bounds_of_the_example() -> None:
 
 
 def test_the_stripe_passes_over_ball_and_step_of_the_other_example() -> None:
-    cell = load_cell(THINGS)
-    here = load_world(THINGS / "world.toml", cell.description)
+    here = load_world(THINGS / "world.toml", load_cell(THINGS).description)
     table = np.genfromtxt(THINGS / "poses.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
     q = np.stack([table[f"q_joint_{i}"] for i in range(1, 6)], axis=-1)
     solids = set()

@@ -23,8 +23,7 @@ def test_points_along_a_profile_are_no_repeats_because_a_tracker_beside_it_has_s
     there = balls.flange()[pose, :3, :3] @ (0.05, 0.02, 0.1) + balls.flange()[pose, :3, 3]
     tracked = replace(shots.points, xyz=there + 3e-5 * rng.standard_normal(there.shape))
     both = together(balls, {"balls": (balls, balls.points), "tracker": (shots, tracked)})
-    averaged = AveragedData.of(both)
-    np.testing.assert_array_equal(averaged.shots, [1] * len(balls.points) + [2] * 20)
+    np.testing.assert_array_equal(AveragedData.of(both).shots, [1] * len(balls.points) + [2] * 20)
     assert calibrate(both, weights="noise").rms_m < 4e-5
 
 

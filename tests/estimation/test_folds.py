@@ -26,11 +26,9 @@ def test_rows_are_predicted_as_a_fit_without_their_poses_predicts_them(kind: str
     errors = held_out(problem, x, folds).errors
     for fold in range(min(4, folds.count)):
         out = folds.of_row == fold
-        refitted = solve(problem, x[None], kept=~out[None], tol=1e-12).x
-        whole = model.residuals(refitted)[0]
+        whole = model.residuals(solve(problem, x[None], kept=~out[None], tol=1e-12).x)[0]
         there = (model.blocks.relocated(whole) if folds.whole else whole)[out]
-        apart = np.sqrt(((errors[out] - there) ** 2).mean() / (there**2).mean())
-        assert apart < 0.02
+        assert np.sqrt(((errors[out] - there) ** 2).mean() / (there**2).mean()) < 0.02
 
 
 def cell(**more: object) -> Dataset:
@@ -108,8 +106,7 @@ def test_known_distances_to_a_socket_that_is_held_out_do_not_change_how_its_pose
 
 
 def test_poses_in_a_single_socket_are_held_out_one_by_one_and_it_is_said() -> None:
-    made = cell(kind="socket", poses=30, points=1)
-    folds = assign_folds(Model(made), seed=3)
+    folds = assign_folds(Model(cell(kind="socket", poses=30, points=1)), seed=3)
     assert folds is not None
     assert not folds.whole
     assert folds.warnings[0].startswith("There is only one socket")

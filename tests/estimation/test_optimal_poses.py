@@ -72,8 +72,7 @@ def test_from_every_planned_posture_the_whole_board_is_in_the_image(description:
 
 @pytest.mark.parametrize("direction", np.linspace(0.0, 2 * np.pi, 6, endpoint=False))
 def test_a_board_three_centimetres_off_is_cut_in_few_postures(description: Dataset, q: Array, direction: float) -> None:
-    off_m = 0.03 * np.array([np.cos(direction), np.sin(direction), 0.1])
-    assert cut(description, q, off_m) <= 0.1
+    assert cut(description, q, 0.03 * np.array([np.cos(direction), np.sin(direction), 0.1])) <= 0.1
 
 
 def test_planned_postures_lie_within_the_joint_limits(description: Dataset, q: Array) -> None:
@@ -137,8 +136,7 @@ def test_few_blocks_chosen_by_exchange_are_nearly_the_best_of_all() -> None:
 
 
 def test_no_posture_is_chosen_twice() -> None:
-    chosen = most_telling(np.random.default_rng(1).normal(size=(12, 3, 5)), 12)
-    assert sorted(chosen) == list(range(12))
+    assert sorted(most_telling(np.random.default_rng(1).normal(size=(12, 3, 5)), 12)) == list(range(12))
 
 
 @pytest.mark.usefixtures("gives_up_early")

@@ -31,7 +31,6 @@ def test_weights_by_noise_leave_gross_errors_out_but_count_them_in_j():
 @pytest.mark.parametrize("numbers", [1, 3])
 def test_an_errors_size_is_found_however_many_numbers_a_row_has(numbers):
     rng = np.random.default_rng(20)
-    axes = rng.normal(size=(2000, 3, 3))
-    directions = np.linalg.qr(axes)[0][:, :numbers]
+    directions = np.linalg.qr(rng.normal(size=(2000, 3, 3)))[0][:, :numbers]
     shaken = (directions @ (0.02 * rng.normal(size=(2000, 3, 1))))[..., 0]
     assert size_of_errors(directions, shaken) == pytest.approx(0.02, rel=0.35)

@@ -135,8 +135,7 @@ def test_a_candidate_ends_where_it_would_alone_whoever_descends_beside_it(case):
 
 def test_what_is_left_to_gain_at_the_end_is_nothing(case):
     residuals, x0, lower, upper = case
-    ends = solve(FunctionProblem(residuals, x0, lower, upper), x0[None])
-    assert ends.converged[0]
+    assert solve(FunctionProblem(residuals, x0, lower, upper), x0[None]).converged[0]
 
 
 def test_rows_that_are_left_out_do_not_count(case):

@@ -186,8 +186,7 @@ def test_placements_of_joints_go_into_the_users_urdf(tmp_path: Path, capsys: pyt
     mine.write_text(arm.urdf.replace("<robot", "<!-- mine --><robot", 1), encoding="utf-8")
     asked = ["export", str(tmp_path / "why"), "--into", str(mine), "--output", str(tmp_path / "new.urdf")]
     assert main([*asked, "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert said["contains"] == [["joint_offset", "elbow_joint"]]
+    assert json.loads(capsys.readouterr().out)["contains"] == [["joint_offset", "elbow_joint"]]
     new = Robot.from_urdf((tmp_path / "new.urdf").read_text(encoding="utf-8"), flange=arm.flange)
     q = np.zeros((1, 1, 6))
     turned = q + 0.01 * np.eye(6)[2]
@@ -210,8 +209,7 @@ def test_a_robot_that_shares_only_other_joints_gets_no_copy(tmp_path: Path) -> N
 def test_a_replay_that_mujoco_refuses_leaves_no_copy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("mujoco")
     log, arm = tmp_path / "log", find_robot("ur5e")
-    made = ["simulate", "--robot", "ur5e", "--sensor", "motion", "--output", str(log), "--quiet"]
-    assert main(made) == 0
+    assert main(["simulate", "--robot", "ur5e", "--sensor", "motion", "--output", str(log), "--quiet"]) == 0
     found = effect("viscous_friction", "elbow_joint", factor=3.0)
     found = {"format": "robolaser-diagnosis/1", "kind": "motion", "effects": [found]}
     (tmp_path / "diagnosis.json").write_text(json.dumps(found), encoding="utf-8")

@@ -76,8 +76,7 @@ def test_it_is_listed_among_ours_though_its_module_is_imported_first(install: In
 
 
 def test_a_class_in_a_script_joins_the_library_only_where_it_is_asked_for() -> None:
-    made = type("Mine", (Effect,), {"name": "mine", "__module__": "__main__"})
-    assert made not in EFFECTS
+    assert type("Mine", (Effect,), {"name": "mine", "__module__": "__main__"}) not in EFFECTS
 
 
 @pytest.mark.parametrize(

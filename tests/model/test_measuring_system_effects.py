@@ -17,8 +17,7 @@ def test_a_tracker_that_reads_too_long_is_found_by_an_arm_whose_links_are_known(
 
 def test_only_what_reads_lengths_has_a_scale() -> None:
     for kind, reason in (("stripe", "no lengths of its own"), ("socket", "target")):
-        dataset = simulate(find_robot("ur5"), kind=kind, poses=6, seed=1).dataset
-        assert reason in TrackerScale.missing(dataset)
+        assert reason in TrackerScale.missing(simulate(find_robot("ur5"), kind=kind, poses=6, seed=1).dataset)
 
 
 def test_lengths_that_read_too_long_are_shortened() -> None:

@@ -76,15 +76,13 @@ def test_a_turn_of_the_base_leaves_the_middle_of_all_flanges_in_place(dataset: D
     model = Model(dataset, (CandidateEffect(BaseShift, "base"),))
     T = dataset.flange()[None]
     moved = through(model, Stage.FLANGE, T, turn_x=0.02, turn_y=-0.03, moment=0.5)[0]
-    late = model.run.progress > 0.5
-    motion = (moved @ inverse(T[0]))[late][0]
+    motion = (moved @ inverse(T[0]))[(model.run.progress > 0.5)][0]
     middle = T[0, :, :3, 3].mean(axis=0)
     np.testing.assert_allclose(motion[:3, :3] @ middle + motion[:3, 3], middle, atol=1e-15)
 
 
 def test_every_pause_that_leaves_three_poses_on_either_side_is_tried_as_the_moment(dataset: Dataset) -> None:
-    progress = np.sort(Model(dataset).run.progress)
-    splits = (progress[None] > BaseShift.grid(dataset, "base")).sum(axis=1)
+    splits = (np.sort(Model(dataset).run.progress)[None] > BaseShift.grid(dataset, "base")).sum(axis=1)
     assert list(splits) == list(range(9, 2, -1))
 
 

@@ -55,8 +55,7 @@ def test_a_target_in_the_round_has_no_plane_to_bow(dataset: Dataset, kind: type)
     ball = np.random.default_rng(3).normal(size=(60, 3))
     round_ = of(dataset, 0.2 * ball / np.linalg.norm(ball, axis=1, keepdims=True)).dataset
     assert kind.missing(round_) == "the target points do not lie in one plane, nor in parallel ones"
-    line = of(dataset, np.outer(np.linspace(0, 1, 20), [1.0, 2.0, 0.0])).dataset
-    assert kind.locations(line) == ()
+    assert kind.locations(of(dataset, np.outer(np.linspace(0, 1, 20), [1.0, 2.0, 0.0])).dataset) == ()
 
 
 def test_a_scaled_grid_grows_in_its_plane_from_its_centre(dataset: Dataset) -> None:

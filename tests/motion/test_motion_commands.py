@@ -62,8 +62,7 @@ def test_diagnose_writes_what_the_schema_says_a_page_and_a_table_for_simulators(
     assert {one["effect"]: one["where"] for one in written["kinds"]} == {"lag": ["lift"], "viscous_friction": ["pan"]}
     assert (written["objective_m2"], written["rms_m"]) == (None, None)
     assert {row["kind"]: row["unit"] for row in written["rows"]} == {"tracking": "rad", "torque": "Nm", "load": "rad"}
-    page = (folder / "why" / "report.html").read_text(encoding="utf-8")
-    assert "lift" in page
+    assert "lift" in (folder / "why" / "report.html").read_text(encoding="utf-8")
     rows = list(csv.DictReader((folder / "why" / "servos.csv").read_text(encoding="utf-8").splitlines()))
     told = {(row["effect"], row["joint"], row["number"]): float(row["value"]) for row in rows}
     assert told == {
@@ -86,8 +85,7 @@ def test_files_lists_what_the_folder_holds_for_others(folder: Path, printed: dic
 
 def test_view_says_what_a_motion_is_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["view", str(folder / "log")]) != 0
-    told = capsys.readouterr().err
-    assert "Traceback" not in told
+    assert "Traceback" not in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -192,8 +192,7 @@ def test_series_that_are_numbered_by_large_numbers_stay_apart(folder: Path) -> N
     both = {f"q_{joint}": np.tile(READ[:, j], 2) for j, joint in enumerate(JOINTS)}
     begun = np.repeat([1_700_000_001, 1_700_000_002], len(TIME))
     np.savez(folder / "log.npz", time_s=np.tile(TIME, 2), series=begun, **both)
-    log = imported(folder, "log.npz", "--units", "rad")
-    assert log.series == ("log_1700000001", "log_1700000002")
+    assert imported(folder, "log.npz", "--units", "rad").series == ("log_1700000001", "log_1700000002")
 
 
 @pytest.mark.parametrize("column", ["series", "time_s"])

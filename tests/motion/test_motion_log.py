@@ -81,8 +81,7 @@ def test_rows_of_a_series_need_not_stand_together(log: MotionLog, folder: Path) 
         body = rows[1:]
         rows[1:] = [row for pair in zip(body[:60], body[60:], strict=True) for row in pair]
 
-    back = load_motion(edited(folder, mixed))
-    assert np.allclose(back.q, log.q)
+    assert np.allclose(load_motion(edited(folder, mixed)).q, log.q)
 
 
 def test_a_repeated_stamp_is_left_out_and_said(log: MotionLog, folder: Path) -> None:
@@ -175,8 +174,7 @@ def test_odd_readings_are_said_to_be_what_they_are(log: MotionLog, tmp_path: Pat
 def test_torques_of_several_joints_that_are_never_negative_have_no_sign(log: MotionLog) -> None:
     assert log.has_signs
     assert not replace(log, tau=np.abs(log.tau)).has_signs
-    one = np.where(np.arange(len(log.joints)) == 1, np.abs(log.tau), np.nan)
-    assert replace(log, tau=one).has_signs
+    assert replace(log, tau=np.where(np.arange(len(log.joints)) == 1, np.abs(log.tau), np.nan)).has_signs
     assert replace(log, tau=np.where(log.tau > 0.0, 0.0, np.nan)).has_signs  # nobody knows of what sign zeros are
 
 

@@ -56,8 +56,7 @@ def test_twice_the_planned_size_is_found_or_taken_for_what_the_plan_names(
 
 
 def test_an_arm_that_never_moves_shows_no_friction() -> None:
-    still = replace(commands_only(MOTIONS), command=np.zeros_like(MOTIONS.command) + 0.3)
-    plan = plan_motion(still)
+    plan = plan_motion(replace(commands_only(MOTIONS), command=np.zeros_like(MOTIONS.command) + 0.3))
     assert all(one.size is None for one in plan.limits if one.at.effect.cause == "friction")
 
 

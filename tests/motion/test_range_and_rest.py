@@ -99,8 +99,7 @@ def test_an_effect_that_explains_less_than_is_left_beside_it_is_not_certain(gain
     at = At(next(one for one in TRACKING if one.name == "dead_zone"), "elbow", 0)
     numbers = {"half_width": (0.02, 1e-4, "rad")}
     finding = SelectedEffect(at, 0.99, 0.0, None, (), numbers, np.array([gained]))  # type: ignore[arg-type]
-    part = KindDiagnosis(gap, (at,), (finding,), run, before, after, {}, np.zeros(1))
-    (shown,) = part.shown
+    (shown,) = KindDiagnosis(gap, (at,), (finding,), run, before, after, {}, np.zeros(1)).shown
     assert (shown.probability >= 0.9) is certain
 
 

@@ -201,8 +201,7 @@ def test_poses_in_an_order_without_times_warm_the_delivered_arm_as_they_warmed_t
     options, drift = CellOptions(sessions=sessions), "thermal_drift:elbow_joint"
     noise = Noise(point_m=2e-5)
     timed = simulate("ur5", kind="point", poses=24, noise=noise, effects={drift: 4e-3}, options=options, seed=2).dataset
-    order = np.argsort(np.argsort(timed.poses.time_s))
-    poses = replace(timed.poses, time_s=10.0 * order)
+    poses = replace(timed.poses, time_s=10.0 * np.argsort(np.argsort(timed.poses.time_s)))
     with only("corrected.py"):
         found = robolaser.calibrate(replace(timed, poses=poses, time_is_order=True), effects=[drift])
     (file,) = found["files"]
@@ -263,8 +262,7 @@ def test_an_arm_that_flies_apart_in_mujoco_is_nowhere_and_leaves_no_trace(
     some = np.arange(len(data.poses)) < 3
     monkeypatch.chdir(tmp_path)
     assert np.isfinite(_by_mujoco(text, data, some)).all()
-    too_stiff = re.sub(r' stiffness="[^"]*"', ' stiffness="1e20"', text)
-    assert np.isnan(_by_mujoco(too_stiff, data, some)).all()
+    assert np.isnan(_by_mujoco(re.sub(r' stiffness="[^"]*"', ' stiffness="1e20"', text), data, some)).all()
     assert list(tmp_path.iterdir()) == []
 
 

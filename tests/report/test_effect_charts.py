@@ -20,8 +20,7 @@ EFFECTS = {"backlash:elbow_joint": 0.002, "joint_compliance:shoulder_lift_joint"
 
 @pytest.fixture(scope="module")
 def why() -> DiagnosisResult:
-    noise = Noise(point_m=3e-5)
-    made = simulate("ur5", kind="point", poses=28, noise=noise, effects=EFFECTS, seed=1)
+    made = simulate("ur5", kind="point", poses=28, noise=Noise(point_m=3e-5), effects=EFFECTS, seed=1)
     found = robolaser.diagnose(made.dataset, effects=["backlash", "joint_compliance"])
     with only():
         assert found["files"] == []

@@ -193,8 +193,7 @@ def test_an_arm_reaches_as_far_as_its_data_sheet_says(name):
 def test_a_ur_reaches_beyond_its_wrist_as_far_as_its_data_sheet_says(name, millimetres):
     joints = 1e3 * find_robot(name).joint_frames(np.zeros((1, 1, 6)))[0, 0, :, :3, 3]
     upper_arm_and_forearm = np.linalg.norm((joints[3] - joints[1])[[0, 2]])
-    behind_the_wrist = abs((joints[4] - joints[3])[2])
-    assert upper_arm_and_forearm < millimetres < upper_arm_and_forearm + behind_the_wrist
+    assert upper_arm_and_forearm < millimetres < upper_arm_and_forearm + abs((joints[4] - joints[3])[2])
 
 
 def test_rows_of_its_maker_give_the_ur5_of_ros():

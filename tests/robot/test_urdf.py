@@ -180,8 +180,7 @@ def test_more_joints_than_any_arm_has_are_refused():
     text = f"<robot>{links}{joints}</robot>"
     with pytest.raises(RobotError, match="more than 100 moving joints"):
         Robot.from_urdf(text, flange="l299")
-    robot = Robot.from_urdf(text, flange="l100")
-    assert not robot.gravity_torques(np.zeros((1, 100))).any()
+    assert not Robot.from_urdf(text, flange="l100").gravity_torques(np.zeros((1, 100))).any()
 
 
 def test_files_are_read_with_or_without_a_byte_order_mark(tmp_path):

@@ -82,8 +82,7 @@ def test_the_noise_of_the_scanner_is_known_also_beside_its_camera(folder):
 
 
 def test_an_effect_that_is_there_twice_is_named(folder):
-    effects = json.loads((folder / "calibration.json").read_text())["effects"]
-    change(folder, ("effects",), 2 * effects)
+    change(folder, ("effects",), 2 * json.loads((folder / "calibration.json").read_text())["effects"])
     with pytest.raises(DataError, match="backlash at joint_2 twice"):
         read_calibration(folder)
 

@@ -85,8 +85,7 @@ def test_normals_stand_on_the_surface_towards_the_camera(monkeypatch):
 
 def test_a_region_keeps_what_lies_in_it_and_voxels_one_mean_each():
     cloud = plane(5000)
-    region = np.array([[0.25, 0.3], [-np.inf, np.inf], [0.0, np.inf]])
-    (kept,) = within([cloud], region)
+    (kept,) = within([cloud], np.array([[0.25, 0.3], [-np.inf, np.inf], [0.0, np.inf]]))
     assert len(kept) == ((cloud["x"] >= 0.25) & (cloud["x"] <= 0.3)).sum()
     for parts in ([cloud], np.array_split(cloud, 7)):
         thin = one_per_voxel(parts, 0.02)

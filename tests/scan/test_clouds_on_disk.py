@@ -43,8 +43,7 @@ def test_trimesh_reads_places_and_what_belongs_to_them(tmp_path):
 
 def test_the_head_is_plain_lines_of_ascii(tmp_path):
     write_ply(tmp_path / "c.ply", [some(5)], ["測定", "end_header\nelement face 3", "x" * 1000])
-    head = (tmp_path / "c.ply").read_bytes().partition(b"end_header\n")[0].decode("ascii")
-    lines = head.splitlines()
+    lines = (tmp_path / "c.ply").read_bytes().partition(b"end_header\n")[0].decode("ascii").splitlines()
     assert lines[:2] == ["ply", "format binary_little_endian 1.0"]
     assert max(map(len, lines)) < 256
     assert "element vertex 5" in lines

@@ -154,8 +154,7 @@ def test_no_pose_is_outside_the_limits(robot: Robot, kind: str) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_time_goes_on_at_a_pace_that_the_arm_can_follow(robot: Robot, kind: str) -> None:
     poses = small(robot, kind).dataset.poses
-    farthest = np.abs(np.diff(poses.q, axis=0)).max(axis=1)
-    assert (farthest / np.diff(poses.time_s) < 1.0).all()
+    assert (np.abs(np.diff(poses.q, axis=0)).max(axis=1) / np.diff(poses.time_s) < 1.0).all()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -187,8 +186,7 @@ def test_noise_is_as_strong_as_asked_and_repeats_share_the_targets(robot: Robot)
     assert np.std(pixel) == pytest.approx(0.2, rel=0.05)
     assert np.std(target) == pytest.approx(1e-4, rel=0.06)
     assert np.std(noisy.poses.q - clean.poses.q) == pytest.approx(1e-4, rel=0.2)
-    shots = target.reshape(-1, 3, 3)
-    np.testing.assert_allclose(np.ptp(shots, axis=1), 0.0, atol=1e-15)
+    np.testing.assert_allclose(np.ptp(target.reshape(-1, 3, 3), axis=1), 0.0, atol=1e-15)
     assert (np.ptp(pixel.reshape(-1, 3, 2), axis=1) > 0).all()
     assert list(noisy.points.repeat[:4]) == [0, 1, 2, 0]
 
@@ -335,8 +333,7 @@ def test_an_effect_without_a_place_sits_at_every_place(robot: Robot) -> None:
 
 def test_an_arm_that_moves_at_the_exposure_says_how_fast(robot: Robot) -> None:
     assert small(robot).dataset.poses.qd is None
-    qd = small(robot, speed=0.2).dataset.poses.qd
-    assert 0.1 < np.abs(qd).max() <= 0.2
+    assert 0.1 < np.abs(small(robot, speed=0.2).dataset.poses.qd).max() <= 0.2
 
 
 def test_readings_are_rounded_to_the_steps_and_distances_known_only_so_well_as_is_stated(robot: Robot) -> None:
@@ -344,8 +341,7 @@ def test_readings_are_rounded_to_the_steps_and_distances_known_only_so_well_as_i
     step, sigma = 2e-3, 1e-3
     noise = Noise(joint_step_rad=step, distance_m=sigma)
     noisy = simulate_as_asked(robot, kind="socket", poses=12, points=3, seed=2, noise=noise).dataset
-    off = noisy.poses.q - exact.poses.q
-    assert step / 4 < np.abs(off).max() <= step / 2
+    assert step / 4 < np.abs(noisy.poses.q - exact.poses.q).max() <= step / 2
     assert np.allclose(np.remainder(noisy.poses.q / step + 0.5, 1.0), 0.5)
     apart = [a[2] - b[2] for a, b in zip(noisy.distances_m, exact.distances_m, strict=True)]
     assert 0.0 < np.abs(apart).max() < 4 * sigma

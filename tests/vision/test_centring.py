@@ -25,8 +25,7 @@ def errors(image, course):
 def test_no_sub_pixel_place_is_preferred(breadth):
     error, found = errors(exposed(20 + profile(STRAIGHT, breadth, 150)), STRAIGHT)
     phase = np.floor(8 * (STRAIGHT[found.line] % 1)).astype(int)
-    mean = np.bincount(phase, error) / np.bincount(phase)
-    assert np.abs(mean).max() < 0.05
+    assert np.abs(np.bincount(phase, error) / np.bincount(phase)).max() < 0.05
     assert abs(error.mean()) < 0.005
 
 

@@ -117,8 +117,7 @@ def test_a_mirror_image_of_the_stripe_is_not_followed(scenes, tmp_path):
 
 
 def test_a_board_that_the_stripe_runs_across_is_found(tmp_path):
-    tilts = [(4, 12, 5), (15, -10, 190), (-10, 16, 100)]
-    crossed = [scene(tilt, (0.02, 0, 0.19)) for tilt in tilts]
+    crossed = [scene(tilt, (0.02, 0, 0.19)) for tilt in [(4, 12, 5), (15, -10, 190), (-10, 16, 100)]]
     found = extracted(written(crossed, tmp_path))
     for error in misplaced(found, crossed):
         assert len(error) > 20
@@ -127,8 +126,7 @@ def test_a_board_that_the_stripe_runs_across_is_found(tmp_path):
 
 def test_squares_under_the_stripe_bias_no_point(tmp_path):
     """The stripe runs through the corners; what the squares' edges bite is left out."""
-    tilts = [(4, 8, 5), (12, -10, -4), (-10, 12, 8)]
-    crossing = [scene(tilt, (0.03, 0, 0.165), light=150) for tilt in tilts]
+    crossing = [scene(tilt, (0.03, 0, 0.165), light=150) for tilt in [(4, 8, 5), (12, -10, -4), (-10, 12, 8)]]
     found = extracted(written(crossing, tmp_path))
     for k, one in enumerate(crossing):
         here = found.points.pose == k
@@ -167,8 +165,7 @@ def test_an_image_of_another_size_is_named(images):
 
 def test_a_real_recording_keeps_board_robot_and_sheet_together():
     rows = list(csv.DictReader((REAL / "poses.csv").read_text().splitlines()))[:4]
-    images = [(row["pose"], REAL / row["image"]) for row in rows]
-    found = extracted(images, (1280, 1024))
+    found = extracted([(row["pose"], REAL / row["image"]) for row in rows], (1280, 1024))
     assert {frame.skipped for frame in found.frames} == {""}
     assert all(80 <= frame.points <= 250 for frame in found.frames)
     camera = np.array([[2399.0, 0, 640], [0, 2406, 520], [0, 0, 1]])
@@ -183,8 +180,7 @@ def test_a_real_recording_keeps_board_robot_and_sheet_together():
         flanges.append(Rotation.from_quat([float(row[name]) for name in ("qx", "qy", "qz", "qw")]))
         points.append(turns[-1].apply(found.points.xyz[found.points.pose == k]) + np.ravel(shift))
     together = np.concatenate(points) - np.mean(np.concatenate(points), axis=0)
-    off_sheet = together @ np.linalg.svd(together, full_matrices=False)[2][2]
-    assert np.sqrt(np.mean(off_sheet**2)) < 3e-4
+    assert np.sqrt(np.mean((together @ np.linalg.svd(together, full_matrices=False)[2][2]) ** 2)) < 3e-4
     for turn, flange in zip(turns[1:], flanges[1:], strict=True):
         seen, driven = (turn * turns[0].inv()).magnitude(), (flange.inv() * flanges[0]).magnitude()
         assert abs(seen - driven) < np.radians(2)

@@ -56,8 +56,7 @@ def drawn(name: str) -> tuple[np.ndarray, float]:
                     -1,
                     cv2.LINE_AA,
                 )
-    edge = int(MARGIN * PX)
-    return np.pad(flat, edge, constant_values=255), 1.0 + MARGIN
+    return np.pad(flat, int(MARGIN * PX), constant_values=255), 1.0 + MARGIN
 
 
 @cache
@@ -83,8 +82,7 @@ def poses(count: int = 8) -> np.ndarray:
     """T_camera_board: tilted, turned, near and far."""
     rng = np.random.default_rng(0)
     R = from_angles(*rng.uniform(-0.45, 0.45, (3, count)))
-    middle = rng.uniform((-0.03, -0.02, 0.48), (0.03, 0.02, 0.65), (count, 3))
-    return pose(R, middle - R @ [0.085, 0.07, 0.0])
+    return pose(R, rng.uniform((-0.03, -0.02, 0.48), (0.03, 0.02, 0.65), (count, 3)) - R @ [0.085, 0.07, 0.0])
 
 
 def recording(folder: Path, name: str, write: Callable[[Path, np.ndarray], None] | None = None) -> Dataset:
@@ -131,8 +129,7 @@ def test_points_are_found_where_the_camera_shows_them(tmp_path: Path, name: str)
             places += [np.abs(turned - far * [0, 1, 0]), np.abs(turned - far * [1, 0, 0])]
     off = []
     for place in places:
-        there = T[points.pose, :3, :3] @ place[..., None]
-        shown = (there[..., 0] + T[points.pose, :3, 3]) @ K.T
+        shown = ((T[points.pose, :3, :3] @ place[..., None])[..., 0] + T[points.pose, :3, 3]) @ K.T
         off.append(np.linalg.norm(shown[:, :2] / shown[:, 2:] - points.pixel, axis=1))
     assert min(np.sqrt(np.mean(one**2)) for one in off) < 0.35
 

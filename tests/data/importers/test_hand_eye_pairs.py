@@ -138,8 +138,7 @@ def test_two_trajectories_are_matched_by_time_within_the_stated_tolerance(tmp_pa
         read(paths, ImportOptions())
     dataset = read(paths, ImportOptions(further={"tolerance_s": "0.02"}, point="marker"))
     assert dataset.points.names == ("marker",) * 20
-    found = calibrated(dataset)
-    assert_near(motion(found, "tool.marker"), made.T_carried)
+    assert_near(motion(calibrated(dataset), "tool.marker"), made.T_carried)
     with pytest.raises(DataError, match=r"within 0\.005 s before and after it; the nearest is 0\.007 s away"):
         read(paths, ImportOptions(further={"tolerance_s": "0.005"}))
     with pytest.raises(UsageError, match="expected seconds"):

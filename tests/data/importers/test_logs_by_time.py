@@ -72,8 +72,7 @@ def test_clocks_that_differ_are_brought_together_and_by_how_much_is_said(late_s:
 
 
 def test_a_difference_of_clocks_is_told_in_python_too(tmp_path: Path) -> None:
-    paths = logs(tmp_path, late_s=0.37)
-    warnings = robolaser.import_files(*paths, options=options()).warnings
+    warnings = robolaser.import_files(*logs(tmp_path, late_s=0.37), options=options()).warnings
     assert "--set clocks=differ" in " ".join(warnings)
 
 
@@ -105,8 +104,7 @@ def test_commands_are_those_at_the_times_of_measurements_also_when_they_are_read
     arm, seen = logs(tmp_path)
     rows = np.loadtxt(arm, delimiter=",", skiprows=1)
     names = arm.read_text(encoding="utf-8").splitlines()[0]
-    told = [f"q_command_{joint}" for joint in ROBOT.joints]
-    head = ",".join([names, *told, "campaign"])
+    head = ",".join([names, *[f"q_command_{joint}" for joint in ROBOT.joints], "campaign"])
     rows = np.column_stack([rows, rows[:, 1:] + 0.001, np.ones(len(rows))])
     np.savetxt(arm, rows, delimiter=",", header=head, comments="", fmt="%.9f")
     found = Tables().read([arm, seen], replace(options(), columns={"poses.session": "campaign"}))

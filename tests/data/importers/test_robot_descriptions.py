@@ -159,8 +159,7 @@ def test_a_table_of_dh_numbers_is_the_same_arm_as_csv_and_toml(tmp_path: Path) -
     (tmp_path / "arm.csv").write_text(CSV, "utf-8")
     (tmp_path / "arm.toml").write_text(TOML, "utf-8")
     table = find_robot(tmp_path / "arm.csv", options=DEG)
-    settled = find_robot(tmp_path / "arm.toml")
-    assert table.urdf == settled.urdf
+    assert table.urdf == find_robot(tmp_path / "arm.toml").urdf
     assert table.joints == ("one", "two")
     np.testing.assert_allclose(table.forward(np.zeros((1, 1, 2)))[0, 0, :3, 3], [0, 0, 0.55], atol=1e-12)
     np.testing.assert_allclose(table.upper, [np.deg2rad(170), np.inf])

@@ -83,8 +83,7 @@ BODY = {"mount": "base", "poses": "/mocap/body", "tolerance_s": "0.02"}
 def test_a_body_seen_in_motion_gets_the_joint_readings_and_velocities_of_its_times(kind: str, tmp_path: Path) -> None:
     with recorder(tmp_path, kind) as (path, record):
         times, T_flange_body = motion_capture(record)
-    robot = robolaser.find_robot(ARM)
-    dataset = read([path], ImportOptions(robot=robot, further=BODY))
+    dataset = read([path], ImportOptions(robot=robolaser.find_robot(ARM), further=BODY))
     np.testing.assert_allclose(dataset.poses.time_s, times, atol=1e-6)
     q, qd = moving(times - START_S)
     np.testing.assert_allclose(dataset.poses.q, q, atol=1e-4)
@@ -164,8 +163,7 @@ def test_messages_without_stamps_take_the_recorders_times_where_that_is_said(tmp
         frames(record, made)
     with pytest.raises(DataError, match=r"have no time stamps.*--set stamps=received"):
         read([path], ImportOptions(further=MARKER))
-    dataset = read([path], ImportOptions(further={**MARKER, "stamps": "received"}))
-    assert len(dataset.poses) == 20
+    assert len(read([path], ImportOptions(further={**MARKER, "stamps": "received"})).poses) == 20
 
 
 def test_a_motion_that_is_none_is_named(tmp_path: Path) -> None:

@@ -135,11 +135,9 @@ def board_cell(mount: str, *, poses: int = 24, offset: float = 0.0, seed: int = 
         noise=Noise(pixel_px=PIXEL_PX),
     )
     model = Model(blank)
-    x = np.array([truth[name] for name in model.parameters.names])
-    seen = -model.residuals(x[None])[0]
+    seen = -model.residuals(np.array([truth[name] for name in model.parameters.names])[None])[0]
     assert np.isfinite(seen).all()
-    pixel = seen + PIXEL_PX * rng.normal(size=seen.shape)
-    points = Points(rows, names, pixel=pixel, xyz=blank.points.xyz)
+    points = Points(rows, names, pixel=seen + PIXEL_PX * rng.normal(size=seen.shape), xyz=blank.points.xyz)
     read = Poses(blank.poses.names, q=q, time_s=blank.poses.time_s)
     return replace(blank, points=points, poses=read), truth
 

@@ -84,13 +84,11 @@ def test_in_a_session_the_camera_alone_may_see_the_board() -> None:
 
 def test_where_the_target_is_known_nothing_needs_to_be_given_either() -> None:
     placed = simulate(find_robot("panda"), kind="stripe+camera", poses=16, seed=2).dataset
-    found = calibrate(with_nothing_given(placed))
-    assert found.rms_m < 1e-6
+    assert calibrate(with_nothing_given(placed)).rms_m < 1e-6
 
 
 def test_both_have_the_parameters_of_one_camera(noisy: Simulated) -> None:
-    names = Model(noisy.dataset).parameters.names
-    assert set(names) == set(noisy.truth)
+    assert set(Model(noisy.dataset).parameters.names) == set(noisy.truth)
 
 
 @pytest.mark.parametrize("axis", ["u", "v"])

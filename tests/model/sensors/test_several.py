@@ -66,18 +66,15 @@ def test_each_of_two_cameras_has_a_published_frame_of_its_own(mount: Mount) -> N
     values = {**model.parameters.values(model.parameters.nominal[None]), "right.hand_eye.x": np.ones(1)}
     here = in_cell(model.blocks, values, model.perturb(values))
     assert list(here.published) == ["camera_optical", "right_camera_optical"]
-    carried = here.flange if mount == "flange" else here.base
-    assert carried["right_camera_optical"][0, 3] == 1.0
+    assert (here.flange if mount == "flange" else here.base)["right_camera_optical"][0, 3] == 1.0
     assert here.flange["camera_optical"][0, 3] == values["left.hand_eye.x"][0]
 
 
 def test_the_camera_on_the_flange_is_found_behind_a_tracker() -> None:
     made = simulate(find_robot("ur10"), kind="camera", poses=6, seed=3).dataset
     tracked = simulate(find_robot("ur10"), kind="pose", poses=6, seed=3).dataset
-    both = together(made, {"tracker": (tracked, tracked.points), "camera": (made, made.points)})
-    model = Model(both)
-    here = in_cell(model.blocks, *model.at(model.parameters.nominal)[::2])
-    assert here.mount is not None
+    model = Model(together(made, {"tracker": (tracked, tracked.points), "camera": (made, made.points)}))
+    assert in_cell(model.blocks, *model.at(model.parameters.nominal)[::2]).mount is not None
 
 
 def test_what_is_shared_is_where_one_sensor_alone_puts_it(trackers: Dataset) -> None:
@@ -127,8 +124,7 @@ def test_each_sensor_has_noise_of_its_own(trackers: Dataset) -> None:
     errors = 1e-3 * np.random.default_rng(2).standard_normal((len(trackers.points), 3))
     loud = trackers.points["xyz"] + errors * (trackers.points.sensor == 1)[:, None]
     dataset = replace(trackers, members=members, points=replace(trackers.points, xyz=loud))
-    model = Model(dataset)
-    noise = noise_of(model, calibrate(dataset).x)
+    noise = noise_of(Model(dataset), calibrate(dataset).x)
     assert noise.sigmas["left.point"] == 2e-5
     assert noise.sigmas["right.point"] == pytest.approx(1e-3, rel=0.25)
 
@@ -177,8 +173,7 @@ def test_effects_read_the_values_of_the_scanner_that_they_act_on(two_scanners: t
     rights = both.points.sensor == 1
     run, alone = Model(both).run, Model(one).run
     np.testing.assert_array_equal(run.laser_angle, np.where(rights, turned.nominal, angle.nominal))
-    even = one.points.pose % 2 == 0
-    np.testing.assert_allclose(run.tilt[~rights], alone.tilt[even])
+    np.testing.assert_allclose(run.tilt[~rights], alone.tilt[(one.points.pose % 2 == 0)])
 
 
 def test_an_arm_is_diagnosed_with_two_stripe_scanners(two_scanners: tuple[Dataset, Dataset]) -> None:

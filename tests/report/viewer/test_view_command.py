@@ -21,8 +21,7 @@ from robolaser.scan.scanner_model import carried_over
 def cell(tmp_path_factory):
     folder = tmp_path_factory.mktemp("view")
     data = dataset(poses=6)
-    drifting = calibrated(data, ["laser_drift"], {"laser_drift.laser.angle": 0.01})
-    written(drifting, folder / "calibration")
+    written(calibrated(data, ["laser_drift"], {"laser_drift.laser.angle": 0.01}), folder / "calibration")
     recorded(data, folder / "data")
     recorded(dataset(poses=6, seed=2), folder / "elsewhere")
     return folder
@@ -157,7 +156,6 @@ def test_a_scanner_whose_images_show_a_board_is_shown_with_its_effects(tmp_path,
     found.save(tmp_path / "result")
     assert main(["view", str(tmp_path / "data"), str(tmp_path / "result"), "--no-browser", "--quiet"]) == 0
     shown = served[-1][0][-1]
-    frames = shown.at(shown.dataset.poses.q[1])
-    assert len(frames.light) > 10
+    assert len(shown.at(shown.dataset.poses.q[1]).light) > 10
     apart = np.linalg.norm(shown.points - shown.target, axis=1)
     assert np.sqrt(np.mean(apart**2)) == pytest.approx(found.rms_m, rel=0.02)
