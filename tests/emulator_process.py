@@ -73,7 +73,6 @@ class EmulatorProcess:
         self._process.communicate()
 
     def _first_line(self) -> str:
-        assert self._process.stdout is not None
         with selectors.DefaultSelector() as ready:
             ready.register(self._process.stdout, selectors.EVENT_READ)
             return self._process.stdout.readline() if ready.select(STARTING_S) else ""

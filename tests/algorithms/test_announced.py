@@ -59,7 +59,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
     forget()
 
 
-def test_an_announced_algorithm_is_made_by_its_name_with_its_settings(install: Install) -> None:
+def test_an_announced_algorithm_is_made_by_its_name_with_its_settings(install):
     install("[robolaser.algorithms]\ngreedy = greedy_search:Greedy\n")
     made = algorithm_named("greedy:pop_size=30")
     assert (type(made).__name__, made.pop_size) == ("Greedy", 30)
@@ -67,14 +67,14 @@ def test_an_announced_algorithm_is_made_by_its_name_with_its_settings(install: I
         algorithm_named("greedy:popsize=30")
 
 
-def test_an_announced_algorithm_is_a_solver_but_takes_part_only_where_it_is_named(install: Install) -> None:
+def test_an_announced_algorithm_is_a_solver_but_takes_part_only_where_it_is_named(install):
     install("[robolaser.algorithms]\ngreedy = greedy_search:Greedy\n")
     assert solver_titles()["greedy"] == "Differential evolution around the best"
     assert find("greedy:pop_size=30").title == "Differential evolution around the best"
     assert "greedy" not in DEFAULT
 
 
-def test_an_announced_operator_is_chosen_by_its_name_with_its_settings(install: Install) -> None:
+def test_an_announced_operator_is_chosen_by_its_name_with_its_settings(install):
     install("[robolaser.operators.mutation]\nflip = greedy_search:Flip\n")
     mutation = algorithm_named("ga:mutation=flip:mutation.rate=0.5").mating.mutation
     assert (type(mutation).__name__, mutation.rate) == ("Flip", 0.5)
@@ -88,13 +88,11 @@ def test_an_announced_operator_is_chosen_by_its_name_with_its_settings(install: 
         ("[robolaser.operators.crossover]\nflip = greedy_search:Flip\n", "not a subclass of Crossover"),
     ],
 )
-def test_an_announcement_that_cannot_be_used_is_named_with_its_package(
-    install: Install, announcement: str, reason: str
-) -> None:
+def test_an_announcement_that_cannot_be_used_is_named_with_its_package(install, announcement, reason):
     install(announcement)
     with pytest.raises(PluginError, match=f"greedy.*{reason}"):
         algorithm_named("ga:crossover=SBX" if "operators" in announcement else "rcga")
 
 
-def test_without_other_packages_there_are_our_algorithms() -> None:
+def test_without_other_packages_there_are_our_algorithms():
     assert algorithms() == ALGORITHMS

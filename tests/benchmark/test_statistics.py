@@ -16,15 +16,9 @@ def _rare(count: int, trials: int, probability: float) -> bool:
     return bool(stats.binom.sf(count - 1, trials, probability) < 1e-4)
 
 
-# success
-
-
 def test_without_runs_no_share_is_known():
     assert wilson(0, 0).value is None
     assert wilson(1, 2).value == 0.5
-
-
-# expected running time
 
 
 def _expected(running_times, totals):
@@ -109,9 +103,6 @@ def test_too_few_runs_have_no_interval():
     assert _none(ratios)
 
 
-# traces and quality
-
-
 def test_an_ecdf_never_falls_and_ends_at_the_share_of_targets_that_were_reached():
     rng = np.random.default_rng(6)
     running_times = rng.exponential(100, (3, 2, 5, 4))
@@ -129,9 +120,6 @@ def test_runs_that_are_not_there_do_not_count_in_an_ecdf():
     assert not len(running_time.budgets(np.full((1, 1, 1, 1), np.inf), np.ones((1, 1, 1))))
 
 
-# outcomes
-
-
 def test_who_reaches_the_target_comes_before_who_does_not_and_who_finds_nothing_comes_last():
     running_times = np.array([[[50.0, np.inf, 20.0], [np.inf, np.inf, np.nan]]])
     final = np.array([[[0.001, 3.0, 0.009], [0.5, np.inf, np.nan]]])
@@ -142,9 +130,6 @@ def test_who_reaches_the_target_comes_before_who_does_not_and_who_finds_nothing_
 
 def test_equal_runs_share_a_place():
     assert outcomes(np.full((1, 2, 3), np.inf), np.full((1, 2, 3), np.inf)).tolist() == [[[1, 1, 1], [1, 1, 1]]]
-
-
-# effect size
 
 
 def test_superiority_and_its_bounds_turned_round_are_what_is_left_to_one():
@@ -174,9 +159,6 @@ def test_superiority_over_several_problems_is_the_mean_of_those_with_runs_of_bot
     x = np.array([[[1.0, 2.0], [3.0, 4.0]], [[1.0, 4.0], [2.0, 3.0]], [[1.0, 2.0], [np.nan, np.nan]]])
     assert difference.superiority(x).value[0, 1] == pytest.approx((1.0 + 0.5) / 2)
     assert np.isnan(difference.superiority(x[2:]).value[0, 1])
-
-
-# tests
 
 
 def test_rank_sums_are_scipys():

@@ -35,7 +35,7 @@ class Watched:
         self.seen: list[tuple[float, Array]] = []
         self.strayed = 0.0
         """Largest deviation of any motor from the straight path [rad]."""
-        rig.clock.wait = self._waited  # type: ignore[method-assign]
+        rig.clock.wait = self._waited
 
     def goes(self, arm: Arm) -> None:
         """Record the checked path of each motion: from the motors' positions at its start to its goal."""
@@ -45,7 +45,7 @@ class Watched:
             self._segment = (self._rig.motor(), q)
             go(q, seconds)
 
-        arm.start_move = start_move  # type: ignore[method-assign]
+        arm.start_move = start_move
 
     def fastest(self) -> float:
         """Highest speed of any motor between observations [rad/s]."""

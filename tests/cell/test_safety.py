@@ -98,7 +98,7 @@ def test_no_joint_ever_exceeds_its_speed_nor_a_piece_its_time(tmp_path: Path, ki
     mover = Mover(arm, cell.robot, speed, rig.clock)
     at = mover.resting("Before")
     start, given = arm.start_move, list[float]()
-    arm.start_move = lambda q, seconds: (given.append(seconds), start(q, seconds))[1]  # type: ignore[method-assign]
+    arm.start_move = lambda q, seconds: (given.append(seconds), start(q, seconds))[1]
     watched = bench.Watched(rig, 0.1)
     mover.move_and_wait(at + np.multiply([0.1, -0.06, 0.04, 0.02, 0.1], 1 + 4 * (speed > 0.1)), "p", at)
     assert 0.5 * speed < watched.fastest() < 1.01 * speed * 4 / 3 / PEAK
@@ -159,7 +159,7 @@ def test_an_arm_that_goes_elsewhere_is_noticed(tmp_path: Path) -> None:
     mover = Mover(arm, ROBOT, 0.3, rig.clock)
     at = mover.resting("Before")
     go = arm.start_move
-    arm.start_move = lambda q, seconds: go(2 * at - q, seconds)  # type: ignore[method-assign]
+    arm.start_move = lambda q, seconds: go(2 * at - q, seconds)
     with pytest.raises(ArmError, match="off the straight path"):
         mover.move_and_wait(at + 0.5, "p", at)
     assert np.abs(rig.motor() - at).max() < 0.15

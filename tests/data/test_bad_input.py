@@ -196,7 +196,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_is_named_with_its_place(folder: Path, mistake: str) -> None:
+def test_a_mistake_is_named_with_its_place(folder, mistake):
     change, expected = MISTAKES[mistake]
     change(folder)
     with pytest.raises(RobolaserError) as caught:
@@ -210,25 +210,25 @@ def test_a_mistake_is_named_with_its_place(folder: Path, mistake: str) -> None:
 
 
 @pytest.mark.parametrize(("column", "value"), [("u_px", "5000"), ("v_px", "-3")])
-def test_a_pixel_outside_the_image_is_an_error_with_its_place(folder: Path, column: str, value: str) -> None:
+def test_a_pixel_outside_the_image_is_an_error_with_its_place(folder, column, value):
     cell("points.csv", 4, column, value)(folder)
     with pytest.raises(DataError, match=f"points.csv, row 4, column {column}: pixel .* is outside") as caught:
         load(folder)
     assert (caught.value.file, caught.value.row, caught.value.column) == ("points.csv", 4, column)
 
 
-def test_a_reading_a_little_outside_the_limits_is_a_warning(folder: Path) -> None:
+def test_a_reading_a_little_outside_the_limits_is_a_warning(folder):
     cell("poses.csv", 2, "q_joint_3", "2.5")(folder)
     assert any(w.startswith("1 reading of joint_3 is ") and "outside its limits" in w for w in load(folder).warnings)
 
 
-def test_an_image_path_that_leaves_the_folder_is_refused(folder: Path) -> None:
+def test_an_image_path_that_leaves_the_folder_is_refused(folder):
     with_column("image", "../secret.png")(folder)
     with pytest.raises(RobolaserError, match=r"row 2, column image.*leaves"):
         load(folder)
 
 
-def test_an_unknown_socket_in_a_distance_is_named(tmp_path: Path) -> None:
+def test_an_unknown_socket_in_a_distance_is_named(tmp_path):
     made = simulate(find_robot("scorbot_er7"), kind="socket", poses=8, seed=1).dataset
     save(replace(made, distances_m=()), tmp_path / "s")
     replaced("dataset.toml", "[target]", '[target]\ndistances_m = [["nowhere", "elsewhere", 0.05]]')(tmp_path / "s")
@@ -245,7 +245,7 @@ def test_an_unknown_socket_in_a_distance_is_named(tmp_path: Path) -> None:
         ("lower = 0.006", "lowr = 0.006", "[parameters] f.lowr: this key is not known. Did you mean 'lower'?"),
     ],
 )
-def test_a_key_that_is_not_known_is_an_error(folder: Path, old: str, new: str, expected: str) -> None:
+def test_a_key_that_is_not_known_is_an_error(folder, old, new, expected):
     assert load(folder).warnings == ()
     replaced("dataset.toml", old, new)(folder)
     with pytest.raises(DataError, match=re.escape(f"dataset.toml, {expected}")) as caught:
@@ -255,9 +255,7 @@ def test_a_key_that_is_not_known_is_an_error(folder: Path, old: str, new: str, e
 
 
 @pytest.mark.parametrize(("column", "value", "shown"), [("payload_kg", "2,5", "'2,5'"), ("temperature_c", "", "empty")])
-def test_a_bad_cell_of_payload_or_temperature_is_an_error_with_its_place(
-    folder: Path, column: str, value: str, shown: str
-) -> None:
+def test_a_bad_cell_of_payload_or_temperature_is_an_error_with_its_place(folder, column, value, shown):
     with_column(column, "2.5", f'"{value}"', "2.5")(folder)
     with pytest.raises(
         DataError, match=rf"poses\.csv, row 3, column {column}: {shown}, expected a finite number"
@@ -266,7 +264,7 @@ def test_a_bad_cell_of_payload_or_temperature_is_an_error_with_its_place(
     assert (caught.value.file, caught.value.row, caught.value.column) == ("poses.csv", 3, column)
 
 
-def test_a_further_column_is_a_coordinate_where_it_is_numbers_and_else_a_warning(folder: Path) -> None:
+def test_a_further_column_is_a_coordinate_where_it_is_numbers_and_else_a_warning(folder):
     with_column("height,operator,empty", "0,3,", "1,Ann,", "2,Ann,")(folder)
     dataset = load(folder)
     assert list(dataset.poses.coordinates) == ["height"]
@@ -275,15 +273,13 @@ def test_a_further_column_is_a_coordinate_where_it_is_numbers_and_else_a_warning
 
 
 @pytest.mark.parametrize(("image", "warned"), [("0.png", ["1 of 5 poses have no points: 0."]), ("", [])])
-def test_a_pose_without_points_is_a_warning_unless_the_arm_only_passed_it(
-    folder: Path, image: str, warned: list[str]
-) -> None:
+def test_a_pose_without_points_is_a_warning_unless_the_arm_only_passed_it(folder, image, warned):
     with_column("image", image, "a.png", "b.png")(folder)
     edited("points.csv", lambda rows: [row for row in rows if row[0] != "0"])(folder)
     assert list(load(folder).warnings) == warned
 
 
-def test_a_copy_of_a_pose_under_another_name_is_a_warning(folder: Path) -> None:
+def test_a_copy_of_a_pose_under_another_name_is_a_warning(folder):
     for file in ("poses.csv", "points.csv"):
         again = edited(file, lambda rows: [*rows, *([f"again{row[0]}", *row[1:]] for row in rows if row[0] in "02")])
         again(folder)
@@ -293,7 +289,7 @@ def test_a_copy_of_a_pose_under_another_name_is_a_warning(folder: Path) -> None:
     )
 
 
-def test_a_column_of_a_joint_that_is_not_listed_is_a_warning(folder: Path) -> None:
+def test_a_column_of_a_joint_that_is_not_listed_is_a_warning(folder):
     replaced("dataset.toml", ', "joint_5"]', "]")(folder)
     (warning,) = load(folder).warnings
     assert "q_joint_5" in warning
@@ -301,6 +297,6 @@ def test_a_column_of_a_joint_that_is_not_listed_is_a_warning(folder: Path) -> No
 
 
 @pytest.mark.parametrize("key", ["target.x", '"target.x"'])
-def test_a_name_with_a_dot_is_read_with_and_without_quotes(folder: Path, key: str) -> None:
+def test_a_name_with_a_dot_is_read_with_and_without_quotes(folder, key):
     added("dataset.toml", f"\n{key} = {{ nominal = 0.1, lower = -1.0, upper = 1.0 }}\n")(folder)
     assert load(folder).parameters["target.x"].nominal == 0.1

@@ -102,7 +102,6 @@ def test_a_corrected_arm_stays_nominal_along_what_the_data_do_not_see() -> None:
     ).dataset
     start = Preparation.of(replace(dataset, distances_m=()), 0).fit(())
     problem = problem_of(start.model.with_effects(placements(len(JOINTS))), start.noise, start.sensor)
-    assert problem.prior is not None
     arm = Fit.of(problem, np.append(start.x, np.zeros(len(problem.prior) - len(start.x))))
     _, seen, directions = np.linalg.svd(arm.at.slopes / problem.scale * problem.prior)
     unseen = directions[np.append(seen, np.zeros(len(directions) - len(seen))) < 0.1]

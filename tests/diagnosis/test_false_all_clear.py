@@ -55,7 +55,6 @@ def test_joints_that_scatter_more_than_arms_do_are_a_gap(kind: str, joint_rad: f
     assert found.verdict == "unexplained"
     assert found.gap.after_m > found.gap.noise_floor_m
     scatter = found.pose_scatter
-    assert scatter is not None
     assert scatter.where == "joints"
     assert scatter.sizes["turn"].value == pytest.approx(joint_rad, abs=4 * scatter.sizes["turn"].std)
     assert scatter.sizes["turn"].std < 0.1 * joint_rad
@@ -86,12 +85,10 @@ def test_the_scatter_is_said_where_it_is_and_what_it_may_be() -> None:
 def test_a_single_joint_that_scatters_is_named() -> None:
     dataset = measured("point", 1e-6)
     poses, joint = dataset.poses, dataset.robot.joints[2]
-    assert poses.q is not None
     q = poses.q.copy()
     q[:, 2] += 3e-3 * np.random.default_rng(3).normal(size=len(q))
     found = examine(replace(dataset, poses=replace(poses, q=q)), effects=[], seed=0)
     assert found.verdict == "unexplained"
-    assert found.pose_scatter is not None
     assert found.pose_scatter.where == joint
     assert found.pose_scatter.probability > 0.9
     assert f"Readings of {joint} scatter by" in found.sentence
@@ -172,7 +169,6 @@ def test_a_few_poses_far_off_are_no_repeatability_of_all() -> None:
 def turned() -> Diagnosis:
     """Measured flange poses whose rotations alone are wrong: with the sine of an angle."""
     data = measured("pose", 1e-5)
-    assert data.poses.q is not None
     turn = Rotation.from_rotvec(4e-3 * np.sin(data.poses.q[:, [4]]) * [1.0, 0.0, 0.0])
     quaternion = (Rotation.from_quat(data.points.columns["quaternion"]) * turn[data.points.pose]).as_quat()
     points = replace(data.points, columns={**data.points.columns, "quaternion": quaternion})

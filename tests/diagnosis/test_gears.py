@@ -16,7 +16,6 @@ from robolaser.simulation import simulate
 def test_one_wave_of_a_gear_is_no_second_harmonic_of_half_its_frequency(cycles: int, twice: float) -> None:
     made = simulate(find_robot("ur5e"), kind="point", poses=60, noise=Noise(point_m=2e-5, joint_rad=1e-5), seed=5)
     dataset = made.dataset
-    assert dataset.poses.q is not None
     q = dataset.poses.q.copy()
     phase = cycles * q[:, 2] + 1.0
     q[:, 2] -= 4e-4 * np.sin(phase) + twice * np.cos(2.0 * phase)

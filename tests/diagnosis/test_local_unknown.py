@@ -183,7 +183,6 @@ def test_effects_of_a_form_that_a_joint_does_not_have_do_not_explain_a_gap_thoug
 def test_a_joint_that_another_one_pulls_along_depends_on_it_and_does_not_scatter() -> None:
     """A form that no effect has."""
     cell = simulate("scorbot_er7", kind="point", poses=30, noise=Noise(point_m=2e-5), seed=3).dataset
-    assert cell.poses.q is not None
     read = cell.poses.q.copy()
     read[:, 2] -= 0.002 * read[:, 1] ** 2
     followed = kinds("joint_coupling", "joint_offset", "joint_compliance", "encoder_scale", "backlash", "settling")
@@ -196,7 +195,6 @@ def test_a_joint_that_another_one_pulls_along_depends_on_it_and_does_not_scatter
 def test_a_base_that_creeps_is_found_at_the_base() -> None:
     """Slowly, which no effect is: it would be as well a first joint that is placed elsewhere and elsewhere."""
     cell = simulate("ur5", kind="point", poses=30, noise=Noise(point_m=2e-5), seed=4).dataset
-    assert cell.points.xyz is not None
     creep = np.linspace(0.0, 1.0, 30)[cell.points.pose, None] * [3e-4, 0.0, 2e-4]
     crept = replace(cell, points=replace(cell.points, xyz=cell.points.xyz + creep))
     found = examine(crept, kinds("base_shift", "thermal_drift", "joint_offset"), seed=1)

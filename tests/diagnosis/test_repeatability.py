@@ -67,7 +67,7 @@ def test_without_scatter_the_likelihood_is_that_of_chi_squared():
 
 
 @pytest.mark.parametrize("kind", ["stripe", "point"])
-def test_scatter_alone_is_no_gap(kind: str):
+def test_scatter_alone_is_no_gap(kind):
     diagnosis = diagnosed(kind)
     assert diagnosis.verdict == "no_gap"
     assert not diagnosis.findings
@@ -81,7 +81,6 @@ def tracked(
     noise = Noise(point_m=3e-5, **stated)
     dataset = simulate(find_robot(arm), kind="point", poses=poses, noise=noise, seed=1).dataset
     q = dataset.poses.q
-    assert q is not None
     return examine(replace(dataset, poses=replace(dataset.poses, q=q + off(q))), suspects, seed=0)
 
 
@@ -92,15 +91,14 @@ def chance(rad: float) -> Callable[[Array], Array]:
 REPEATS = {"joint_rad": 1e-5, "repeatability_m": 5e-5}
 
 
-def test_a_joint_that_scatters_over_ten_poses_is_no_gear_of_some_frequency() -> None:
+def test_a_joint_that_scatters_over_ten_poses_is_no_gear_of_some_frequency():
     found = tracked("ur5", 10, chance(7e-4), OF_JOINTS + GEARS, **REPEATS)
     assert not found.findings
-    assert found.pose_scatter is not None
     assert found.pose_scatter.where == "shoulder_lift_joint"
 
 
 @pytest.mark.parametrize("edge", [0.1, 10.0])
-def test_a_joint_with_a_wave_of_several_periods_does_not_scatter(edge: float) -> None:
+def test_a_joint_with_a_wave_of_several_periods_does_not_scatter(edge):
     def wave(q: Array) -> Array:
         return 2e-3 * np.tanh(edge * np.sin(3.0 * q)) / np.tanh(edge) * (np.arange(q.shape[1]) == 1)
 
@@ -113,20 +111,17 @@ def off_at(joint: int, size: float) -> Callable[[Array], Array]:
 
 
 @pytest.mark.parametrize(("joint", "known"), [(1, {"shoulder_lift_joint"}), (3, {"wrist_1_joint"})])
-def test_what_else_is_wrong_with_an_arm_whose_joint_scatters_is_located_beside_the_scatter(
-    joint: int, known: set[str]
-) -> None:
+def test_what_else_is_wrong_with_an_arm_whose_joint_scatters_is_located_beside_the_scatter(joint, known):
     found = tracked("ur5", 60, lambda q: chance(3e-3)(q) + off_at(joint, 3e-3)(q), OF_JOINTS)
-    assert found.pose_scatter is not None
     assert found.pose_scatter.where == "shoulder_lift_joint"
     assert {one.site for one in found.classes if one.name == "unknown" and one.probability > 0.9} <= known
 
 
-def test_one_joint_that_scatters_no_more_than_joints_may_is_no_gap() -> None:
+def test_one_joint_that_scatters_no_more_than_joints_may_is_no_gap():
     assert tracked("ur5", 25, chance(3e-4), OF_JOINTS + GEARS).verdict == "no_gap"
 
 
-def test_two_joints_that_turn_by_the_sum_of_their_angles_do_not_scatter() -> None:
+def test_two_joints_that_turn_by_the_sum_of_their_angles_do_not_scatter():
     def by_one_wheel(q: Array) -> Array:
         return 4e-3 * np.sin(q[:, [3]] + q[:, [4]]) * np.isin(np.arange(q.shape[1]), (3, 4))
 
@@ -136,7 +131,7 @@ def test_two_joints_that_turn_by_the_sum_of_their_angles_do_not_scatter() -> Non
     assert {place.site for place in found.where} <= {"joint_4", "joint_5"}
 
 
-def test_a_joint_that_skips_neither_scatters_nor_has_a_wrong_zero() -> None:
+def test_a_joint_that_skips_neither_scatters_nor_has_a_wrong_zero():
     def skipping(q: Array) -> Array:
         return 1e-3 * (q > np.median(q, axis=0)) * (np.arange(q.shape[1]) == 1)
 
@@ -156,7 +151,7 @@ def test_scatter_counts_in_the_noise_floor():
 @pytest.mark.parametrize(
     ("kind", "effect", "size"), [("stripe", "backlash:joint_3", 2e-3), ("point", "joint_compliance:joint_2", 1e-4)]
 )
-def test_the_scatter_is_found_beside_an_effect_and_does_not_swallow_it(kind: str, effect: str, size: float):
+def test_the_scatter_is_found_beside_an_effect_and_does_not_swallow_it(kind, effect, size):
     diagnosis = diagnosed(kind, effect=effect, size=size)
     assert [str(found.candidate_effect) for found in diagnosis.findings] == [effect.replace(":", " at ")]
     assert diagnosis.findings[0].probability > 0.9
@@ -189,7 +184,7 @@ def test_stated_noise_that_the_rows_of_a_pose_contradict_gives_way_to_the_larger
 
 
 @pytest.mark.parametrize(("times", "fits"), [(1.0, True), (2.0, True), (2.0, False), (5.0, False)])
-def test_noise_is_said_to_be_larger_than_stated_only_where_the_verdict_took_it_so(times: float, fits: bool) -> None:
+def test_noise_is_said_to_be_larger_than_stated_only_where_the_verdict_took_it_so(times, fits):
     made = simulate(find_robot("ur5e"), kind="point", poses=12, noise=Noise(point_m=1e-4), seed=3).dataset
     final = examine(made, effects=[], seed=0).weighed.final
     larger = replace(final.noise.at({"point": times * 1e-4}), origin={"point": "estimated"})
@@ -232,7 +227,7 @@ def test_chi_squared_of_any_freedoms_has_the_normal_deviate_of_its_quantiles():
     assert Excess.of(chi2_quantile := 149.449, 100.0).sigma == pytest.approx(3.09, abs=0.02), chi2_quantile
 
 
-def test_an_arm_that_shrinks_with_its_sockets_explains_no_scatter() -> None:
+def test_an_arm_that_shrinks_with_its_sockets_explains_no_scatter():
     effects = {"link_geometry:joint_3": 0.004}
     dataset = simulate(
         find_robot("scorbot_er7"),
@@ -259,7 +254,7 @@ def left_by(columns: Array, residuals: Array) -> float:
     return float(np.linalg.norm(e - U @ (U.T @ e)) / np.linalg.norm(e))
 
 
-def test_coarse_readings_are_no_gap_where_their_step_is_stated() -> None:
+def test_coarse_readings_are_no_gap_where_their_step_is_stated():
     step = 4e-3
     made = simulate(
         find_robot("ur5"),

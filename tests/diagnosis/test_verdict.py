@@ -31,6 +31,10 @@ def turned(after: float, least: float) -> Evidence:
     return replace(CLEAN, gap=replace(GAP, rotations=RotationGap(1e-3, after * 1e-3, least * 1e-3, 1e-3)))
 
 
+SIX = np.eye(1, 20)[0] * 6.0
+"""Residuals, one of which is six standard deviations."""
+
+
 @pytest.mark.parametrize("of", ["positions", "rotations"])
 def test_a_gap_that_chance_makes_in_one_of_forty_sound_data_sets_needs_a_location(of):
     def gap(high, least):
@@ -186,18 +190,14 @@ def test_noise_puts_one_row_in_a_million_beyond_the_limit_of_a_gross_error():
 
 
 def test_a_random_function_of_one_shape_has_the_likelihood_ratio_of_a_variance():
-    residuals = np.zeros(50)
-    residuals[0] = 6.0
-    ratio, size = likelihood_ratio(np.eye(1), residuals[:1])
+    ratio, size = likelihood_ratio(np.eye(1), SIX[:1])
     assert ratio == pytest.approx(36.0 - 1.0 - np.log(36.0), rel=1e-3)
     assert size == pytest.approx(np.sqrt(35.0), rel=0.15)
 
 
 def test_a_function_of_many_shapes_pays_for_each():
-    residuals = np.zeros(50)
-    residuals[0] = 6.0
-    few, _ = likelihood_ratio(np.eye(1), residuals[:1])
-    many, _ = likelihood_ratio(np.eye(20), residuals[:20])
+    few, _ = likelihood_ratio(np.eye(1), SIX[:1])
+    many, _ = likelihood_ratio(np.eye(20), SIX[:20])
     assert many < few - 10
 
 
@@ -212,9 +212,7 @@ def test_chance_has_the_likelihood_ratio_of_a_function_that_is_free_at_each_pose
 
 
 def test_a_function_is_no_larger_than_is_plausible():
-    residuals = np.zeros(50)
-    residuals[0] = 6.0
-    ratio, size = likelihood_ratio(np.eye(1), residuals[:1], 0.5)
+    ratio, size = likelihood_ratio(np.eye(1), SIX[:1], 0.5)
     assert size == 0.5
     assert ratio == pytest.approx(36.0 * 0.25 / 1.25 - np.log(1.25))
 

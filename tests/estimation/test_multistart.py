@@ -68,7 +68,7 @@ def test_a_descent_ends_where_scipys_does() -> None:
 def test_a_start_at_a_pole_spoils_no_other() -> None:
     model = Model(paper(find_robot("scorbot_er7"), seed=2).dataset)
     pole = model.parameters.nominal.copy()
-    pole[7], pole[4] = 0.0, model.dataset.points.pixel[0, 1]  # type: ignore[index]
+    pole[7], pole[4] = 0.0, model.dataset.points.pixel[0, 1]
     assert not np.isfinite(model.cost(pole[None])[0])
     assert multistart(model, seed=1, starts=pole[None]).cost == pytest.approx(multistart(model, seed=1).cost, rel=1e-9)
 

@@ -58,7 +58,6 @@ def cut(description: Dataset, q: Array, off_m: Array) -> float:
     T_flange_camera = pose(from_quaternion(np.array(description.bracket_quat)), shift)
     T_base_target = motion(v, "target")[0]
     T_base_target[:3, 3] += off_m
-    assert description.robot is not None
     T = inverse(description.robot.forward(q[None])[0] @ T_flange_camera) @ T_base_target
     corners = np.array([[0, 0, 0], [0.08, 0, 0], [0, 0.06, 0], [0.08, 0.06, 0]])
     x, y, z = np.moveaxis(apply(T[:, None], corners), -1, 0)
@@ -76,7 +75,6 @@ def test_a_board_three_centimetres_off_is_cut_in_few_postures(description: Datas
 
 
 def test_planned_postures_lie_within_the_joint_limits(description: Dataset, q: Array) -> None:
-    assert description.robot is not None
     assert ((q > description.robot.lower) & (q < description.robot.upper)).all()
 
 

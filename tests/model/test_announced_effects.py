@@ -64,7 +64,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
     return put
 
 
-def test_it_is_listed_among_ours_though_its_module_is_imported_first(install: Install) -> None:
+def test_it_is_listed_among_ours_though_its_module_is_imported_first(install):
     folder = install(WORKING)
     asked = "import worn_arms_effects, robolaser; print([kind.name for kind in robolaser.EFFECTS])"
     environment = os.environ | {"PYTHONPATH": str(folder)}
@@ -75,7 +75,7 @@ def test_it_is_listed_among_ours_though_its_module_is_imported_first(install: In
     assert "'backlash'" in said
 
 
-def test_a_class_in_a_script_joins_the_library_only_where_it_is_asked_for() -> None:
+def test_a_class_in_a_script_joins_the_library_only_where_it_is_asked_for():
     assert type("Mine", (Effect,), {"name": "mine", "__module__": "__main__"}) not in EFFECTS
 
 
@@ -90,9 +90,7 @@ def test_a_class_in_a_script_joins_the_library_only_where_it_is_asked_for() -> N
         (WORKING.replace("    stage:", "    ignored:"), "Worn", "does not define stage"),
     ],
 )
-def test_a_broken_package_is_named_with_what_went_wrong(
-    install: Install, code: str, attribute: str, reason: str
-) -> None:
+def test_a_broken_package_is_named_with_what_went_wrong(install, code, attribute, reason):
     install(code, attribute=attribute)
     with pytest.raises(PluginError) as said:
         others()
@@ -100,14 +98,14 @@ def test_a_broken_package_is_named_with_what_went_wrong(
     assert reason in str(said.value)
 
 
-def test_a_name_of_another_package_is_taken(install: Install) -> None:
+def test_a_name_of_another_package_is_taken(install):
     install(WORKING)
     install(WORKING, package="loose-arms")
     with pytest.raises(PluginError, match=r"worn-arms .* but loose-arms has one of that name"):
         others()
 
 
-def test_a_broken_package_ends_a_command_with_a_sentence(install: Install) -> None:
+def test_a_broken_package_ends_a_command_with_a_sentence(install):
     folder = install("Worn = 1 / 0")
     ended = subprocess.run(
         [sys.executable, "-c", "import sys, robolaser.cli; sys.exit(robolaser.cli.main())", "list", "effects"],

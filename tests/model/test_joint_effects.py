@@ -241,7 +241,6 @@ def test_a_joint_is_coupled_with_its_neighbours_up_to_two_joints_away() -> None:
 def test_no_spring_stands_for_what_rounding_alone_makes_of_a_vertical_joint() -> None:
     dataset = arm(np.random.default_rng(1).uniform(-1.0, 1.0, (8, 5)))
     soft = {"compliance": np.array([1e-3]), "payload": np.zeros(1), "hardening": np.zeros(1)}
-    assert dataset.robot is not None
     base, shoulder, *_ = dataset.robot.joints
     assert JointCompliance(base, **soft).parts(Run(dataset)) == ()
     (spring,) = JointCompliance(shoulder, **soft).parts(Run(dataset))

@@ -166,7 +166,7 @@ def test_odd_readings_are_said_to_be_what_they_are(log: MotionLog, tmp_path: Pat
     pan = log.command[:, 0]
     odd = {"sign": -pan, "digit by digit": pan, "does not move": np.full_like(pan, 0.3), "degrees": pan * np.pi / 180.0}
     for said, values in odd.items():
-        (warning,) = reading(tmp_path, lambda one, q=values: with_readings(one, q), log).warnings  # type: ignore[misc]
+        (warning,) = reading(tmp_path, lambda one, q=values: with_readings(one, q), log).warnings
         assert said in warning
     assert load_motion(written(log, tmp_path)).warnings == ()
 
@@ -203,7 +203,7 @@ def test_rows_in_which_the_arm_stands_show_no_torques_but_the_rest(log: MotionLo
 
 def test_a_log_is_not_saved_as_poses(log: MotionLog, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="MotionLog"):
-        robolaser.save(log, tmp_path / "out")  # type: ignore[arg-type]
+        robolaser.save(log, tmp_path / "out")
 
 
 def test_readings_that_are_the_commands_are_no_arm_without_a_gap(log: MotionLog) -> None:

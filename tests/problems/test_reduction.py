@@ -185,7 +185,6 @@ def test_poles_cost_infinitely_and_are_completed_within_the_bounds(placed: bool)
     whole = problem.model.parameters
     x = np.tile(whole.nominal[whole.columns(problem.names)], (2, 1))
     pole = dict(zip(problem.names, range(problem.n_var), strict=True))
-    assert made.dataset.points.pixel is not None
     x[1, pole["theta"]], x[1, pole["v_0"]] = 0.0, made.dataset.points.pixel[0, 1]
     completed = problem.completed(x)
     assert ((completed >= whole.lower) & (completed <= whole.upper)).all()

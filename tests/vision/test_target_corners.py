@@ -113,12 +113,11 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Points:
 
 
 @pytest.mark.parametrize("name", BOARDS)
-def test_points_are_found_where_the_camera_shows_them(tmp_path: Path, name: str) -> None:
+def test_points_are_found_where_the_camera_shows_them(tmp_path, name):
     made = recording(tmp_path, name)
     seen, dataset = points_of_target(made)
     assert sum(one.points > 0 for one in seen) > len(seen) / 2
     T, points = made.poses.T_base_flange, dataset.points
-    assert T is not None
     places = [points.xyz]
     board = BOARDS[name]
     if name in ("circles", "checkerboard", "square circles"):  # several ways to lay the frame, of which one is kept
@@ -134,7 +133,7 @@ def test_points_are_found_where_the_camera_shows_them(tmp_path: Path, name: str)
     assert min(np.sqrt(np.mean(one**2)) for one in off) < 0.35
 
 
-def test_a_command_reads_images_and_the_next_one_calibrates(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+def test_a_command_reads_images_and_the_next_one_calibrates(tmp_path, capsys):
     recording(tmp_path, "charuco")
     assert main(["extract", str(tmp_path)]) in (None, 0)
     assert "images, 0 skipped" in capsys.readouterr().out
@@ -144,7 +143,7 @@ def test_a_command_reads_images_and_the_next_one_calibrates(tmp_path: Path, caps
     np.testing.assert_allclose([result.value(f"hand_eye.{part}") for part in "xyz"], 0.0, atol=3e-3)
 
 
-def test_a_board_seen_in_part_still_gives_its_corners_by_name(whole: Points, tmp_path: Path) -> None:
+def test_a_board_seen_in_part_still_gives_its_corners_by_name(whole, tmp_path):
     def covered(path: Path, image: np.ndarray) -> None:
         image = image.copy()
         image[:, : SIZE[0] // 3] = 120
@@ -158,7 +157,7 @@ def test_a_board_seen_in_part_still_gives_its_corners_by_name(whole: Points, tmp
 
 
 @pytest.mark.parametrize("depth", ["colour", "twelve bits"])
-def test_colour_and_deeper_grey_show_the_same(whole: Points, tmp_path: Path, depth: str) -> None:
+def test_colour_and_deeper_grey_show_the_same(whole, tmp_path, depth):
     def deeper(path: Path, image: np.ndarray) -> None:
         other = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if depth == "colour" else image.astype(np.uint16) * 16
         cv2.imwrite(str(path), other)
@@ -167,25 +166,22 @@ def test_colour_and_deeper_grey_show_the_same(whole: Points, tmp_path: Path, dep
     np.testing.assert_allclose(other.pixel, whole.pixel, atol=0.05)
 
 
-def test_a_board_that_is_never_seen_is_told_and_nothing_is_written(
-    tmp_path: Path, capsys: pytest.CaptureFixture
-) -> None:
+def test_a_board_that_is_never_seen_is_told_and_nothing_is_written(tmp_path, capsys):
     recording(tmp_path, "charuco", lambda path, image: cv2.imwrite(str(path), np.full_like(image, 90)))
     assert main(["extract", str(tmp_path)]) == 1
     assert "None of 8 images shows a ChArUco board of 6 x 4" in capsys.readouterr().err
     assert not (tmp_path / "points.csv").exists()
 
 
-def test_a_target_that_looks_the_same_after_every_quarter_turn_needs_a_flange_that_turns(tmp_path: Path) -> None:
+def test_a_target_that_looks_the_same_after_every_quarter_turn_needs_a_flange_that_turns(tmp_path):
     made = recording(tmp_path, "square circles")
-    assert made.poses.T_base_flange is not None
     still = made.poses.T_base_flange.copy()
     still[:, :3, :3] = np.eye(3)
     with pytest.raises(ImageError, match="the same after every quarter turn"):
         points_of_target(replace(made, poses=replace(made.poses, T_base_flange=still)))
 
 
-def test_a_dictionary_that_opencv_does_not_have_is_told(tmp_path: Path) -> None:
+def test_a_dictionary_that_opencv_does_not_have_is_told(tmp_path):
     made = recording(tmp_path, "charuco")
     assert made.board is not None
     with pytest.raises(DataError, match="Did you mean 'DICT_4X4_50'"):

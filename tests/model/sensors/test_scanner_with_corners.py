@@ -27,7 +27,7 @@ from robolaser.simulation import CellOptions, Simulated, simulate
 
 def scanner(**options: object) -> Simulated:
     """On a UR10, its target somewhere."""
-    return simulate_as_asked(find_robot("ur10"), kind="stripe+camera", poses=15, placed=False, seed=1, **options)  # type: ignore[arg-type]
+    return simulate_as_asked(find_robot("ur10"), kind="stripe+camera", poses=15, placed=False, seed=1, **options)
 
 
 def with_nothing_given(dataset: Dataset) -> Dataset:
@@ -187,7 +187,6 @@ def test_an_arm_that_is_off_is_told_from_a_laser_that_is_off(effects: dict[str, 
 def test_where_too_few_corners_are_seen_to_tell_the_target_the_stripe_does(noisy: Simulated) -> None:
     """As in a sample of the rows: of a pose two corners, in more poses than show the stripe."""
     points = noisy.dataset.points
-    assert points.sensor is not None
     group = 2 * points.pose + points.sensor
     place = np.array([np.sum(group[:i] == number) for i, number in enumerate(group)])
     stripe = points.take((points.sensor == 0) & (points.pose > 0) & (place < 2))
