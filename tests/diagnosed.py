@@ -135,10 +135,7 @@ def without_robot():
 
 
 MADE = {
-    "explained": explained,
-    "no_gap": no_gap,
-    "unexplained": unexplained,
-    "nothing_known": nothing_known,
+    "explained": explained, "no_gap": no_gap, "unexplained": unexplained, "nothing_known": nothing_known,
     "without_robot": without_robot,
-}
+}  # fmt: skip
 """Diagnoses to report on."""

@@ -85,11 +85,8 @@ def test_what_is_saved_is_loaded_and_saved_again(tmp_path):
     assert outcomes(third) == outcomes(result)
     assert third.to_dict() == again.to_dict()
     assert {file.name for file in (tmp_path / "two").iterdir()} >= {
-        "runs.jsonl",
-        "runs.csv",
-        "comparison.json",
-        "report.html",
-    }
+        "runs.jsonl", "runs.csv", "comparison.json", "report.html",
+    }  # fmt: skip
 
 
 def test_folders_of_an_array_job_merge(tmp_path, capsys):

@@ -201,12 +201,9 @@ def test_whatever_the_output_is_nobody_sees_a_traceback(stream):
         pytest.skip("no /dev/full here")
     code = "import sys; from robolaser.cli import main; sys.exit(main(['list', 'effects']))"
     said = subprocess.run(
-        ["sh", "-c", f'"{sys.executable}" -c "{code}" {how}'],
-        capture_output=True,
-        text=True,
-        check=False,
+        ["sh", "-c", f'"{sys.executable}" -c "{code}" {how}'], capture_output=True, text=True, check=False,
         env={**os.environ, "PYTHONIOENCODING": "ascii"},
-    )
+    )  # fmt: skip
     assert "Traceback" not in said.stderr
     assert said.returncode == (1 if stream == "full" else 0)
 

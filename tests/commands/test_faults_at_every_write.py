@@ -90,17 +90,9 @@ def typed(inputs, command, out):
 
 
 COMMANDS = (
-    "simulate",
-    "simulate two",
-    "import",
-    "calibrate",
-    "diagnose",
-    "extract",
-    "scan",
-    "scan las",
-    "compare",
+    "simulate", "simulate two", "import", "calibrate", "diagnose", "extract", "scan", "scan las", "compare",
     "challenge",
-)
+)  # fmt: skip
 
 
 COMPUTED = (

@@ -138,13 +138,9 @@ def test_overwriting_leaves_nothing_of_the_old_points(tmp_path):
 
 
 CORNERS = SensorFormat(
-    kind="corner_camera",
-    title="camera that sees corners",
-    columns={"pixel": PIXEL, "corner": ("column", "row")},
-    numbers=2,
-    unit="px",
-    units={"fx": "px"},
-)
+    kind="corner_camera", title="camera that sees corners",
+    columns={"pixel": PIXEL, "corner": ("column", "row")}, numbers=2, unit="px", units={"fx": "px"},
+)  # fmt: skip
 
 
 def test_a_sensor_of_the_user_is_saved_and_loaded_by_its_declaration(tmp_path, monkeypatch):

@@ -33,14 +33,9 @@ POINTS = {"stripe": 8, "point": 3, "camera": 12, "pose": 1}
 def measured(kind: str, joint_rad: float, seed: int = 1, **stated: float) -> Dataset:
     noise = STATED[kind]
     dataset = simulate(
-        find_robot("ur5"),
-        kind=kind,
-        poses=40,
-        points=POINTS[kind],
-        noise=replace(noise, joint_rad=joint_rad),
-        options=CellOptions(stated=noise),
-        seed=seed,
-    ).dataset
+        find_robot("ur5"), kind=kind, poses=40, points=POINTS[kind], noise=replace(noise, joint_rad=joint_rad),
+        options=CellOptions(stated=noise), seed=seed,
+    ).dataset  # fmt: skip
     return replace(dataset, noise=replace(dataset.noise, **stated))
 
 

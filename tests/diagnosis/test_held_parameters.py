@@ -24,13 +24,9 @@ INTRINSICS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 
 def seen(effects: dict[str, float] | None = None) -> Dataset:
     return simulate(
-        find_robot("ur5e"),
-        kind="camera",
-        poses=25,
-        noise=Noise(pixel_px=0.15, joint_rad=1e-5),
-        effects=effects or {},
-        seed=3,
-    ).dataset
+        find_robot("ur5e"), kind="camera", poses=25, noise=Noise(pixel_px=0.15, joint_rad=1e-5),
+        effects=effects or {}, seed=3,
+    ).dataset  # fmt: skip
 
 
 @cache

@@ -135,14 +135,9 @@ def test_scatter_of_whole_poses_is_no_remainder_of_an_effect() -> None:
     noise, effects = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-4), {"backlash:joint_2": 8e-4}
     stated = Noise(pixel_px=0.1, target_m=3e-5)
     made = simulate(
-        find_robot("scorbot_er7"),
-        poses=40,
-        points=8,
-        noise=noise,
-        effects=effects,
-        options=CellOptions(stated=stated),
-        seed=3,
-    )
+        find_robot("scorbot_er7"), poses=40, points=8, noise=noise, effects=effects,
+        options=CellOptions(stated=stated), seed=3,
+    )  # fmt: skip
     start = Preparation.of(made.dataset, 1).fit(())
     start = Fit.of(start.problem.with_noise(start.noise.with_scatter_times(0.01)), start.x)
     refits = Refits(start, made.effects)

@@ -33,15 +33,10 @@ GEARS = kinds("transmission_error")
 @cache
 def diagnosed(kind: str, *, effect: str = "", size: float = 0.0, joint_rad: float = JOINT_RAD) -> Diagnosis:
     dataset = simulate(
-        find_robot("scorbot_er7"),
-        kind=kind,
-        poses=40,
-        points=8 if kind == "stripe" else 3,
-        noise=replace(STATED[kind], joint_rad=joint_rad),
-        effects={effect: size} if effect else None,
-        options=CellOptions(stated=STATED[kind]),
-        seed=4,
-    ).dataset
+        find_robot("scorbot_er7"), kind=kind, poses=40, points=8 if kind == "stripe" else 3,
+        noise=replace(STATED[kind], joint_rad=joint_rad), effects={effect: size} if effect else None,
+        options=CellOptions(stated=STATED[kind]), seed=4,
+    ).dataset  # fmt: skip
     return examine(dataset, OF_JOINTS + GEARS, seed=0)
 
 
@@ -160,12 +155,9 @@ def test_the_scatter_is_found_beside_an_effect_and_does_not_swallow_it(kind, eff
 
 def test_a_smooth_cause_that_the_library_lacks_is_not_swallowed():
     dataset = simulate(
-        find_robot("scorbot_er7"),
-        poses=40,
-        points=8,
-        noise=STATED["stripe"],
+        find_robot("scorbot_er7"), poses=40, points=8, noise=STATED["stripe"],
         effects={"joint_compliance:joint_2": 1e-4},
-    ).dataset
+    ).dataset  # fmt: skip
     diagnosis = examine(dataset, effects=[], seed=0)
     assert diagnosis.verdict == "unexplained"
     assert diagnosis.where[0].site == "joint_2"
@@ -199,13 +191,9 @@ def test_noise_is_said_to_be_larger_than_stated_only_where_the_verdict_took_it_s
 def test_stated_noise_that_is_far_too_small_makes_no_gross_errors(times, verdict):
     """Up to a few times it is taken for a slip of the pen; beyond that, something else may move the rows."""
     dataset = simulate(
-        find_robot("scorbot_er7"),
-        poses=30,
-        points=8,
-        noise=Noise(pixel_px=0.1),
-        options=CellOptions(stated=Noise(pixel_px=0.1 / times)),
-        seed=3,
-    ).dataset
+        find_robot("scorbot_er7"), poses=30, points=8, noise=Noise(pixel_px=0.1),
+        options=CellOptions(stated=Noise(pixel_px=0.1 / times)), seed=3,
+    ).dataset  # fmt: skip
     diagnosis = examine(dataset, effects=[], seed=1)
     assert diagnosis.verdict == verdict
     assert ("times as much as [noise] states: correct it" in diagnosis.sentence) == (times == 10)
@@ -230,13 +218,9 @@ def test_chi_squared_of_any_freedoms_has_the_normal_deviate_of_its_quantiles():
 def test_an_arm_that_shrinks_with_its_sockets_explains_no_scatter():
     effects = {"link_geometry:joint_3": 0.004}
     dataset = simulate(
-        find_robot("scorbot_er7"),
-        kind="socket",
-        effects=effects,
-        noise=Noise(joint_rad=1e-4),
-        options=CellOptions(stated=Noise()),
-        seed=4,
-    ).dataset
+        find_robot("scorbot_er7"), kind="socket", effects=effects, noise=Noise(joint_rad=1e-4),
+        options=CellOptions(stated=Noise()), seed=4,
+    ).dataset  # fmt: skip
     start = Preparation.of(dataset, 1).fit([])
     arm = start.model.with_effects(tuple(library([LinkGeometry], dataset)))
     problem = problem_of(arm, start.noise, start.sensor)

@@ -100,14 +100,9 @@ def test_what_drifted_is_taken_as_at_the_end_of_its_run_and_said_so():
 
 def test_campaigns_with_sessions_predict_and_are_predicted():
     both = simulate(
-        find_robot("scorbot_er7"),
-        kind="point",
-        poses=10,
-        noise=Noise(point_m=2e-5),
-        effects=OFFSET,
-        options=CellOptions(sessions=2),
-        seed=5,
-    ).dataset
+        find_robot("scorbot_er7"), kind="point", poses=10, noise=Noise(point_m=2e-5), effects=OFFSET,
+        options=CellOptions(sessions=2), seed=5,
+    ).dataset  # fmt: skip
     bounds = Parameter("base.x@session-1", "m", 2.5, 0.0, 5.0)
     both = replace(both, parameters={bounds.name: bounds})
     for here, there in ((both, campaign(2)), (campaign(2), both)):
@@ -119,14 +114,9 @@ def test_campaigns_with_sessions_predict_and_are_predicted():
 def monday():
     """A campaign before a standing camera."""
     return simulate(
-        find_robot("ur5"),
-        kind="camera",
-        poses=20,
-        points=15,
-        noise=Noise(pixel_px=0.05),
-        options=CellOptions(mount="base", placed=False),
-        seed=3,
-    )
+        find_robot("ur5"), kind="camera", poses=20, points=15, noise=Noise(pixel_px=0.05),
+        options=CellOptions(mount="base", placed=False), seed=3,
+    )  # fmt: skip
 
 
 def on_friday(made, **moved_by: float):

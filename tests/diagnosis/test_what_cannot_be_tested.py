@@ -21,15 +21,9 @@ from robolaser.robot.kinematics import Robot
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=2e-5)
 FEW = (
-    "joint_offset",
-    "encoder_scale",
-    "joint_compliance",
-    "backlash",
-    "latency",
-    "base_shift",
-    "thermal_drift",
+    "joint_offset", "encoder_scale", "joint_compliance", "backlash", "latency", "base_shift", "thermal_drift",
     "laser_roll",
-)
+)  # fmt: skip
 TESTED = [kind for kind in EFFECTS if kind.name in FEW]
 """Enough of the library to see each kind of reason."""
 KINDS = ("camera", "point", "pose", "profile", "socket", "stripe")

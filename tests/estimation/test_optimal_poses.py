@@ -29,16 +29,9 @@ def cell(place: dict[str, float] = PLACE) -> Dataset:
         unit = "m" if name in "xyz" else "rad"
         parameters[f"target.{name}"] = Parameter(f"target.{name}", unit, value, value - 0.2, value + 0.2)
     return Dataset(
-        name="cell",
-        poses=Poses(()),
-        points=Points(np.empty(0, dtype=np.int64), ()),
-        robot=robot,
-        parameters=parameters,
-        bracket_quat=bracket,
-        image_px=IMAGE_PX,
-        board=Board(9, 7, 0.010),
-        placed=False,
-    )
+        name="cell", poses=Poses(()), points=Points(np.empty(0, dtype=np.int64), ()), robot=robot,
+        parameters=parameters, bracket_quat=bracket, image_px=IMAGE_PX, board=Board(9, 7, 0.010), placed=False,
+    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")

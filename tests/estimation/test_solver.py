@@ -78,17 +78,9 @@ def case(request):
 
 def scipy_cost(residuals, x0, lower, upper):
     found = least_squares(
-        lambda x: residuals(x[None])[0],
-        x0,
-        bounds=(lower, upper),
-        jac="3-point",
-        method="trf",
-        x_scale="jac",
-        xtol=1e-15,
-        ftol=1e-15,
-        gtol=1e-15,
-        max_nfev=5000,
-    )
+        lambda x: residuals(x[None])[0], x0, bounds=(lower, upper), jac="3-point", method="trf", x_scale="jac",
+        xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=5000,
+    )  # fmt: skip
     return 2.0 * found.cost
 
 

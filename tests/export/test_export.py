@@ -167,13 +167,9 @@ def test_a_tracker_has_no_camera():
 @pytest.fixture(scope="module", params=["flange", "base"])
 def camera(request):
     made = simulate(
-        find_robot("ur5"),
-        kind="camera",
-        poses=8,
-        points=12,
-        options=CellOptions(mount=request.param, placed=False),
-        seed=3,
-    )
+        find_robot("ur5"), kind="camera", poses=8, points=12,
+        options=CellOptions(mount=request.param, placed=False), seed=3,
+    )  # fmt: skip
     return calibrate(made.dataset)
 
 

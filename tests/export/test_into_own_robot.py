@@ -23,15 +23,11 @@ def effect(name: str, where: str, **numbers: float) -> dict[str, Any]:
 
 
 FOUND = [
-    effect("viscous_friction", "lift", factor=0.5),
-    effect("rotor_inertia", "lift", inertia=0.02),
-    effect("droop", "lift", compliance=0.05),
-    effect("lag", "lift", time=0.06),
-    effect("dead_time", "lift", delay=0.03),
-    effect("dead_zone", "lift", half_width=0.01),
-    effect("offset", "lift", angle=0.02),
-    effect("clock_shift", "timing", delay=0.002),
-]
+    effect("viscous_friction", "lift", factor=0.5), effect("rotor_inertia", "lift", inertia=0.02),
+    effect("droop", "lift", compliance=0.05), effect("lag", "lift", time=0.06),
+    effect("dead_time", "lift", delay=0.03), effect("dead_zone", "lift", half_width=0.01),
+    effect("offset", "lift", angle=0.02), effect("clock_shift", "timing", delay=0.002),
+]  # fmt: skip
 MJCF = """
 <mujoco><!-- mine --><option timestep="0.001" gravity="0 0 0"/>
 <worldbody><body name="arm"><joint name="lift" axis="0 1 0"/>

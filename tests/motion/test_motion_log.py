@@ -49,14 +49,9 @@ def test_what_is_written_is_read_back(log: MotionLog, folder: Path) -> None:
 
 def test_what_the_recorder_said_is_kept(log: MotionLog, tmp_path: Path) -> None:
     told = replace(
-        log,
-        name='an "arm" 🤖',
-        torque_unit="A",
-        torque_signed=False,
-        offset_per_series=True,
-        encoder_step_rad=1e-3,
-        payload_kg={"run_1": 2.5},
-    )
+        log, name='an "arm" 🤖', torque_unit="A", torque_signed=False, offset_per_series=True,
+        encoder_step_rad=1e-3, payload_kg={"run_1": 2.5},
+    )  # fmt: skip
     back = load_motion(written(told, tmp_path))
     assert (back.name, back.torque_unit, back.torque_signed) == (told.name, "A", False)
     assert back.offset_per_series

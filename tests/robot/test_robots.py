@@ -77,17 +77,9 @@ def test_an_unknown_robot_is_met_with_its_likely_name(tmp_path):
 
 def test_a_robot_of_an_absent_package_says_what_to_install():
     entry = RobotEntry(
-        name="marvin",
-        title="Marvin",
-        maker="Sirius",
-        aliases=(),
-        source="",
-        licence="",
-        urdf="marvin.urdf",
-        flange="head",
-        joints=(),
-        package="example-robots-nobody-has",
-    )
+        name="marvin", title="Marvin", maker="Sirius", aliases=(), source="", licence="", urdf="marvin.urdf",
+        flange="head", joints=(), package="example-robots-nobody-has",
+    )  # fmt: skip
     with pytest.raises(DependencyMissing, match=r"pip install --upgrade 'robolaser\[robots\]'"):
         entry.path()
 
@@ -138,22 +130,11 @@ def test_every_urdf_of_the_optional_package_is_read_or_refused_politely():
 
 
 CALLED = {
-    "UR5e": "ur5e",
-    "ur 5e": "ur5e",
-    "universal robots ur5e": "ur5e",
-    "Universal Robots UR3": "ur3",
-    "lbr iiwa 14 r820": "iiwa14",
-    "KUKA LBR iiwa 7 R800": "iiwa7",
-    "franka research 3": "fr3",
-    "Franka Emika Panda": "panda",
-    "kinova gen3": "gen3",
-    "irb 120": "irb120",
-    "kr6 r900": "kr6",
-    "KR 6 R900-sixx": "kr6",
-    "xarm lite6": "lite6",
-    "viperx 300s": "vx300s",
-    "SCORBOT-ER VII": "scorbot_er7",
-}
+    "UR5e": "ur5e", "ur 5e": "ur5e", "universal robots ur5e": "ur5e", "Universal Robots UR3": "ur3",
+    "lbr iiwa 14 r820": "iiwa14", "KUKA LBR iiwa 7 R800": "iiwa7", "franka research 3": "fr3",
+    "Franka Emika Panda": "panda", "kinova gen3": "gen3", "irb 120": "irb120", "kr6 r900": "kr6",
+    "KR 6 R900-sixx": "kr6", "xarm lite6": "lite6", "viperx 300s": "vx300s", "SCORBOT-ER VII": "scorbot_er7",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("typed", CALLED)

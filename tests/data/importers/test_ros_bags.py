@@ -16,13 +16,9 @@ from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 
 ARM = "scorbot_er7"
 MARKER = {
-    "mount": "base",
-    "camera": "camera",
-    "marker": "tag",
-    "tolerance_s": "0.02",
-    "base": "base",
+    "mount": "base", "camera": "camera", "marker": "tag", "tolerance_s": "0.02", "base": "base",
     "flange": "tool0",
-}
+}  # fmt: skip
 STEP_S = 0.02
 
 

@@ -45,16 +45,10 @@ class BoardCamera(Sensor):
     """A pinhole camera with one radial term, which sees points of a board."""
 
     format: ClassVar[SensorFormat] = SensorFormat(
-        kind="board_camera",
-        title="camera",
-        task="the camera sees corners",
-        columns={"pixel": PIXEL, "xyz": XYZ},
-        numbers=2,
-        unit="px",
-        options=Options,
-        units=dict.fromkeys(("fx", "fy", "cx", "cy"), "px"),
-        positive=("fx", "fy"),
-    )
+        kind="board_camera", title="camera", task="the camera sees corners",
+        columns={"pixel": PIXEL, "xyz": XYZ}, numbers=2, unit="px", options=Options,
+        units=dict.fromkeys(("fx", "fy", "cx", "cy"), "px"), positive=("fx", "fy"),
+    )  # fmt: skip
 
     parameters = SensorParameters(free=(*INTRINSICS, *six_names("hand_eye"), *six_names("target")))
 

@@ -170,14 +170,9 @@ FEW = [one for one in EFFECTS if one.name in ("joint_offset", "link_geometry", "
 )
 def test_an_arm_that_is_off_is_told_from_a_laser_that_is_off(effects: dict[str, float], cause: str) -> None:
     made = simulate(
-        find_robot("scorbot_er7"),
-        kind="stripe+camera",
-        poses=16,
-        options=CellOptions(placed=False),
-        seed=2,
-        noise=Noise(pixel_px=0.1),
-        effects=effects,
-    )
+        find_robot("scorbot_er7"), kind="stripe+camera", poses=16, options=CellOptions(placed=False), seed=2,
+        noise=Noise(pixel_px=0.1), effects=effects,
+    )  # fmt: skip
     found = examine(made.dataset, FEW, seed=0)
     assert found.verdict == "explained"
     assert [(one.name, one.probability > 0.9) for one in found.classes] == [(cause, True)]

@@ -25,16 +25,9 @@ def saved(request, tmp_path_factory):
     kind, mount = request.param
     folder = tmp_path_factory.mktemp(kind)
     typed = [
-        "simulate",
-        "--robot",
-        "ur5",
-        "--sensor",
-        kind,
-        "--poses",
-        "12",
-        "--effect",
+        "simulate", "--robot", "ur5", "--sensor", kind, "--poses", "12", "--effect",
         "joint_offset:elbow_joint=0.003",
-    ]
+    ]  # fmt: skip
     typed += [*(["--mount", mount] if mount else []), "--pixel-px", "0.2", "--point-m", "3e-5"]
     assert main([*typed, "--output", str(folder / "data"), "--quiet"]) == 0
     with only():
