@@ -170,13 +170,9 @@ def finished(model, x):
 
 
 KINDS = {
-    "stripe": lambda: stripe(robot=arm()),
-    "point": point,
-    "pose": body,
-    "socket": socket,
-    "camera": lambda: simulated("camera"),
-    "profile": lambda: simulated("profile"),
-}
+    "stripe": lambda: stripe(robot=arm()), "point": point, "pose": body, "socket": socket,
+    "camera": lambda: simulated("camera"), "profile": lambda: simulated("profile"),
+}  # fmt: skip
 
 
 def bent(dataset, sizes):

@@ -48,12 +48,9 @@ class EmulatorProcess:
             ArmError: It refused, or was silent for two minutes.
         """
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "robolaser", "emulate", *self._arguments],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+            [sys.executable, "-m", "robolaser", "emulate", *self._arguments], stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
         line = self._first_line()
         if not line:
             self._process.kill()

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from installed import installed
 
 from robolaser.errors import DependencyMissing, PluginError
 from robolaser.plugins import announced, extra
@@ -15,13 +16,9 @@ class Family:
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A place where Python finds packages, with one that announces two members of a family."""
-    info = tmp_path / "two_members-1.0.dist-info"
-    info.mkdir()
-    (tmp_path / "two_members.py").write_text(
-        "from test_plugins import Family\n\nclass B(Family): name = 'bee'\n\nclass A(Family): name = 'ant'\n", "utf-8"
-    )
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: two-members\nVersion: 1.0\n", "utf-8")
-    (info / "entry_points.txt").write_text("[our.members]\nfirst = two_members:B\nsecond = two_members:A\n", "utf-8")
+    code = "from test_plugins import Family\n\nclass B(Family): name = 'bee'\n\nclass A(Family): name = 'ant'\n"
+    announced = "[our.members]\nfirst = two_members:B\nsecond = two_members:A\n"
+    installed(tmp_path, "two_members", code, announced, package="two-members")
     monkeypatch.syspath_prepend(tmp_path)
     return tmp_path
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from installed import installed
 
 from robolaser.algorithms.registry import ALGORITHMS, algorithm_named, algorithms, operators
 from robolaser.benchmark.solvers import DEFAULT, find, solver_titles
@@ -46,11 +47,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
         operators.cache_clear()
 
     def put(announcements: str) -> None:
-        (tmp_path / "greedy_search.py").write_text(CODE)
-        info = tmp_path / "greedy-1.0.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: greedy\nVersion: 1.0\n")
-        (info / "entry_points.txt").write_text(announcements)
+        installed(tmp_path, "greedy_search", CODE, announcements, package="greedy")
         monkeypatch.syspath_prepend(tmp_path)
         monkeypatch.delitem(sys.modules, "greedy_search", raising=False)
         forget()

@@ -28,18 +28,11 @@ def _of(evaluations: np.ndarray, algorithms: tuple[str, ...]) -> ResultArrays:
     reached = np.isfinite(evaluations).sum(axis=-1)
     spent = np.where(there, np.fmin(np.nan_to_num(evaluations[..., -1], nan=np.inf), BUDGET), np.nan)
     return ResultArrays(
-        problems=tuple(f"problem {i}" for i in range(p)),
-        algorithms=algorithms,
-        seeds=tuple(range(1, s + 1)),
-        tolerances=TOLERANCES,
-        evaluations=evaluations,
-        total_evaluations=spent,
-        total_s=spent * 1e-3,
-        final=np.where(there, np.append(np.inf, TOLERANCES)[reached], np.nan),
-        failed=there & (reached == 0),
-        headline=int(np.argmin(np.abs(TOLERANCES - 1e-2))),
-        noisy=np.zeros(p, bool),
-    )
+        problems=tuple(f"problem {i}" for i in range(p)), algorithms=algorithms, seeds=tuple(range(1, s + 1)),
+        tolerances=TOLERANCES, evaluations=evaluations, total_evaluations=spent, total_s=spent * 1e-3,
+        final=np.where(there, np.append(np.inf, TOLERANCES)[reached], np.nan), failed=there & (reached == 0),
+        headline=int(np.argmin(np.abs(TOLERANCES - 1e-2))), noisy=np.zeros(p, bool),
+    )  # fmt: skip
 
 
 def _ranked(arrays: ResultArrays, **more) -> Standings:

@@ -123,6 +123,12 @@ def arm_on(bench: Bench | UrRig, cell: Cell) -> Arm:
     return arm
 
 
+def armed(cell: Cell, faults: Sequence[str] = (), seed: int = 1) -> tuple[Any, Arm]:
+    """A bench, and the package's arm on it."""
+    rig = bench_for(cell, faults, seed)
+    return rig, arm_on(rig, cell)
+
+
 def at_home(cell: Cell, home: bool) -> Cell:
     """The same cell with this setting of `home`."""
     return replace(cell, arm=replace(cell.arm, home=home))

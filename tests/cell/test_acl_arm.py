@@ -21,8 +21,7 @@ def cell(tmp_path: Path) -> Cell:
 
 
 def test_the_arm_takes_the_time_that_it_is_given(cell: Cell) -> None:
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     home = rig.motor()
     arm.start_move(home + 0.5, 4.0)
     began = rig.clock.now()
@@ -68,16 +67,14 @@ def test_an_answer_that_comes_late_is_not_taken_for_the_next(cell: Cell) -> None
 
 
 def test_an_arm_whose_motors_are_off_refuses(cell: Cell) -> None:
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     rig.controller._controller._disabled = {1, 2, 3, 4, 5}
     with pytest.raises(ArmError, match=r"304.*switch the motors on"):
         arm.start_move(rig.motor() + 0.1, 1.0)
 
 
 def test_a_stop_that_is_not_heard_is_said_again(cell: Cell, monkeypatch: pytest.MonkeyPatch) -> None:
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     mover = Mover(arm, cell.description.robot, 0.3, rig.clock)
     arm.start_move(rig.motor() + 0.5, 60.0)
     rig.clock.wait(10.0)
@@ -116,8 +113,7 @@ def test_a_home_that_is_not_found_is_named(cell: Cell) -> None:
 
 
 def test_a_line_that_is_cut_while_homing_is_noticed(cell: Cell) -> None:
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     arm._line._transport = bench.Bench(rig.controller, rig.clock, ["silent@>20s"])
     with pytest.raises(LineLost, match="during homing"):
         arm.home()
@@ -128,16 +124,14 @@ def test_a_line_that_is_cut_while_homing_is_noticed(cell: Cell) -> None:
     ("fault", "error"), [("impact:3", ArmAlarm), ("thermic:2", ArmAlarm), ("reboot", ArmRestarted)]
 )
 def test_what_befalls_an_arm_that_searches_its_home_is_heard(cell: Cell, fault: str, error: type[Exception]) -> None:
-    rig = bench.bench_for(cell, [f"{fault}@>30s"])
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell, [f"{fault}@>30s"])
     with pytest.raises(error):
         arm.home()
     assert rig.clock.now() < 35.0
 
 
 def test_an_arm_that_will_not_search_its_home_says_why(cell: Cell) -> None:
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     rig.controller._controller._disabled = {1, 2, 3, 4, 5}
     began = rig.clock.now()
     with pytest.raises(ArmError, match=r"'HOME'.*304"):
@@ -152,8 +146,7 @@ def test_what_is_refused_each_time_with_the_same_words_is_no_disturbed_line(cell
 
 
 def test_noise_that_looks_like_the_first_prompt_is_no_restart(cell: Cell) -> None:
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     for noise in (b"x>_", b"\r\n>_", b"READY", b"SYSTEM\r\n>"):
         rig.coming += noise
         arm.poll_faults()

@@ -42,8 +42,7 @@ def test_opening_moves_nothing(cell: Cell) -> None:
 
 
 def test_it_reads_what_the_motors_do(cell: Cell) -> None:
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     arm.start_move(rig.motor() + np.array([0.3, -0.2, 0.1, 0.25, -0.4]), 5.0)
     for _ in range(20):
         rig.clock.wait(0.5)

@@ -76,8 +76,7 @@ def test_a_time_that_is_misheard_makes_no_servo_faster_than_it_may_be(cell: Cell
 
 
 def test_a_servo_that_was_switched_on_anew_is_capped_again(cell: Cell) -> None:
-    rig = bench.bench_for(cell, ["reboot@>4s"])
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell, ["reboot@>4s"])
     arm.start_move(rig.motor() + 0.1, 2.0)
     rig.clock.wait(8.0)
     assert not rig.in_waiting  # the power fails when somebody looks
@@ -96,8 +95,7 @@ def test_servos_switch_no_laser(cell: Cell) -> None:
 @pytest.mark.parametrize("kind", ["dynamixel", "feetech"])
 def test_a_stop_that_no_servo_heard_is_said(tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     cell = bench.cell(tmp_path, kind)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     arm.start_move(rig.motor() + np.array([0.4, 0.2, 0.1, 0.3, -0.2]), 4.0)
     rig.clock.wait(1.0)
     receive, code = rig.controller.receive, 7 if kind == "dynamixel" else 4

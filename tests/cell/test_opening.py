@@ -8,6 +8,7 @@ from pathlib import Path
 
 import bench
 import pytest
+from installed import installed
 
 from robolaser.cell.arm import ARMS, Arm, arm_class
 from robolaser.cell.clock import Clock
@@ -56,16 +57,8 @@ def test_importing_devices_opens_nothing():
     assert said.split() == ["1", "False"]
 
 
-def install(folder: Path, module: str, source: str, entry_points: str) -> None:
-    info = folder / f"{module}-1.0.dist-info"
-    info.mkdir()
-    (folder / f"{module}.py").write_text(source, "utf-8")
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n", "utf-8")
-    (info / "entry_points.txt").write_text(entry_points, "utf-8")
-
-
 def test_an_arm_of_an_installed_package_is_opened(cell, tmp_path, monkeypatch):
-    install(tmp_path, "desk_arm", DESK_ARM, "[robolaser.arms]\ndesk = desk_arm:DeskArm\n")
+    installed(tmp_path, "desk_arm", DESK_ARM, "[robolaser.arms]\ndesk = desk_arm:DeskArm\n")
     monkeypatch.syspath_prepend(tmp_path)
     with closing(open_arm(named(cell, "desk", str(cell.folder)))) as arm:
         assert type(arm).__name__ == "DeskArm"

@@ -93,8 +93,7 @@ def test_postures_that_are_allowed_break_nothing(tmp_path: Path) -> None:
 def test_no_joint_ever_exceeds_its_speed_nor_a_piece_its_time(tmp_path: Path, kind: str, speed: float) -> None:
     """Even where the controller's profile has the highest peak: emulated ones peak at 4 / 3 of the mean."""
     cell = bench.cell(tmp_path, kind)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     mover = Mover(arm, cell.robot, speed, rig.clock)
     at = mover.resting("Before")
     start, given = arm.start_move, list[float]()
@@ -154,8 +153,7 @@ def test_a_joint_that_stands_still_while_others_go_on_is_noticed(tmp_path: Path)
 
 def test_an_arm_that_goes_elsewhere_is_noticed(tmp_path: Path) -> None:
     cell = bench.cell(tmp_path)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     mover = Mover(arm, ROBOT, 0.3, rig.clock)
     at = mover.resting("Before")
     go = arm.start_move
@@ -167,8 +165,7 @@ def test_an_arm_that_goes_elsewhere_is_noticed(tmp_path: Path) -> None:
 
 def test_an_arm_that_moves_by_itself_is_not_at_rest(tmp_path: Path) -> None:
     cell = bench.cell(tmp_path)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     arm.start_move(HOME + 1.0, 20.0)
     rig.clock.wait(6.0)
     with pytest.raises(NotSettled, match="Before its first motion, joint_"):

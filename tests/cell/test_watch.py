@@ -27,8 +27,7 @@ class Remembering(bench.Painted):
 
 def recorded(tmp_path: Path, kind: str) -> tuple[robolaser.Dataset, Array, Array]:
     cell = bench.cell(tmp_path, kind)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     assert cell.description.image_px is not None
     camera = Remembering(rig, cell.description.image_px)
     began = rig.clock.now()
@@ -53,8 +52,7 @@ def test_angles_and_velocities_are_those_at_the_time_of_the_image(tmp_path, kind
 
 def test_no_image_is_kept_that_may_have_been_exposed_before_the_laser_was_on(tmp_path):
     cell = bench.cell(tmp_path)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     assert cell.description.image_px is not None
     camera, late = Remembering(rig, cell.description.image_px), []
     shot = camera.shot
@@ -71,8 +69,7 @@ def test_no_image_is_kept_that_may_have_been_exposed_before_the_laser_was_on(tmp
 
 def test_the_laser_goes_off_when_the_disk_is_full(tmp_path, monkeypatch):
     cell = bench.cell(tmp_path)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     assert cell.description.image_px is not None
     assert cell.laser_output is not None
     writer = bench.begun(cell, tmp_path / "out", ())

@@ -30,17 +30,10 @@ from robolaser.vision.images import CameraImages
 
 SOON_S = 5.0
 READERS = {
-    "a.toml": read_toml,
-    "a.csv": read_table,
-    "a.json": read_json,
-    "calibration.json": read_calibration,
-    "diagnosis.json": read_diagnosis,
-    "a.urdf": lambda path: find_robot(str(path)),
-    "a.yaml": read_yaml,
-    "a.npy": open_stripes,
-    "a.ply": map_ply,
-    "a.png": lambda path: CameraImages((640, 480)).grey(path),
-}
+    "a.toml": read_toml, "a.csv": read_table, "a.json": read_json, "calibration.json": read_calibration,
+    "diagnosis.json": read_diagnosis, "a.urdf": lambda path: find_robot(str(path)), "a.yaml": read_yaml,
+    "a.npy": open_stripes, "a.ply": map_ply, "a.png": lambda path: CameraImages((640, 480)).grey(path),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("make", [os.mkfifo, os.mkdir], ids=["pipe", "folder"])

@@ -204,13 +204,9 @@ def test_any_text_is_a_table_as_the_standard_has_it_or_is_named(tmp_path, text):
 
 
 READERS = {
-    "a.yaml": read_yaml,
-    "a.json": read_diagnosis,
-    "a.npy": open_stripes,
-    "a.ply": map_ply,
-    "a.urdf": lambda path: find_robot(str(path)),
-    "a.xml": read_storage,
-}
+    "a.yaml": read_yaml, "a.json": read_diagnosis, "a.npy": open_stripes, "a.ply": map_ply,
+    "a.urdf": lambda path: find_robot(str(path)), "a.xml": read_storage,
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", READERS)

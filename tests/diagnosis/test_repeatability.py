@@ -241,13 +241,9 @@ def left_by(columns: Array, residuals: Array) -> float:
 def test_coarse_readings_are_no_gap_where_their_step_is_stated():
     step = 4e-3
     made = simulate(
-        find_robot("ur5"),
-        kind="point",
-        poses=50,
-        noise=Noise(point_m=3e-5, joint_rad=step / 12.0**0.5),
-        options=CellOptions(stated=Noise(point_m=3e-5, joint_step_rad=step)),
-        seed=2,
-    )
+        find_robot("ur5"), kind="point", poses=50, noise=Noise(point_m=3e-5, joint_rad=step / 12.0**0.5),
+        options=CellOptions(stated=Noise(point_m=3e-5, joint_step_rad=step)), seed=2,
+    )  # fmt: skip
     assert examine(made.dataset, OF_JOINTS, seed=0).verdict == "no_gap"
     unsaid = replace(made.dataset, noise=Noise(point_m=3e-5))
     assert examine(unsaid, OF_JOINTS, seed=0).verdict == "unexplained"

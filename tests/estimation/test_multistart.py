@@ -41,13 +41,6 @@ def test_every_seed_ends_where_the_truth_does_or_lower(made: Simulated, seed: in
     assert model.cost(found.x[None])[0] == pytest.approx(found.cost, rel=1e-9, abs=1e-25)
 
 
-def test_the_optimum_keeps_to_the_bounds(made: Simulated) -> None:
-    model = Model(made.dataset)
-    problem, x = Problem.of(model), multistart(model, seed=3).x
-    assert (x >= problem.lower).all()
-    assert (x <= problem.upper).all()
-
-
 def test_a_descent_ends_where_scipys_does() -> None:
     model = Model(paper(find_robot("scorbot_er7"), seed=2).dataset)
     problem, start = Problem.of(model), model.parameters.nominal

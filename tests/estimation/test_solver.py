@@ -125,11 +125,6 @@ def test_a_candidate_ends_where_it_would_alone_whoever_descends_beside_it(case):
         assert solve(problem, start[None]).cost[0] == pytest.approx(cost, rel=1e-9, abs=1e-25)
 
 
-def test_what_is_left_to_gain_at_the_end_is_nothing(case):
-    residuals, x0, lower, upper = case
-    assert solve(FunctionProblem(residuals, x0, lower, upper), x0[None]).converged[0]
-
-
 def test_rows_that_are_left_out_do_not_count(case):
     residuals, x0, lower, upper = case
     problem = FunctionProblem(residuals, x0, lower, upper)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from installed import installed
 
 from robolaser.errors import PluginError
 from robolaser.model.effects import DECLARED, EFFECTS, GROUP
@@ -52,11 +53,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
 
     def put(code: str, *, package: str = "worn-arms", attribute: str = "Worn") -> Path:
         module = package.replace("-", "_") + "_effects"
-        (tmp_path / f"{module}.py").write_text(code, encoding="utf-8")
-        info = tmp_path / f"{package.replace('-', '_')}-1.0.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n", encoding="utf-8")
-        (info / "entry_points.txt").write_text(f"[robolaser.effects]\nworn = {module}:{attribute}\n", encoding="utf-8")
+        installed(tmp_path, module, code, f"[robolaser.effects]\nworn = {module}:{attribute}\n", package)
         monkeypatch.syspath_prepend(tmp_path)
         monkeypatch.delitem(sys.modules, module, raising=False)
         return tmp_path

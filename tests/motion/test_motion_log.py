@@ -85,59 +85,48 @@ def test_a_repeated_stamp_is_left_out_and_said(log: MotionLog, folder: Path) -> 
     assert any("1 rows repeat" in warning or "1 row" in warning for warning in back.warnings)
 
 
-def test_time_that_goes_back_is_refused_at_its_row(folder: Path) -> None:
-    def back(rows: list[list[str]]) -> None:
-        rows[7][1] = "0.0"
+def in_degrees(rows: list[list[str]]) -> None:
+    column = rows[0].index("q_lift")
+    for row in rows[1:]:
+        row[column] = str(float(row[column]) * 180.0 / np.pi)
 
+
+def of_no_joint(rows: list[list[str]]) -> None:
+    rows[0] = [cell.replace("q_", "angle_") for cell in rows[0]]
+
+
+BROKEN = {
+    "time that goes back": (lambda rows: rows[7].__setitem__(1, "0.0"), (8, "time_s")),
+    "a word for a number": (lambda rows: rows[4].__setitem__(rows[0].index("tau_pan"), "off"), (5, "tau_pan")),
+    "degrees": (in_degrees, (2, "q_lift")),
+    "no joint of the robot": (of_no_joint, None),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_a_broken_table_is_refused_at_its_cell(folder, case):
+    change, place = BROKEN[case]
     with pytest.raises(DataError) as caught:
-        load_motion(edited(folder, back))
-    assert (caught.value.row, caught.value.column) == (8, "time_s")
-
-
-def test_degrees_are_refused(folder: Path) -> None:
-    def degrees(rows: list[list[str]]) -> None:
-        column = rows[0].index("q_lift")
-        for row in rows[1:]:
-            row[column] = str(float(row[column]) * 180.0 / np.pi)
-
-    with pytest.raises(DataError) as caught:
-        load_motion(edited(folder, degrees))
-    assert caught.value.column == "q_lift"
-
-
-def test_a_word_in_place_of_a_number_is_refused_at_its_cell(folder: Path) -> None:
-    def word(rows: list[list[str]]) -> None:
-        rows[4][rows[0].index("tau_pan")] = "off"
-
-    with pytest.raises(DataError) as caught:
-        load_motion(edited(folder, word))
-    assert (caught.value.row, caught.value.column) == (5, "tau_pan")
-
-
-def test_a_log_of_no_joint_of_the_robot_is_refused(folder: Path) -> None:
-    def renamed(rows: list[list[str]]) -> None:
-        rows[0] = [cell.replace("q_", "angle_") for cell in rows[0]]
-
-    with pytest.raises(DataError):
-        load_motion(edited(folder, renamed))
-
-
-def reading(folder: Path, change: Callable[[MotionLog], MotionLog], log: MotionLog) -> MotionLog:
-    return load_motion(written(change(log), folder))
+        load_motion(edited(folder, change))
+    assert place is None or (caught.value.row, caught.value.column) == place
 
 
 def with_readings(log: MotionLog, pan: np.ndarray) -> MotionLog:
     return replace(log, q=np.column_stack([pan, log.q[:, 1:]]))
 
 
-def test_times_in_milliseconds_are_refused(log: MotionLog, tmp_path: Path) -> None:
-    with pytest.raises(DataError, match="Are these milliseconds"):
-        reading(tmp_path, lambda one: replace(one, time_s=1e3 * one.time_s), log)
+WRONG = {
+    "Are these milliseconds": lambda log: replace(log, time_s=1e3 * log.time_s),
+    "torque_unit": lambda log: replace(log, torque_unit="mNm"),
+    "no series 'run_9'": lambda log: replace(log, payload_kg={"run_9": 1.0}),
+    r"payload_kg\.\w+: .*, expected a number, 0 or more": lambda log: replace(log, payload_kg={log.series[0]: -1.0}),
+}
 
 
-def test_a_unit_that_is_neither_torque_nor_current_is_refused(log: MotionLog, tmp_path: Path) -> None:
-    with pytest.raises(DataError, match="torque_unit"):
-        reading(tmp_path, lambda one: replace(one, torque_unit="mNm"), log)
+@pytest.mark.parametrize("said", WRONG)
+def test_what_no_recorder_can_have_measured_is_refused(log, tmp_path, said):
+    with pytest.raises(DataError, match=said):
+        load_motion(written(WRONG[said](log), tmp_path))
 
 
 def test_noise_that_nothing_would_read_is_refused(folder: Path) -> None:
@@ -147,21 +136,11 @@ def test_noise_that_nothing_would_read_is_refused(folder: Path) -> None:
         load_motion(folder)
 
 
-def test_a_payload_of_no_series_is_refused(log: MotionLog, tmp_path: Path) -> None:
-    with pytest.raises(DataError, match="no series 'run_9'"):
-        reading(tmp_path, lambda one: replace(one, payload_kg={"run_9": 1.0}), log)
-
-
-def test_a_negative_payload_is_refused_with_what_may_stand_there(log: MotionLog, tmp_path: Path) -> None:
-    with pytest.raises(DataError, match=r"dataset.toml, \[motion\] payload_kg\.\w+: .*, expected a number, 0 or more"):
-        reading(tmp_path, lambda one: replace(one, payload_kg={one.series[0]: -1.0}), log)
-
-
 def test_odd_readings_are_said_to_be_what_they_are(log: MotionLog, tmp_path: Path) -> None:
     pan = log.command[:, 0]
     odd = {"sign": -pan, "digit by digit": pan, "does not move": np.full_like(pan, 0.3), "degrees": pan * np.pi / 180.0}
     for said, values in odd.items():
-        (warning,) = reading(tmp_path, lambda one, q=values: with_readings(one, q), log).warnings
+        (warning,) = load_motion(written(with_readings(log, values), tmp_path)).warnings
         assert said in warning
     assert load_motion(written(log, tmp_path)).warnings == ()
 

@@ -132,16 +132,9 @@ def test_an_edge_beside_the_stripe_makes_it_lopsided():
 
 
 BUILT = {
-    "f": 8.06e-3,
-    "s_u": 7.43e-6,
-    "s_v": 7.38e-6,
-    "u_0": 323.4,
-    "v_0": 236.2,
-    "k": 620.0,
-    "b": 0.1412,
-    "theta": 0.4451,
-    **dict.fromkeys(("w", "phi", "psi", "t_x", "t_y", "t_z"), 0.0),
-}
+    "f": 8.06e-3, "s_u": 7.43e-6, "s_v": 7.38e-6, "u_0": 323.4, "v_0": 236.2, "k": 620.0, "b": 0.1412,
+    "theta": 0.4451, **dict.fromkeys(("w", "phi", "psi", "t_x", "t_y", "t_z"), 0.0),
+}  # fmt: skip
 HEIGHT_M = 0.297
 FALSE_PX = 2.0
 

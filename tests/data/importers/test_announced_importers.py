@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from installed import installed
 
 from robolaser import load
 from robolaser.cli import main
@@ -44,11 +45,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
     """Put a package that announces an importer where Python finds it."""
 
     def put(code: str) -> None:
-        (tmp_path / "recorded.py").write_text(code, "utf-8")
-        info = tmp_path / "recorded-1.0.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: recorded\nVersion: 1.0\n", "utf-8")
-        (info / "entry_points.txt").write_text("[robolaser.importers]\nany = recorded:Records\n", "utf-8")
+        installed(tmp_path, "recorded", code, "[robolaser.importers]\nany = recorded:Records\n")
         monkeypatch.syspath_prepend(tmp_path)
         monkeypatch.delitem(sys.modules, "recorded", raising=False)
 

@@ -169,12 +169,9 @@ def test_a_motion_that_is_none_is_named(tmp_path):
 
 PICTURE = np.random.default_rng(5).integers(0, 256, (6, 8, 3)).astype(np.uint8)
 ENCODINGS = {
-    "bgr8": PICTURE,
-    "rgb8": PICTURE[..., ::-1],
-    "bgra8": np.dstack([PICTURE, PICTURE[..., :1]]),
-    "mono8": PICTURE[..., 0],
-    "mono16": PICTURE[..., 0].astype(np.uint16) * 257,
-}
+    "bgr8": PICTURE, "rgb8": PICTURE[..., ::-1], "bgra8": np.dstack([PICTURE, PICTURE[..., :1]]),
+    "mono8": PICTURE[..., 0], "mono16": PICTURE[..., 0].astype(np.uint16) * 257,
+}  # fmt: skip
 CAMERA = {"mount": "flange", "tolerance_s": "0.02", "board": "checkerboard,7x6,10mm"}
 
 
