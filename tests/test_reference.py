@@ -19,9 +19,7 @@ EXAMPLES_BEGIN = "examples of this page begin with"
 def package() -> griffe.Module:
     import robolaser  # noqa: PLC0415 - the installed one, where the tests run beside a wheel
 
-    found = griffe.load("robolaser", search_paths=[Path(robolaser.__file__).parents[1]], resolve_aliases=True)
-    assert isinstance(found, griffe.Module)
-    return found
+    return griffe.load("robolaser", search_paths=[Path(robolaser.__file__).parents[1]], resolve_aliases=True)
 
 
 def target(package: griffe.Module, name: str) -> griffe.Object:

@@ -196,7 +196,6 @@ ALIKE = ["in inches, read as millimetres", "in millimetres, read as inches", "in
 def test_points_in_another_unit_or_frame_are_named(slip: str) -> None:
     sound = simulate("scorbot_er7", kind="point", poses=10, noise=Noise(point_m=3e-5), seed=1).dataset
     change, said = TRACKED[slip]
-    assert sound.points.xyz is not None
     found = misread(Model(replace(sound, points=replace(sound.points, xyz=change(sound.points.xyz)))), rms_m=0.5)
     assert f"The points seem to be {said}" in found.sentence
 
@@ -213,7 +212,6 @@ def test_points_that_fit_no_pose_are_not_in_a_smaller_unit_although_all_errors_w
 def test_where_flange_poses_explain_it_as_well_as_points_both_are_named(slip: str) -> None:
     sound = simulate("scorbot_er7", kind="point", poses=10, noise=Noise(point_m=3e-5), seed=1).dataset
     change, said = TRACKED[slip]
-    assert sound.points.xyz is not None
     wrong = replace(sound, points=replace(sound.points, xyz=change(sound.points.xyz)))
     found = misread(Model(on_flange_poses(wrong)), rms_m=0.5)
     assert f"The points seem to be {said}" in found.sentence
@@ -310,7 +308,6 @@ def test_three_names_may_have_gone_round() -> None:
 
 def test_a_body_whose_distances_are_alike_says_nothing() -> None:
     data = measured()
-    assert data.points.xyz is not None
     number = np.array([sorted(set(data.points.names)).index(name) for name in data.points.names])
     triangle = 0.1 * np.array([[1.0, 0.0, 0.0], [-0.5, np.sqrt(0.75), 0.0], [-0.5, -np.sqrt(0.75), 0.0]])
     alike = replace(data, points=replace(data.points, xyz=triangle[number]))

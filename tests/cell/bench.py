@@ -144,9 +144,7 @@ def session(
     cell: Cell, bench: Bench, writer: RecordingWriter, camera: Any = None, *, position_confirmed: bool = False
 ) -> Session:
     """A recording on the bench, ready to run."""
-    size = cell.description.image_px
-    assert size is not None
-    eye = camera or Painted(bench, size)
+    eye = camera or Painted(bench, cell.description.image_px)
     arm = arm_on(bench, cell)
     return Session(cell, arm, eye, writer, bench.clock, lambda text: None, position_confirmed=position_confirmed)
 

@@ -85,8 +85,7 @@ def test_the_type_of_a_scorbot_must_be_stated(tmp_path):
 @pytest.mark.parametrize("lines", ["SYSTEM READY !", "----ROM TEST COMPLETE.", "INSTALLING DEFAULT SETUP."])
 def test_any_line_of_a_boot_says_that_the_controller_has_restarted(tmp_path, lines):
     """A disturbed line may swallow the others."""
-    cell = bench.cell(tmp_path)
-    rig, arm = bench.armed(cell)
+    rig, arm = bench.armed(bench.cell(tmp_path))
     rig.coming += f"\r\n{lines}\r\n>".encode()
     with pytest.raises(ArmRestarted, match="restarted"):
         arm.poll_faults()
@@ -94,8 +93,7 @@ def test_any_line_of_a_boot_says_that_the_controller_has_restarted(tmp_path, lin
 
 @pytest.mark.parametrize("answer", ["UNRECOGNIZED REQUEST", "*** ERROR 310: BAD AXIS", "POSITION IS NOT DEFINED"])
 def test_what_a_controller_does_not_carry_out_is_no_success(tmp_path, answer, monkeypatch):
-    cell = bench.cell(tmp_path)
-    rig, arm = bench.armed(cell)
+    rig, arm = bench.armed(bench.cell(tmp_path))
     receive = rig.controller.receive
     monkeypatch.setattr(
         rig.controller, "receive", lambda data, now_s: receive(data, now_s).replace(b"O.K.", answer.encode())

@@ -25,7 +25,6 @@ def cell(request: pytest.FixtureRequest, tmp_path: Path) -> Cell:
 
 
 def mover(rig: Rig, cell: Cell) -> Mover:
-    assert cell.description.robot is not None
     return Mover(bench.arm_on(rig, cell), cell.description.robot, 0.3, rig.clock)
 
 

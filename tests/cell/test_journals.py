@@ -33,7 +33,6 @@ def cell(tmp_path: Path) -> Cell:
 
 @pytest.fixture
 def robot(cell: Cell) -> Robot:
-    assert cell.description.robot is not None
     return cell.description.robot
 
 

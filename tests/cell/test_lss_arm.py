@@ -94,8 +94,7 @@ def test_servos_switch_no_laser(cell: Cell) -> None:
 
 @pytest.mark.parametrize("kind", ["dynamixel", "feetech"])
 def test_a_stop_that_no_servo_heard_is_said(tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    cell = bench.cell(tmp_path, kind)
-    rig, arm = bench.armed(cell)
+    rig, arm = bench.armed(bench.cell(tmp_path, kind))
     arm.start_move(rig.motor() + np.array([0.4, 0.2, 0.1, 0.3, -0.2]), 4.0)
     rig.clock.wait(1.0)
     receive, code = rig.controller.receive, 7 if kind == "dynamixel" else 4

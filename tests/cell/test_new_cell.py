@@ -75,7 +75,6 @@ def printed(pdf: bytes) -> tuple[np.ndarray, float]:
     found = re.search(rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]", pdf)
     size = [int(n) for n in re.findall(rb"/(?:Width|Height) (\d+)", pdf)]
     stream = re.search(rb"CCITTFaxDecode.*?stream\r?\n(.*?)\r?\nendstream", pdf, re.DOTALL)
-    assert found is not None
     width, height, data = *size, stream[1]
     tags = {256: width, 257: height, 258: 1, 259: 4, 262: 1, 273: 122, 278: height, 279: len(data)}
     entries = b"".join(struct.pack("<HHLL", tag, 4, 1, value) for tag, value in tags.items())

@@ -152,8 +152,7 @@ def test_a_joint_that_stands_still_while_others_go_on_is_noticed(tmp_path: Path)
 
 
 def test_an_arm_that_goes_elsewhere_is_noticed(tmp_path: Path) -> None:
-    cell = bench.cell(tmp_path)
-    rig, arm = bench.armed(cell)
+    rig, arm = bench.armed(bench.cell(tmp_path))
     mover = Mover(arm, ROBOT, 0.3, rig.clock)
     at = mover.resting("Before")
     go = arm.start_move
@@ -164,8 +163,7 @@ def test_an_arm_that_goes_elsewhere_is_noticed(tmp_path: Path) -> None:
 
 
 def test_an_arm_that_moves_by_itself_is_not_at_rest(tmp_path: Path) -> None:
-    cell = bench.cell(tmp_path)
-    rig, arm = bench.armed(cell)
+    rig, arm = bench.armed(bench.cell(tmp_path))
     arm.start_move(HOME + 1.0, 20.0)
     rig.clock.wait(6.0)
     with pytest.raises(NotSettled, match="Before its first motion, joint_"):

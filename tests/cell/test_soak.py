@@ -133,7 +133,6 @@ def go_on(cell: Any, folder: Path, waypoints: tuple[Waypoint, ...]) -> None:
     bench.session(cell, rig, writer).run(lambda waypoint: None)
     assert names_on_disk(folder) == {waypoint.name for waypoint in waypoints}
     poses = robolaser.load(folder).poses
-    assert poses.time_s is not None
     assert (np.diff(poses.time_s) > 0).all()
     assert all((folder / image).is_file() for image in poses.image if image)
     for waypoint in waypoints:

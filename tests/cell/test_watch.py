@@ -28,7 +28,6 @@ class Remembering(bench.Painted):
 def recorded(tmp_path: Path, kind: str) -> tuple[robolaser.Dataset, Array, Array]:
     cell = bench.cell(tmp_path, kind)
     rig, arm = bench.armed(cell)
-    assert cell.description.image_px is not None
     camera = Remembering(rig, cell.description.image_px)
     began = rig.clock.now()
     arm.start_move(rig.motor() + np.array([0.5, -0.3, 0.2, 0.1, -0.4]), 8.0)
@@ -41,8 +40,6 @@ def recorded(tmp_path: Path, kind: str) -> tuple[robolaser.Dataset, Array, Array
 def test_angles_and_velocities_are_those_at_the_time_of_the_image(tmp_path, kind):
     dataset, time_s, q = recorded(tmp_path, kind)
     poses = dataset.poses
-    assert poses.q is not None
-    assert poses.qd is not None
     assert not poses.qd_from_path
     assert np.ptp(time_s - poses.time_s) < 1e-3
     np.testing.assert_allclose(poses.q, q, atol=4e-3)
@@ -53,7 +50,6 @@ def test_angles_and_velocities_are_those_at_the_time_of_the_image(tmp_path, kind
 def test_no_image_is_kept_that_may_have_been_exposed_before_the_laser_was_on(tmp_path):
     cell = bench.cell(tmp_path)
     rig, arm = bench.armed(cell)
-    assert cell.description.image_px is not None
     camera, late = Remembering(rig, cell.description.image_px), []
     shot = camera.shot
 
@@ -70,8 +66,6 @@ def test_no_image_is_kept_that_may_have_been_exposed_before_the_laser_was_on(tmp
 def test_the_laser_goes_off_when_the_disk_is_full(tmp_path, monkeypatch):
     cell = bench.cell(tmp_path)
     rig, arm = bench.armed(cell)
-    assert cell.description.image_px is not None
-    assert cell.laser_output is not None
     writer = bench.begun(cell, tmp_path / "out", ())
 
     def full(samples: object) -> None:
@@ -93,6 +87,5 @@ def test_the_command_moves_nothing_and_writes_a_data_set(tmp_path, kind, capsys)
     assert not (rig.out / "plan.csv").exists()
     poses = robolaser.load(rig.out).poses
     assert poses.names == ("w001", "w002", "w003", "w004", "w005")
-    assert poses.qd is not None
     np.testing.assert_array_equal(poses.qd, 0.0)
     assert rig.record("--watch", "5", "--move", "--force", port="loop://") == 2

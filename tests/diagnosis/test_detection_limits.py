@@ -49,9 +49,6 @@ def test_beside_a_rival_an_effect_must_be_larger_to_be_told_apart(clean):
     gain, offset = limits_of(clean[1], "joint_offset:joint_3", "encoder_scale:joint_3")
     assert offset.rival == gain.candidate_effect
     assert gain.rival == offset.candidate_effect
-    for limit in (gain, offset):
-        assert limit.size is not None
-        assert limit.identifiable is not None
     assert offset.identifiable / offset.size == pytest.approx(gain.identifiable / gain.size)
     assert offset.identifiable > offset.size
 

@@ -59,9 +59,7 @@ class Terminal:
 
 @pytest.fixture
 def terminal(tmp_path: Path) -> Terminal:
-    acl = controller_of(load_cell(cell_folder(tmp_path)))
-    assert isinstance(acl, AclController)
-    return Terminal(acl)
+    return Terminal(controller_of(load_cell(cell_folder(tmp_path))))
 
 
 @pytest.fixture

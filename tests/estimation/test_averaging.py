@@ -44,7 +44,6 @@ def test_points_along_a_profile_are_no_repeats_because_a_tracker_beside_it_has_s
 )
 def test_rows_of_a_part_are_left_as_they_are_left_among_all(kind: str, effect: str) -> None:
     made = simulate("ur5", kind=kind, poses=330, points={"point": 1, "camera": 20}[kind], seed=1).dataset
-    assert made.poses.time_s is not None
     data = AveragedData.of(replace(made, path_known=False, time_is_order=True)).subsampled(1)
     assert len(data.dataset.poses) < len(made.poses)
     model = Model(data.raw, candidate_effects([effect], data.raw))

@@ -15,7 +15,7 @@ from robolaser.model.noise.likelihood import NoiseLikelihood, PoseErrors, conden
 from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.sensors import scanner_geometry
-from robolaser.model.sensors.stripe import Stripe, board_errors, pixel_moves
+from robolaser.model.sensors.stripe import board_errors, pixel_moves
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -86,7 +86,6 @@ class TestOnABoard:
 
     def effect(self, cell: Cell) -> np.ndarray:
         model = cell.model()
-        assert isinstance(model.blocks.sensor, Stripe)
         values = model.parameters.values(cell.truth(model)[None])
         perturb = model.perturb(values)
         return pixel_moves(model.dataset, values, model.flange(values, perturb), perturb)

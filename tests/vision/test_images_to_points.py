@@ -119,8 +119,7 @@ def test_a_mirror_image_of_the_stripe_is_not_followed(scenes, tmp_path):
 
 def test_a_board_that_the_stripe_runs_across_is_found(tmp_path):
     crossed = [scene(tilt, (0.02, 0, 0.19)) for tilt in [(4, 12, 5), (15, -10, 190), (-10, 16, 100)]]
-    found = extracted(written(crossed, tmp_path))
-    assert_near(found, crossed, more_than=20)
+    assert_near(extracted(written(crossed, tmp_path)), crossed, more_than=20)
 
 
 def test_squares_under_the_stripe_bias_no_point(tmp_path):
