@@ -1,4 +1,4 @@
-"""Joint columns that are exchanged, turned round or in degrees are noticed by what they do to the fit, and named."""
+"""Columns that are exchanged, turned round or in degrees, and reflectors named in another order: noticed, and named."""
 
 from collections.abc import Callable
 from dataclasses import replace

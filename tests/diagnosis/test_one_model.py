@@ -1,4 +1,4 @@
-"""What is named, exported and predicted with is one model, without effects that do not help or cannot be so large."""
+"""Named, exported and predicted with is one model, without effects that do not help; each taken explains most."""
 
 from dataclasses import replace
 from functools import cached_property

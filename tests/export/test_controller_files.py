@@ -1,4 +1,4 @@
-"""What a service technician types into a controller, and what the drivers of Universal Robots read."""
+"""What a technician types into a controller, what drivers of Universal Robots read, and LeRobot's zeros."""
 
 import csv
 import io

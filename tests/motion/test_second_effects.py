@@ -1,4 +1,4 @@
-"""An effect that is small beside another one at its joint is named, too."""
+"""An effect that is small beside another one at its joint is named, too, and the waves of gears that makers sell."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What `calibrate`, `diagnose` and `compare` give in Python."""
+"""What `calibrate`, `diagnose` and `compare` give in Python, what changed between two of them, and the arm in them."""
 
 import copy
 import json

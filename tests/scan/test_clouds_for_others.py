@@ -1,4 +1,4 @@
-"""Clouds as other programs read them, and what is kept of them on the way."""
+"""Clouds as files of this and other programs, what is refused of them, and what is kept on the way."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""What the middle of a stripe promises, whatever the noise, the light, the course and what is beside it."""
+"""What the middle of a stripe promises, whatever noise, light, course and neighbours; and as a renderer draws it."""
 
 from dataclasses import dataclass
 
