@@ -98,7 +98,7 @@ def of_no_joint(rows: list[list[str]]) -> None:
 BROKEN = {
     "time that goes back": (lambda rows: rows[7].__setitem__(1, "0.0"), (8, "time_s")),
     "a word for a number": (lambda rows: rows[4].__setitem__(rows[0].index("tau_pan"), "off"), (5, "tau_pan")),
-    "degrees": (in_degrees, (2, "q_lift")),
+    "degrees": (in_degrees, (None, "q_lift")),
     "no joint of the robot": (of_no_joint, None),
 }
 
