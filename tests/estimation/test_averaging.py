@@ -56,9 +56,8 @@ def test_rows_of_a_part_are_left_as_they_are_left_among_all(kind: str, effect: s
 def test_weights_by_noise_leave_gross_errors_out_but_count_them_in_j():
     noise = Noise(pixel_px=0.1, target_m=3e-5)
     spoilt = simulate(find_robot("scorbot_er7"), poses=30, points=10, noise=noise, effects={"outliers": 0.05}, seed=2)
-    plain, weighted = (
-        calibrate(spoilt.dataset, Plan(algorithm="gauss-newton", weights=weights)) for weights in ("plain", "noise")
-    )
+    plans = (Plan(algorithm="gauss-newton", weights=weights) for weights in ("plain", "noise"))
+    plain, weighted = (calibrate(spoilt.dataset, plan).calibration for plan in plans)
     assert set(spoilt.gross) <= set(np.flatnonzero(weighted.weighted.outliers))
     assert any("are gross errors" in warning for warning in weighted.warnings)
     truth = np.array([spoilt.truth[name] for name in weighted.model.parameters.names])
