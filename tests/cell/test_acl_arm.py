@@ -1,7 +1,5 @@
 """The SCORBOT's controller, heard right whatever the line does to it."""
 
-from pathlib import Path
-
 import bench
 import numpy as np
 import pytest
@@ -13,11 +11,6 @@ from robolaser.cell.serial_line import SerialLine
 from robolaser.data.cell_config import Cell
 from robolaser.errors import ArmError, DataError, LineLost
 from robolaser.robot.by_name import find_robot
-
-
-@pytest.fixture
-def cell(tmp_path: Path) -> Cell:
-    return bench.cell(tmp_path)
 
 
 def test_the_arm_takes_the_time_that_it_is_given(cell: Cell) -> None:

@@ -63,8 +63,7 @@ def test_where_the_pitch_tells_nothing_yet_the_first_motion_shows_the_wrong_type
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_no_er_vii_is_doubted_wherever_it_goes_and_whatever_its_reference_is(tmp_path, seed):
-    cell = bench.cell(tmp_path)
+def test_no_er_vii_is_doubted_wherever_it_goes_and_whatever_its_reference_is(cell, seed):
     cell = replace(cell, arm=replace(cell.arm, reference_rad=(0.0,) * 5, direction=(1.0,) * 5))
     rig = bench.bench_for(cell)
     arm, rng = bench.arm_on(rig, cell), np.random.default_rng(seed)

@@ -273,8 +273,7 @@ def test_streams_that_read_other_files_are_refused(tmp_path, source):
         open_camera(replace(bench.cell(tmp_path), camera=CameraLine(source)), Clock(), print)
 
 
-def test_images_of_a_folder_come_one_by_one(tmp_path):
-    cell = bench.cell(tmp_path)
+def test_images_of_a_folder_come_one_by_one(cell, tmp_path):
     (tmp_path / "shots").mkdir()
     for i in range(3):
         cv2.imwrite(str(tmp_path / "shots" / f"s{i}.png"), np.full(SIZE[::-1], 60 + i, np.uint8))
@@ -285,8 +284,7 @@ def test_images_of_a_folder_come_one_by_one(tmp_path):
 
 
 @pytest.mark.parametrize("source", ["nowhere.avi", "empty"])
-def test_files_that_are_no_images_are_named(tmp_path, source):
-    cell = bench.cell(tmp_path)
+def test_files_that_are_no_images_are_named(cell, tmp_path, source):
     (tmp_path / "empty").mkdir()
     with pytest.raises(CameraError, match=source):
         open_camera(replace(cell, camera=CameraLine(str(tmp_path / source))), Clock(), print)

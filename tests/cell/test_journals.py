@@ -27,11 +27,6 @@ COLUMNS = ("image", "image_2", "image_off")
 
 
 @pytest.fixture
-def cell(tmp_path: Path) -> Cell:
-    return bench.cell(tmp_path)
-
-
-@pytest.fixture
 def robot(cell: Cell) -> Robot:
     return cell.description.robot
 

@@ -6,7 +6,6 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
-import bench
 import pytest
 from installed import installed
 
@@ -31,11 +30,6 @@ class DeskArm(Arm):
     def home(self): pass
     def close(self): pass
 """
-
-
-@pytest.fixture
-def cell(tmp_path: Path) -> Cell:
-    return bench.cell(tmp_path)
 
 
 def open_arm(cell: Cell) -> Arm:

@@ -20,11 +20,6 @@ IMAGE = np.random.default_rng(1).integers(0, 255, (16, 24), dtype=np.uint8)
 
 
 @pytest.fixture
-def cell(tmp_path: Path) -> Cell:
-    return bench.cell(tmp_path)
-
-
-@pytest.fixture
 def begun(cell: Cell, tmp_path: Path) -> Path:
     """A recording of three poses, two of which are done."""
     writer = bench.begun(cell, tmp_path / "out", numbered(Q))

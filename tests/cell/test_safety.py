@@ -14,7 +14,7 @@ from robolaser.cell.clock import PEAK, seconds_for
 from robolaser.cell.failures import NotSettled
 from robolaser.cell.motion import Mover
 from robolaser.cell.plan_validation import RouteCheck, lowest, reach, tool_points
-from robolaser.data.cell_config import Limits
+from robolaser.data.cell_config import Cell, Limits
 from robolaser.errors import ArmError, PlanError
 from robolaser.geometry.rigid_motion import apply
 from robolaser.robot.by_name import find_robot
@@ -118,8 +118,7 @@ def test_time_grows_with_the_way_and_shrinks_with_the_speed() -> None:
     assert seconds_for(0 * way, 0.3) > 0
 
 
-def test_an_arm_that_sticks_is_not_taken_for_one_that_arrived(tmp_path: Path) -> None:
-    cell = bench.cell(tmp_path)
+def test_an_arm_that_sticks_is_not_taken_for_one_that_arrived(cell: Cell) -> None:
     rig = bench.bench_for(cell, ["stall:2@>4s"])
     mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.3, rig.clock)
     at = mover.resting("Before")
@@ -128,8 +127,7 @@ def test_an_arm_that_sticks_is_not_taken_for_one_that_arrived(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("joint", [1, 2, 5])
-def test_a_joint_that_does_not_keep_step_with_the_others_is_noticed(tmp_path: Path, joint: int) -> None:
-    cell = bench.cell(tmp_path)
+def test_a_joint_that_does_not_keep_step_with_the_others_is_noticed(cell: Cell, joint: int) -> None:
     rig = bench.bench_for(cell, [f"stall:{joint}@>4s"])
     mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.3, rig.clock)
     at = mover.resting("Before")
@@ -139,9 +137,8 @@ def test_a_joint_that_does_not_keep_step_with_the_others_is_noticed(tmp_path: Pa
     assert np.ptp(rig.motor() - at) < np.deg2rad(8.0)
 
 
-def test_a_joint_that_stands_still_while_others_go_on_is_noticed(tmp_path: Path) -> None:
+def test_a_joint_that_stands_still_while_others_go_on_is_noticed(cell: Cell) -> None:
     """Its way is so short that it is never far off."""
-    cell = bench.cell(tmp_path)
     rig = bench.bench_for(cell, ["stall:4@>2s"])
     mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.1, rig.clock)
     at = mover.resting("Before")

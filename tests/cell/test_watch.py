@@ -47,8 +47,7 @@ def test_angles_and_velocities_are_those_at_the_time_of_the_image(tmp_path, kind
     assert np.abs(poses.qd).max() > 0.05
 
 
-def test_no_image_is_kept_that_may_have_been_exposed_before_the_laser_was_on(tmp_path):
-    cell = bench.cell(tmp_path)
+def test_no_image_is_kept_that_may_have_been_exposed_before_the_laser_was_on(cell, tmp_path):
     rig, arm = bench.armed(cell)
     camera, late = Remembering(rig, cell.description.image_px), []
     shot = camera.shot
@@ -63,8 +62,7 @@ def test_no_image_is_kept_that_may_have_been_exposed_before_the_laser_was_on(tmp
     assert [int(image[3].min()) for image in images] == [200] * 3
 
 
-def test_the_laser_goes_off_when_the_disk_is_full(tmp_path, monkeypatch):
-    cell = bench.cell(tmp_path)
+def test_the_laser_goes_off_when_the_disk_is_full(cell, tmp_path, monkeypatch):
     rig, arm = bench.armed(cell)
     writer = bench.begun(cell, tmp_path / "out", ())
 
