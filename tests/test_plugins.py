@@ -36,9 +36,7 @@ def test_where_a_class_has_no_name_the_entry_point_has_one():
 
 @pytest.mark.usefixtures("folder")
 def test_a_member_of_another_family_is_refused():
-    with pytest.raises(
-        PluginError, match=r"two-members announces two_members:B under our\.members.* not a subclass of"
-    ):
+    with pytest.raises(PluginError, match=r"two_members:B under our\.members.* not a subclass of"):
         announced("our.members", Path, taken=(), name="")
 
 

@@ -261,9 +261,7 @@ def test_a_key_that_is_not_known_is_an_error(folder, old, new, expected):
 @pytest.mark.parametrize(("column", "value", "shown"), [("payload_kg", "2,5", "'2,5'"), ("temperature_c", "", "empty")])
 def test_a_bad_cell_of_payload_or_temperature_is_an_error_with_its_place(folder, column, value, shown):
     with_column(column, "2.5", f'"{value}"', "2.5")(folder)
-    with pytest.raises(
-        DataError, match=rf"poses\.csv, row 3, column {column}: {shown}, expected a finite number"
-    ) as caught:
+    with pytest.raises(DataError, match=rf"row 3, column {column}: {shown}, expected a finite number") as caught:
         load(folder)
     assert (caught.value.file, caught.value.row, caught.value.column) == ("poses.csv", 3, column)
 
@@ -288,9 +286,7 @@ def test_a_copy_of_a_pose_under_another_name_is_a_warning(folder):
         again = edited(file, lambda rows: [*rows, *([f"again{row[0]}", *row[1:]] for row in rows if row[0] in "02")])
         again(folder)
     (warning,) = load(folder).warnings
-    assert warning.startswith(
-        "2 of 7 poses are copies of others, readings and points alike: again0 (of 0), again2 (of 2)"
-    )
+    assert re.match(r"2 of 7 poses are copies of others, .*: again0 \(of 0\), again2 \(of 2\)", warning)
 
 
 def test_a_column_of_a_joint_that_is_not_listed_is_a_warning(folder):

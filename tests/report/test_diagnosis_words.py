@@ -122,9 +122,7 @@ def test_a_remaining_gap_is_not_said_to_close_where_its_place_is_not_found():
     one = doubted(geometric(), of_class=0.07)
     unknown = CauseClass("unknown", 0.8, None, one.gap.after_m, site="base")
     told = resaid(replace(one, verdict="unexplained", classes=(unknown, *one.classes), where=())).sentence
-    assert told.startswith(
-        "The gap is real, but its cause, at the base, is probably not an effect of the library. The eff"
-    )
+    assert told.startswith("The gap is real, but its cause, at the base, is probably not an effect of the library. The")
 
 
 @pytest.mark.parametrize(
