@@ -26,6 +26,7 @@ Basis = tuple[str, Array]
 """Name of a coordinate of poses, and its basis functions, (n, p)."""
 FORCE = "force at the flange"  # the coordinate of an external force at the flange
 SEVERAL = 2  # least number of joints for a common cause
+SLACK = 10  # most basis functions that locate something loose, which its weight moves from side to side
 DENTS = 80  # most basis functions that locate dents in a target
 
 
@@ -78,7 +79,8 @@ def _sites(fit: Fit) -> Iterator[Site]:
     for coordinate, basis in (*in_run, *smoothed(of_run(run), FINE)):  # a stand sways, also in several waves
         yield Site("base", coordinate, base[:, :3], basis, poses)
     carried = derivatives.by_motion(Stage.FLANGE) * motion
-    for coordinate, basis in (*in_run, *smoothed(hanging(run), SMOOTH_LOAD)):
+    loose = [(one.name, smooth(one.values, most=SLACK)) for one in hanging(run)]
+    for coordinate, basis in (*in_run, *smoothed(hanging(run), SMOOTH_LOAD), *loose):
         yield Site("hand_eye" if fit.has_optics else "tool", coordinate, carried, basis, poses)
     yield from _of_camera_and_laser(fit, derivatives, in_run)
     yield from _of_target(fit, derivatives)

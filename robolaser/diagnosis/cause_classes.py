@@ -66,7 +66,7 @@ def cause_classes(
         without_m = None
         if own:
             without = refits.without(final, [one.candidate_effect for one in own])
-            without_m = held_out.gap(refits.of(without))
+            without_m = held_out.gap_without(refits.of(without))
             probability = max(probability, _probability(refits, final, without, own, class_of, name))
         if probability < LEAST_PROBABILITY:
             continue
@@ -103,7 +103,7 @@ def cause_kinds(
         if probability < LEAST_PROBABILITY:
             continue
         where = tuple(dict.fromkeys(one.candidate_effect.where for one in own))
-        found.append(CauseKind(kind.name, where, probability, held_out.gap(refits.of(without))))
+        found.append(CauseKind(kind.name, where, probability, held_out.gap_without(refits.of(without))))
     return tuple(sorted(found, key=lambda one: (one.probability < EVEN, -one.gap_without_m)))
 
 

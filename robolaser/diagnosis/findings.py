@@ -58,7 +58,7 @@ def findings_of(
                 parameters=_estimates(whole, added, errors),
                 gap_before_m=held_out.gap(before),
                 gap_after_m=held_out.gap(after),
-                gap_without_m=held_out.gap(refits.of(own.without)),
+                gap_without_m=held_out.gap_without(refits.of(own.without)),
                 alternatives=tuple(
                     Alternative(one, _estimates(fit, one, standard_errors(fit)), held_out.gap(fit))
                     for one, fit in own.alternatives[:MAX_ALTERNATIVES]

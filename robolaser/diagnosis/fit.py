@@ -132,7 +132,8 @@ class Fit:
         """
         numbers, pose = self.model.blocks.row_numbers, self.model.dataset.points.pose
         plain = np.square(self.model.in_metres(self.x, self.at.plain)).sum(axis=1)
-        relative = plain * (numbers.sum() / max(float(plain.sum()), np.finfo(float).tiny))
+        of_rows = self.noise.at({source.name: 0.0 for source in self.noise.sources_of_poses})
+        relative = plain * (numbers.mean() / (self.size_of(of_rows) or self.size_of(self.noise)) ** 2)
         there, count = np.unique(pose), np.bincount(pose, numbers).astype(np.int64)
         of_poses = np.asarray(np.bincount(pose, relative), np.float64)
         return max(spread_of(self.row_squares, numbers), spread_of(of_poses[there], count[there]))

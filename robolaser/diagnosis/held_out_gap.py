@@ -96,6 +96,10 @@ class HeldOut:
         """Root-mean-square error of the points [m]."""
         return rms(self.of(fit).in_metres)
 
+    def gap_without(self, fit: Fit) -> float:
+        """That of a model from which effects were removed: at most the one without any, as which it can be used."""
+        return min(self.gap(fit), self.gap(self._start))
+
     def _all_errors(self, fit: Fit) -> Array:
         """Errors of each row, (m, j'), including rotations times their lever [m]."""
         return np.hstack([self.of(fit).in_metres, self._lever * self.rotation_errors(fit)])

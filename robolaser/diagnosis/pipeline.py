@@ -14,7 +14,14 @@ from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds, class_
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, too_few_poses
 from robolaser.diagnosis.evidence import EffectEvidence
-from robolaser.diagnosis.findings import explained_sites, findings_of, noise_sources, not_testable, repeatability_of
+from robolaser.diagnosis.findings import (
+    explained_sites,
+    findings_of,
+    gap_of,
+    noise_sources,
+    not_testable,
+    repeatability_of,
+)
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.gravity_direction import with_gravity_turned
@@ -34,7 +41,7 @@ from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, ROUNDS
 from robolaser.diagnosis.validation import validated
-from robolaser.diagnosis.verdict import judged
+from robolaser.diagnosis.verdict import Judgement, judged
 from robolaser.diagnosis.wrong_input import at_other_poses, mispaired
 from robolaser.errors import DataError
 from robolaser.estimation.averaging import AveragedData
@@ -120,8 +127,8 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     judgement = judged(preparation, data, start, final, left, held_out, seed, scatters=not hindrance)
     classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
     if final.effects and _only_imitate(judgement.verdict, start, final, evidence, classes, held_out):
-        final, nested, evidence, left = start, [start], [], [] if hindrance else localize(start)
-        judgement = judged(preparation, data, start, final, left, held_out, seed)
+        judgement, left = _of_imitated(preparation, data, start, final, evidence, judgement, held_out, seed)
+        final, nested, evidence = start, [start], []
         classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
     verdict, noise, gap, scatter = judgement.verdict, judgement.noise, judgement.gap, judgement.scatter
     if verdict == "explained":
@@ -213,6 +220,29 @@ def _selected(
         data, start = preparation.without(outliers, start)
         refits, final = reselected(start, 0.5)
     return data, refits, unless_one_does_it(refits, final), np.flatnonzero(outliers).astype(np.int64)
+
+
+def _of_imitated(
+    preparation: Preparation,
+    data: AveragedData,
+    start: Fit,
+    imitating: Fit,
+    evidence: Sequence[EffectEvidence],
+    found: Judgement,
+    held_out: HeldOut,
+    seed: int,
+) -> tuple[Judgement, list[Localization]]:
+    """The judgement without the effects of a model, which only imitate a cause, and the locations of the error.
+
+    What these effects predict on new poses is neither noise nor scatter: it is at their sites.
+    """
+    left = localize(start)
+    judgement = judged(preparation, data, start, start, left, held_out, seed)
+    scatter, sites = judgement.scatter, explained_sites(start, imitating, evidence, 1)
+    is_noise = judgement.verdict == "no_gap" or (scatter is not None and scatter.where == sites[0].site)
+    if not is_noise or not held_out.lowers(start, imitating):
+        return judgement, left
+    return Judgement("unexplained", found.noise, gap_of(start, start, found.noise, held_out, seed)), sites
 
 
 def _only_imitate(

@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly, rows_of_each
-from robolaser.estimation.noise_estimate import known_sizes
+from robolaser.estimation.noise_estimate import LARGEST_SCATTER, known_sizes
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model, depends_on_trajectory, with_rows
 from robolaser.model.noise.covariance import NoiseModel
@@ -90,7 +90,7 @@ class ErrorAnalysis:
             first = f"On held-out poses, {does} {millimetres(calibration.held_out_rms_m)} off"
         if noise is None:
             return f"{first}; these data do not show how much of that is noise."
-        return f"{first}; measurement noise alone would give {millimetres(noise)}."
+        return f"{first}; the known noise alone would give {millimetres(noise)}."
 
     @property
     def judgement(self) -> str:
@@ -108,7 +108,7 @@ class ErrorAnalysis:
         elif error is None:
             sentences.append("Measure more poses: the training error is optimistic.")
         else:
-            sentences.append(_against_noise(*self.excess(noise), error / noise))
+            sentences.append(_against_noise(*self.excess(noise), error, error / noise))
         if error is not None and error > OVERFITTED * calibration.rms_m:
             sentences.append(
                 f"The error on new poses is {times(error / calibration.rms_m)} times the training error:"
@@ -138,16 +138,16 @@ class ErrorAnalysis:
         )
 
 
-def _against_noise(over: float, chance: float, ratio: float) -> str:
+def _against_noise(over: float, chance: float, error: float, ratio: float) -> str:
     if over <= NOISE_ALONE + CHANCE * chance:
         return "The remaining error is noise: the model is complete for these data."
-    if over < UNMODELLED:
+    if over < UNMODELLED or error < LARGEST_SCATTER["m"]:  # the scatter of poses need not be stated
         return (
-            f"That is {times(ratio)} times the noise: a small effect is unmodelled, or the noise is larger than stated."
-            " `robolaser diagnose` finds which."
+            f"That is {times(ratio)} times the known noise. The rest is noise that is not stated, such as the arm's"
+            " repeatability, or a small effect that is unmodelled: `robolaser diagnose` distinguishes them."
         )
     return (
-        f"That is {times(ratio)} times the noise: something is unmodelled, and no choice of these parameters"
+        f"That is {times(ratio)} times the known noise: something is unmodelled, and no choice of these parameters"
         " removes it. `robolaser diagnose` finds where it is, and which effects explain it."
     )
 

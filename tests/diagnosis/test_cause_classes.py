@@ -44,7 +44,8 @@ def weighed(weights: dict[CandidateEffect | None, float], credibility: float = 1
 
 
 def test_a_kind_is_told_where_its_effects_are_and_not_where_these_are_too_improbable():
-    refits, held_out = (SimpleNamespace(without=lambda *_: None, of=lambda _: None), SimpleNamespace(gap=lambda _: 1.0))
+    refits = SimpleNamespace(without=lambda *_: None, of=lambda _: None)
+    held_out = SimpleNamespace(gap_without=lambda _: 1.0)
     evidence = [weighed({ELBOW: 0.999, None: 0.001}), weighed({GEAR: 0.001, None: 0.999})]
     assert [one.effect for one in cause_kinds(refits, None, evidence, held_out)] == ["joint_offset"]
 

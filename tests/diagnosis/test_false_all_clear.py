@@ -30,10 +30,10 @@ STATED = {
 POINTS = {"stripe": 8, "point": 3, "camera": 12, "pose": 1}
 
 
-def measured(kind: str, joint_rad: float, seed: int = 1, **stated: float) -> Dataset:
+def measured(kind: str, joint_rad: float, seed: int = 1, poses: int = 40, **stated: float) -> Dataset:
     noise = STATED[kind]
     dataset = simulate(
-        find_robot("ur5"), kind=kind, poses=40, points=POINTS[kind], noise=replace(noise, joint_rad=joint_rad),
+        find_robot("ur5"), kind=kind, poses=poses, points=POINTS[kind], noise=replace(noise, joint_rad=joint_rad),
         options=CellOptions(stated=noise), seed=seed,
     ).dataset  # fmt: skip
     return replace(dataset, noise=replace(dataset.noise, **stated))
@@ -158,6 +158,18 @@ def test_a_few_poses_far_off_are_no_repeatability_of_all() -> None:
     assert found.verdict == "unexplained"
     worst = data.poses.names[np.linalg.norm(moved, axis=1).argmax()]
     assert f"Most of the error is at poses {worst}" in found.sentence or len(found.outliers)
+
+
+def test_a_ripple_of_another_form_than_gears_have_is_neither_noise_nor_scatter() -> None:
+    data = measured("point", 1e-6, poses=100)
+    assert data.poses.q is not None
+    q = data.poses.q.copy()
+    q[:, 1] += 6e-4 * np.sign(np.sin(100.0 * q[:, 1]))
+    found = examine(replace(data, poses=replace(data.poses, q=q)), seed=0)
+    assert found.verdict == "unexplained"
+    assert found.where[0].site == "shoulder_lift_joint"
+    assert "periodic in the motor's angle" in found.where[0].coordinate
+    assert "resembles an effect" in " ".join(to_do(found))
 
 
 @cache

@@ -69,7 +69,7 @@ def test_every_parameter_is_named(calibrations, pages):
 
 
 def test_the_first_figure_is_the_error_on_new_poses_and_the_second_the_noise(text):
-    assert text.index("<dt>on new poses") < text.index("<dt>noise alone") < text.index("<dt>on fitted poses")
+    assert text.index("<dt>on new poses") < text.index("<dt>known noise") < text.index("<dt>on fitted poses")
 
 
 def test_fitted_and_held_out_errors_have_an_entry_in_the_legend_each_and_a_logarithmic_axis(pages):

@@ -22,7 +22,7 @@ def printed(calibration, folder=None):
 def test_the_summary_is_short_plain_and_leads_with_new_poses(calibration):
     text = printed(calibration)
     assert "\x1b" not in text
-    assert text.index("on new poses") < text.index("noise alone") < text.index("on fitted poses")
+    assert text.index("on new poses") < text.index("known noise") < text.index("on fitted poses")
     assert len(text.splitlines()) < 35
 
 

@@ -35,7 +35,7 @@ def figures(analysis: ErrorAnalysis) -> list[Figure]:
     shown = (
         ("held-out", "on new poses", calibration.held_out_rms_m,
          f"{weighting}predicted with each pose held out of the fit{_in_unit(rows.held_out_rms, rows.unit)}"),
-        ("noise", "noise alone", analysis.noise_m, f"known noise: {sources}" if sources else "no noise is known"),
+        ("noise", "known noise", analysis.noise_m, f"by {sources} alone" if sources else "no noise is known"),
         ("fitted", "on fitted poses", calibration.rms_m,
          f"{weighting}training error, optimistic{_in_unit(rows.rms, rows.unit)}"),
     )  # fmt: skip
