@@ -68,18 +68,10 @@ def stripe(*, robot=None, effects=(), name="made up", axis="u", k=600.0):
     parameters = {key: Parameter(key, Stripe.format.unit_of(key), *map(float, three)) for key, three in NOMINAL.items()}
     parameters["k"] = replace(parameters["k"], nominal=k)
     dataset = Dataset(
-        name=name,
-        poses=poses(rng, robot),
-        points=points,
-        robot=robot,
-        parameters=parameters,
-        image_px=(640, 480),
-        stripe_axis=axis,
-        bracket_quat=(0.1, -0.3, 0.2, 0.9),
-        noise=Noise(pixel_px=0.1, target_m=5e-5),
-        source=f"{name}, a made-up laboratory",
-        licence="CC0",
-    )
+        name=name, poses=poses(rng, robot), points=points, robot=robot, parameters=parameters,
+        image_px=(640, 480), stripe_axis=axis, bracket_quat=(0.1, -0.3, 0.2, 0.9),
+        noise=Noise(pixel_px=0.1, target_m=5e-5), source=f"{name}, a made-up laboratory", licence="CC0",
+    )  # fmt: skip
     model = Model(dataset, candidate_effects(effects, dataset))
     away = model.parameters.nominal + 0.05 * rng.uniform(-1, 1, len(model.parameters)) * model.parameters.width
     away[0] = model.parameters.nominal[0]
@@ -142,8 +134,7 @@ def finished(model, x):
     rng = np.random.default_rng(6)
     parameters = model.parameters
     std = rng.uniform(1e-4, 1e-3, len(x)) * parameters.width
-    held = np.isin(parameters.names, model.blocks.fixed)
-    std[held] = np.nan
+    std[np.isin(parameters.names, model.blocks.fixed)] = np.nan
     residuals = model.residuals(x[None])[0]
     noise = {
         "stripe": {"pixel": 0.1, "target": 5e-5, "joint": 1e-5},
@@ -179,13 +170,9 @@ def finished(model, x):
 
 
 KINDS = {
-    "stripe": lambda: stripe(robot=arm()),
-    "point": point,
-    "pose": body,
-    "socket": socket,
-    "camera": lambda: simulated("camera"),
-    "profile": lambda: simulated("profile"),
-}
+    "stripe": lambda: stripe(robot=arm()), "point": point, "pose": body, "socket": socket,
+    "camera": lambda: simulated("camera"), "profile": lambda: simulated("profile"),
+}  # fmt: skip
 
 
 def bent(dataset, sizes):

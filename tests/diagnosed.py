@@ -35,8 +35,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
     model, x = calibration.model, calibration.x
     names = model.parameters.names
     after = calibration.residuals
-    rng = np.random.default_rng(8)
-    before = after + (5e-4 * rng.normal(size=after.shape) if model.effects else 0.0)
+    before = after + (5e-4 * np.random.default_rng(8).normal(size=after.shape) if model.effects else 0.0)
     gap_m = np.geomspace(8e-4, 1.2e-4, len(model.effects) + 1) if verdict != "no_gap" else np.array([1.12e-4])
     findings = []
     for k, one in enumerate(model.effects):
@@ -136,10 +135,7 @@ def without_robot():
 
 
 MADE = {
-    "explained": explained,
-    "no_gap": no_gap,
-    "unexplained": unexplained,
-    "nothing_known": nothing_known,
+    "explained": explained, "no_gap": no_gap, "unexplained": unexplained, "nothing_known": nothing_known,
     "without_robot": without_robot,
-}
+}  # fmt: skip
 """Diagnoses to report on."""

@@ -48,12 +48,9 @@ class EmulatorProcess:
             ArmError: It refused, or was silent for two minutes.
         """
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "robolaser", "emulate", *self._arguments],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+            [sys.executable, "-m", "robolaser", "emulate", *self._arguments], stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
         line = self._first_line()
         if not line:
             self._process.kill()
@@ -73,7 +70,6 @@ class EmulatorProcess:
         self._process.communicate()
 
     def _first_line(self) -> str:
-        assert self._process.stdout is not None
         with selectors.DefaultSelector() as ready:
             ready.register(self._process.stdout, selectors.EVENT_READ)
             return self._process.stdout.readline() if ready.select(STARTING_S) else ""

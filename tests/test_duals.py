@@ -85,17 +85,11 @@ CODE: dict[str, tuple[Callable[..., Any], tuple[int, ...], tuple[int, ...]]] = {
     "quaternions": (lambda a, b: from_quaternion(a) @ from_quaternion(b), (2, 4), (2, 4)),
 }
 LINEAR_CODE: dict[Any, Callable[[Any], Any]] = {
-    np.cumsum: lambda x: np.cumsum(x, axis=1),
-    np.expand_dims: lambda x: np.expand_dims(x, 1),
-    np.flip: lambda x: np.flip(x, axis=0),
-    np.moveaxis: lambda x: np.moveaxis(x, 0, -1),
-    np.ravel: np.ravel,
-    np.repeat: lambda x: np.repeat(x, 2, axis=0),
-    np.roll: lambda x: np.roll(x, 1, axis=1),
-    np.squeeze: np.squeeze,
-    np.tile: lambda x: np.tile(x, 2),
-    np.transpose: np.transpose,
-}
+    np.cumsum: lambda x: np.cumsum(x, axis=1), np.expand_dims: lambda x: np.expand_dims(x, 1),
+    np.flip: lambda x: np.flip(x, axis=0), np.moveaxis: lambda x: np.moveaxis(x, 0, -1), np.ravel: np.ravel,
+    np.repeat: lambda x: np.repeat(x, 2, axis=0), np.roll: lambda x: np.roll(x, 1, axis=1),
+    np.squeeze: np.squeeze, np.tile: lambda x: np.tile(x, 2), np.transpose: np.transpose,
+}  # fmt: skip
 
 
 def agrees(function: Callable[..., Any], *at: np.ndarray) -> None:

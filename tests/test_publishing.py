@@ -51,16 +51,14 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 @of_a_source_tree
-def test_the_source_distribution_makes_the_same_wheel(built: tuple[Path, Path]) -> None:
+def test_the_source_distribution_makes_the_same_wheel(built):
     wheel, again = built
     assert wheel.name == again.name
     assert names_in(wheel) == names_in(again)
 
 
 @of_a_source_tree
-def test_an_installed_wheel_calibrates_and_writes_pages_far_from_the_sources(
-    built: tuple[Path, Path], tmp_path: Path
-) -> None:
+def test_an_installed_wheel_calibrates_and_writes_pages_far_from_the_sources(built, tmp_path):
     site = tmp_path / "site"
     quietly = ["--quiet", "--no-deps", "--no-index", "--target", site]
     run(sys.executable, "-m", "pip", "--disable-pip-version-check", "install", *quietly, built[0], folder=tmp_path)
@@ -74,7 +72,7 @@ def test_an_installed_wheel_calibrates_and_writes_pages_far_from_the_sources(
 
 
 @of_a_source_tree
-def test_the_licence_of_every_script_that_pages_carry_is_in_the_wheel(built: tuple[Path, Path]) -> None:
+def test_the_licence_of_every_script_that_pages_carry_is_in_the_wheel(built):
     notice = (ROOT / "NOTICE").read_text(encoding="utf-8")
     of_others = [path.name for path in (ROOT / "robolaser/report/assets").glob("vega*.js")]
     assert len(of_others) == 2
@@ -83,7 +81,7 @@ def test_the_licence_of_every_script_that_pages_carry_is_in_the_wheel(built: tup
     assert {"dist-info/licenses/NOTICE", *(f"dist-info/licenses/{path}" for path in licences)} <= names_in(built[0])
 
 
-def test_the_licence_of_every_example_of_others_is_in_the_notice() -> None:
+def test_the_licence_of_every_example_of_others_is_in_the_notice():
     notice = (ROOT / "NOTICE").read_text(encoding="utf-8")
     pages = (ROOT / "examples").glob("*/README.md")
     of_others = [page.parent.name for page in pages if "**Licence:**" in page.read_text(encoding="utf-8")]
@@ -101,7 +99,7 @@ def test_the_licence_of_every_example_of_others_is_in_the_notice() -> None:
     ],
     ids=["no repository", "no tag", "a tag", "after a tag"],
 )
-def test_the_version_comes_from_the_tags(history: list[str], version: str, tmp_path: Path) -> None:
+def test_the_version_comes_from_the_tags(history, version, tmp_path):
     for name in ("pyproject.toml", "README.md", "LICENSE", "NOTICE"):
         (tmp_path / name).write_bytes((ROOT / name).read_bytes())
     for step in history:
@@ -112,7 +110,7 @@ def test_the_version_comes_from_the_tags(history: list[str], version: str, tmp_p
     assert re.fullmatch(version, hatch("version", folder=tmp_path).strip())
 
 
-def test_the_newest_version_of_the_changelog_is_the_unreleased_one_and_the_others_are_in_order() -> None:
+def test_the_newest_version_of_the_changelog_is_the_unreleased_one_and_the_others_are_in_order():
     headings = re.findall(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
     assert headings[0] == "[Unreleased]"
     released = [re.fullmatch(r"\[(\d+)\.(\d+)\.(\d+)\] - (\d{4}-\d\d-\d\d)", heading) for heading in headings[1:]]
@@ -121,11 +119,11 @@ def test_the_newest_version_of_the_changelog_is_the_unreleased_one_and_the_other
     assert all(newer > older for newer, older in pairwise(of))
 
 
-def test_the_conda_recipe_asks_for_what_the_package_asks_for() -> None:
+def test_the_conda_recipe_asks_for_what_the_package_asks_for():
     recipe = yaml.safe_load((ROOT / "conda.recipe/recipe.yaml").read_text(encoding="utf-8"))
     wanted = {f"python {PROJECT['project']['requires-python']}"}
     for stated in PROJECT["project"]["dependencies"]:
-        name = PROJECT_NAME.match(stated)[0]  # type: ignore[index]
+        name = PROJECT_NAME.match(stated)[0]
         wanted.add(f"{CONDA_FORGE.get(name, name)} {stated.removeprefix(name)}")
     assert set(recipe["requirements"]["run"]) == wanted
     built_with = {re.sub(r"(?=>=)", " ", stated) for stated in PROJECT["build-system"]["requires"]}
@@ -134,7 +132,7 @@ def test_the_conda_recipe_asks_for_what_the_package_asks_for() -> None:
     assert recipe["about"]["license_file"] == PROJECT["project"]["license-files"]
 
 
-def test_the_citation_names_the_software_its_licence_and_the_paper() -> None:
+def test_the_citation_names_the_software_its_licence_and_the_paper():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert {"cff-version", "message", "title", "authors"} <= citation.keys()
     assert citation["license"] == "MIT"
@@ -142,7 +140,7 @@ def test_the_citation_names_the_software_its_licence_and_the_paper() -> None:
 
 
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: form.stem)
-def test_every_issue_form_asks_for_something(form: Path) -> None:
+def test_every_issue_form_asks_for_something(form):
     asked = yaml.safe_load(form.read_text(encoding="utf-8"))
     assert asked["name"]
     assert asked["description"]

@@ -19,9 +19,7 @@ EXAMPLES_BEGIN = "examples of this page begin with"
 def package() -> griffe.Module:
     import robolaser  # noqa: PLC0415 - the installed one, where the tests run beside a wheel
 
-    found = griffe.load("robolaser", search_paths=[Path(robolaser.__file__).parents[1]], resolve_aliases=True)
-    assert isinstance(found, griffe.Module)
-    return found
+    return griffe.load("robolaser", search_paths=[Path(robolaser.__file__).parents[1]], resolve_aliases=True)
 
 
 def target(package: griffe.Module, name: str) -> griffe.Object:
@@ -42,16 +40,16 @@ def public(package: griffe.Module) -> Iterator[griffe.Object]:
             yield target(package, ".".join(filter(None, ("robolaser", folder, str(name)))))
 
 
-def test_every_public_name_is_in_the_reference(package: griffe.Module) -> None:
+def test_every_public_name_is_in_the_reference(package):
     there = {target(package, name).path for page in PAGES for name in shown(page)}
     assert {one.path for one in public(package)} - there == set()
 
 
-def test_every_public_name_has_an_example(package: griffe.Module) -> None:
+def test_every_public_name_has_an_example(package):
     assert [one.path for one in public(package) if one.docstring is None or ">>>" not in one.docstring.value] == []
 
 
-def test_every_argument_and_result_of_what_is_public_has_a_type(package: griffe.Module) -> None:
+def test_every_argument_and_result_of_what_is_public_has_a_type(package):
     def untyped(one: griffe.Object) -> Iterator[str]:
         if isinstance(one, griffe.Function):
             missing = [
@@ -71,9 +69,7 @@ def test_every_argument_and_result_of_what_is_public_has_a_type(package: griffe.
 @pytest.mark.parametrize(
     "page", [page for page in PAGES if EXAMPLES_BEGIN in page.read_text("utf-8")], ids=lambda p: p.stem
 )
-def test_the_examples_of_a_page_run(
-    page: Path, package: griffe.Module, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_examples_of_a_page_run(page, package, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     beginning = page.read_text(encoding="utf-8").split("```python\n")[1].split("```")[0]
     given: dict[str, object] = {}

@@ -31,7 +31,6 @@ class TrueStripe:
 def true_stripe(scene: RenderedScene, T_base_camera: Array) -> TrueStripe:
     """Bisect between neighbouring pixels on both sides of the laser plane."""
     turn, place, light = T_base_camera[:3, :3], T_base_camera[:3, 3], scene.light
-    assert light is not None
     height, width, axis = scene.eye.height_px, scene.eye.width_px, scene.eye.optics.stripe_axis
 
     def met(ray: Array) -> tuple[Array, Array, Ints]:

@@ -80,15 +80,6 @@ class Curious(Bowl):
 
 
 ALL = [
-    SPHERE,
-    Bowl(),
-    Sunk(),
-    Holed(),
-    Fenced(),
-    Telling(),
-    OneByOne(),
-    Curious(),
-    Bowl(replace_nan_values_by=7.0),
-    get_problem("rastrigin", n_var=2),
-    get_problem("g1"),
-]
+    SPHERE, Bowl(), Sunk(), Holed(), Fenced(), Telling(), OneByOne(), Curious(),
+    Bowl(replace_nan_values_by=7.0), get_problem("rastrigin", n_var=2), get_problem("g1"),
+]  # fmt: skip

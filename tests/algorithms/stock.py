@@ -9,12 +9,9 @@ from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUnif
 def composed(pop_size, n_elites, *, prob_crossover=0.85, sampling=None, survival=None, **mutation):
     """The same algorithm as `RCGA(pop_size, n_elites=n_elites, ...)`, with an Individual for each candidate."""
     return GeneticAlgorithm(
-        pop_size=pop_size,
-        n_offsprings=pop_size - n_elites,
-        sampling=FloatRandomSampling() if sampling is None else sampling,
-        selection=RouletteSelection(),
+        pop_size=pop_size, n_offsprings=pop_size - n_elites,
+        sampling=FloatRandomSampling() if sampling is None else sampling, selection=RouletteSelection(),
         crossover=ArithmeticCrossover(prob=prob_crossover),
         mutation=NonUniformMutation(**{"prob_var": 0.1, "b": 5.0, **mutation}),
-        survival=ElitistReplacement(n_elites),
-        eliminate_duplicates=False,
-    )
+        survival=ElitistReplacement(n_elites), eliminate_duplicates=False,
+    )  # fmt: skip

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from installed import installed
 
 from robolaser.algorithms.registry import ALGORITHMS, algorithm_named, algorithms, operators
 from robolaser.benchmark.solvers import DEFAULT, find, solver_titles
@@ -46,11 +47,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
         operators.cache_clear()
 
     def put(announcements: str) -> None:
-        (tmp_path / "greedy_search.py").write_text(CODE)
-        info = tmp_path / "greedy-1.0.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: greedy\nVersion: 1.0\n")
-        (info / "entry_points.txt").write_text(announcements)
+        installed(tmp_path, "greedy_search", CODE, announcements, package="greedy")
         monkeypatch.syspath_prepend(tmp_path)
         monkeypatch.delitem(sys.modules, "greedy_search", raising=False)
         forget()
@@ -59,7 +56,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
     forget()
 
 
-def test_an_announced_algorithm_is_made_by_its_name_with_its_settings(install: Install) -> None:
+def test_an_announced_algorithm_is_made_by_its_name_with_its_settings(install):
     install("[robolaser.algorithms]\ngreedy = greedy_search:Greedy\n")
     made = algorithm_named("greedy:pop_size=30")
     assert (type(made).__name__, made.pop_size) == ("Greedy", 30)
@@ -67,14 +64,14 @@ def test_an_announced_algorithm_is_made_by_its_name_with_its_settings(install: I
         algorithm_named("greedy:popsize=30")
 
 
-def test_an_announced_algorithm_is_a_solver_but_takes_part_only_where_it_is_named(install: Install) -> None:
+def test_an_announced_algorithm_is_a_solver_but_takes_part_only_where_it_is_named(install):
     install("[robolaser.algorithms]\ngreedy = greedy_search:Greedy\n")
     assert solver_titles()["greedy"] == "Differential evolution around the best"
     assert find("greedy:pop_size=30").title == "Differential evolution around the best"
     assert "greedy" not in DEFAULT
 
 
-def test_an_announced_operator_is_chosen_by_its_name_with_its_settings(install: Install) -> None:
+def test_an_announced_operator_is_chosen_by_its_name_with_its_settings(install):
     install("[robolaser.operators.mutation]\nflip = greedy_search:Flip\n")
     mutation = algorithm_named("ga:mutation=flip:mutation.rate=0.5").mating.mutation
     assert (type(mutation).__name__, mutation.rate) == ("Flip", 0.5)
@@ -88,13 +85,11 @@ def test_an_announced_operator_is_chosen_by_its_name_with_its_settings(install: 
         ("[robolaser.operators.crossover]\nflip = greedy_search:Flip\n", "not a subclass of Crossover"),
     ],
 )
-def test_an_announcement_that_cannot_be_used_is_named_with_its_package(
-    install: Install, announcement: str, reason: str
-) -> None:
+def test_an_announcement_that_cannot_be_used_is_named_with_its_package(install, announcement, reason):
     install(announcement)
     with pytest.raises(PluginError, match=f"greedy.*{reason}"):
         algorithm_named("ga:crossover=SBX" if "operators" in announcement else "rcga")
 
 
-def test_without_other_packages_there_are_our_algorithms() -> None:
+def test_without_other_packages_there_are_our_algorithms():
     assert algorithms() == ALGORITHMS

@@ -34,12 +34,9 @@ def settings_of(algorithm: RCGA) -> dict[str, object]:
     """The numbers that its parts work with."""
     crossover, mutation = algorithm.mating.crossover, algorithm.mating.mutation
     return {
-        "pop_size": algorithm.pop_size,
-        "n_elites": algorithm.survival.n_elites,
-        "prob_crossover": crossover.prob.value,
-        "prob_var": mutation.prob_var.value,
-        "b": mutation.b.value,
-    }
+        "pop_size": algorithm.pop_size, "n_elites": algorithm.survival.n_elites,
+        "prob_crossover": crossover.prob.value, "prob_var": mutation.prob_var.value, "b": mutation.b.value,
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -25,5 +25,4 @@ def test_whole_numbers_are_refused() -> None:
 
 
 def test_with_a_repair_that_rounds_they_stay_whole() -> None:
-    found = minimize(Whole(), RCGA(repair=RoundingRepair()), ("n_gen", 60), seed=1)
-    assert found.X.tolist() == [7, 7, 7]
+    assert minimize(Whole(), RCGA(repair=RoundingRepair()), ("n_gen", 60), seed=1).X.tolist() == [7, 7, 7]

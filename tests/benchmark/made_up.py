@@ -53,3 +53,11 @@ def made_up_comparison(
         workers=2,
         seconds=1.0,
     )
+
+
+def outcomes(result):
+    """What became of each run, without its time."""
+    return {
+        run.key: (run.state, run.reason, run.trace.evaluations.tolist(), run.trace.costs.tolist())
+        for run in result.runs
+    }

@@ -125,8 +125,7 @@ def test_a_partial_function_has_the_title_of_its_function():
 
 def test_the_effect_of_a_part_is_that_among_runs_alike_in_all_else():
     speeds = {"GA": 1.0, "GA:crossover=X": 3.0, "GA:mutation=M": 1.0, "GA:crossover=X:mutation=M": 3.0, "other": 9.0}
-    result = made_up_comparison(speeds, seeds=12)
-    x, m = effects(result)
+    x, m = effects(made_up_comparison(speeds, seeds=12))
     assert [(one.stock, one.slot, one.operator, one.strata) for one in (x, m)] == [
         ("GA", "crossover", "X", 4),
         ("GA", "mutation", "M", 4),
@@ -143,8 +142,7 @@ def test_the_effect_of_a_part_is_that_among_runs_alike_in_all_else():
 def test_a_part_without_effect_is_hardly_ever_called_one():
     speeds = {"GA": 1.0, "GA:crossover=X": 1.0}
     results = [made_up_comparison(speeds, seeds=6, problems=(f"p{i}", f"q{i}")) for i in range(40)]
-    p = [effects(result)[0].p for result in results]
-    assert np.mean(np.array(p) < 0.05) <= 0.15
+    assert np.mean(np.array([effects(result)[0].p for result in results]) < 0.05) <= 0.15
 
 
 def test_the_effect_of_each_exchanged_part_is_shown(tmp_path, capsys):

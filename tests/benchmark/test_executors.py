@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from made_up import outcomes
 
 import robolaser
 from robolaser import load_comparison
@@ -19,10 +20,6 @@ from robolaser.cli import main
 from robolaser.errors import BenchmarkError
 
 HERE = Path(__file__).parent
-
-
-def outcomes(result):
-    return {run.key: (run.state, run.trace.evaluations.tolist(), run.trace.costs.tolist()) for run in result.runs}
 
 
 def test_a_dask_cluster_makes_the_same_runs():

@@ -43,8 +43,7 @@ def test_who_swallows_the_end_of_its_time_evaluates_no_more():
 
 def test_the_time_limit_is_looked_at_after_each_candidate_and_keeps_what_was_found():
     began = time.monotonic()
-    result = robolaser.compare([Slow(0.1)], ["GA:pop_size=100"], seeds=1, budget=1000, time_limit_s=0.5)
-    (run,) = result.runs
+    (run,) = robolaser.compare([Slow(0.1)], ["GA:pop_size=100"], seeds=1, budget=1000, time_limit_s=0.5).runs
     assert (run.state, run.reason) == ("done", "ended by its time limit of 0.5 s")
     assert 1 <= run.evaluations <= 6  # of a hundred; how many depends on how busy the machine is
     assert run.trace.final < 75
@@ -86,8 +85,7 @@ def test_a_run_of_several_objectives_that_is_killed_keeps_its_front(monkeypatch)
 
 def test_what_is_half_written_is_left_out(tmp_path):
     (tmp_path / "spill").write_text("[1, 0.1, 3.0]\n[2, 0.2, 1.0]\n[3, 0.3, [0.")
-    task = Task("p", "a", 1, RunLimits(10, 1.0), b"", b"", "", spill=str(tmp_path / "spill"))
-    run = task.lost("it hung")
+    run = Task("p", "a", 1, RunLimits(10, 1.0), b"", b"", "", spill=str(tmp_path / "spill")).lost("it hung")
     assert (run.evaluations, run.trace.costs.tolist()) == (2, [3.0, 1.0])
 
 

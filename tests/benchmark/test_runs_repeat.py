@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from made_up import outcomes
 from mine import Noisy, Sphere
 from pymoo.algorithms.soo.nonconvex.ga import GA
 
@@ -16,13 +17,6 @@ from robolaser.errors import BenchmarkError, Interrupted, OutputError, UsageErro
 from robolaser.problems.calibration_suite import DATA
 
 ASKED = {"seeds": 3, "budget": 100}
-
-
-def outcomes(result):
-    return {
-        run.key: (run.state, run.reason, run.trace.evaluations.tolist(), run.trace.costs.tolist())
-        for run in result.runs
-    }
 
 
 def test_a_problem_with_state_gives_every_run_the_same_start():
@@ -85,11 +79,8 @@ def test_what_is_saved_is_loaded_and_saved_again(tmp_path):
     assert outcomes(third) == outcomes(result)
     assert third.to_dict() == again.to_dict()
     assert {file.name for file in (tmp_path / "two").iterdir()} >= {
-        "runs.jsonl",
-        "runs.csv",
-        "comparison.json",
-        "report.html",
-    }
+        "runs.jsonl", "runs.csv", "comparison.json", "report.html",
+    }  # fmt: skip
 
 
 def test_folders_of_an_array_job_merge(tmp_path, capsys):

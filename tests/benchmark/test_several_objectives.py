@@ -51,8 +51,7 @@ def test_an_unknown_front_is_what_nothing_dominates_of_all_runs():
 
 def test_half_of_all_runs_attain_the_median_surface_those_that_found_nothing_included():
     runs = [run_of("a", [1, 4], [3, 3]), run_of("a", [4, 1], [9, 9])]
-    either = [(1, 4), (3, 3), (4, 1)]
-    assert sorted(map(tuple, attainment(runs))) == either
+    assert sorted(map(tuple, attainment(runs))) == [(1, 4), (3, 3), (4, 1)]
     none = BenchmarkRun("p", "a", 1, DONE, "", 0, 0.0, 0.0, ConvergenceTrace(*(np.empty(0),) * 3))
     assert [tuple(corner) for corner in attainment([*runs, none])] == [(4, 3)]
     assert not len(attainment([*runs, none, none, none]))

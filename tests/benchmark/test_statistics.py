@@ -16,15 +16,9 @@ def _rare(count: int, trials: int, probability: float) -> bool:
     return bool(stats.binom.sf(count - 1, trials, probability) < 1e-4)
 
 
-# success
-
-
 def test_without_runs_no_share_is_known():
     assert wilson(0, 0).value is None
     assert wilson(1, 2).value == 0.5
-
-
-# expected running time
 
 
 def _expected(running_times, totals):
@@ -109,15 +103,11 @@ def test_too_few_runs_have_no_interval():
     assert _none(ratios)
 
 
-# traces and quality
-
-
 def test_an_ecdf_never_falls_and_ends_at_the_share_of_targets_that_were_reached():
     rng = np.random.default_rng(6)
     running_times = rng.exponential(100, (3, 2, 5, 4))
     running_times[rng.random(running_times.shape) < 0.4] = np.inf
-    spent = np.full((3, 2, 5), 2000.0)
-    budgets = running_time.budgets(running_times, spent)
+    budgets = running_time.budgets(running_times, np.full((3, 2, 5), 2000.0))
     shares = running_time.shares(running_times, budgets)
     assert (np.diff(shares, axis=1) >= 0).all()
     assert shares[:, -1] == pytest.approx(np.isfinite(running_times).mean(axis=(0, 2, 3)))
@@ -130,9 +120,6 @@ def test_runs_that_are_not_there_do_not_count_in_an_ecdf():
     assert not len(running_time.budgets(np.full((1, 1, 1, 1), np.inf), np.ones((1, 1, 1))))
 
 
-# outcomes
-
-
 def test_who_reaches_the_target_comes_before_who_does_not_and_who_finds_nothing_comes_last():
     running_times = np.array([[[50.0, np.inf, 20.0], [np.inf, np.inf, np.nan]]])
     final = np.array([[[0.001, 3.0, 0.009], [0.5, np.inf, np.nan]]])
@@ -143,9 +130,6 @@ def test_who_reaches_the_target_comes_before_who_does_not_and_who_finds_nothing_
 
 def test_equal_runs_share_a_place():
     assert outcomes(np.full((1, 2, 3), np.inf), np.full((1, 2, 3), np.inf)).tolist() == [[[1, 1, 1], [1, 1, 1]]]
-
-
-# effect size
 
 
 def test_superiority_and_its_bounds_turned_round_are_what_is_left_to_one():
@@ -164,22 +148,17 @@ def test_superiority_is_mann_and_whitneys_u_per_pair_of_runs():
 
 @pytest.mark.parametrize("shift", [0.0, 1.5])
 def test_superiority_is_inside_its_interval_nineteen_times_in_twenty(shift):
-    rng = np.random.default_rng(12)
-    x = rng.normal(size=(500, 2, 8)) + np.array([0, shift])[:, None]
+    x = np.random.default_rng(12).normal(size=(500, 2, 8)) + np.array([0, shift])[:, None]
     truth = stats.norm.cdf(shift / np.sqrt(2))
     for problems, trials in ((1, 500), (3, 150)):  # more than 51 and 21 outside would be rare
         found = [difference.superiority(one) for one in np.split(x[: problems * trials], trials)]
-        outside = sum(not of.lower[0, 1] <= truth <= of.upper[0, 1] for of in found)
-        assert not _rare(outside, trials, 0.06)
+        assert not _rare(sum(not of.lower[0, 1] <= truth <= of.upper[0, 1] for of in found), trials, 0.06)
 
 
 def test_superiority_over_several_problems_is_the_mean_of_those_with_runs_of_both():
     x = np.array([[[1.0, 2.0], [3.0, 4.0]], [[1.0, 4.0], [2.0, 3.0]], [[1.0, 2.0], [np.nan, np.nan]]])
     assert difference.superiority(x).value[0, 1] == pytest.approx((1.0 + 0.5) / 2)
     assert np.isnan(difference.superiority(x[2:]).value[0, 1])
-
-
-# tests
 
 
 def test_rank_sums_are_scipys():
@@ -223,8 +202,7 @@ def test_where_there_is_no_difference_the_stratified_test_finds_one_in_twenty_at
 def test_where_nobody_differs_one_comparison_in_twenty_at_most_says_that_anybody_does():
     p = difference.rank_sum(np.random.default_rng(17).random((200, 4, 6))).reshape(100, 2, 4, 4)
     chosen = p[np.nanmin(p, axis=(1, 2, 3)) < 0.01]  # no others can be below 0.05 after correction for 12
-    found = sum((difference.holm_pairs(one) < 0.05).any() for one in chosen)
-    assert not _rare(int(found), 100, 0.05)
+    assert not _rare(int(sum((difference.holm_pairs(one) < 0.05).any() for one in chosen)), 100, 0.05)
 
 
 def test_holms_correction_never_lowers_p_and_keeps_their_order():
@@ -239,8 +217,7 @@ def test_holms_correction_never_lowers_p_and_keeps_their_order():
 
 
 def test_holm_corrects_for_pairs_that_are_all_tied_too():
-    x = np.array([[np.ones(6), np.ones(6), np.arange(6.0) + 2]])
-    p = difference.rank_sum(x)
+    p = difference.rank_sum(np.array([[np.ones(6), np.ones(6), np.arange(6.0) + 2]]))
     assert p[0, 0, 1] == 1.0
     assert difference.holm_pairs(p)[0, 0, 2] == pytest.approx(3 * p[0, 0, 2])
 

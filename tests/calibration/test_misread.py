@@ -1,4 +1,4 @@
-"""Joint columns that are exchanged, turned round or in degrees are noticed by what they do to the fit, and named."""
+"""Columns that are exchanged, turned round or in degrees, and reflectors named in another order: noticed, and named."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from several import two_trackers
 
+import robolaser
 from robolaser import calibrate
 from robolaser.arrays import Array
 from robolaser.calibration.misread import misread
-from robolaser.calibration.other_readings import with_rows_moved
+from robolaser.calibration.other_readings import exchanged_points, with_names, with_rows_moved
 from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.loading import load
@@ -63,7 +64,6 @@ def test_the_slip_is_found_by_what_it_does_to_the_fit(slip: str, kind: str) -> N
     sound = simulate("scorbot_er7", kind=kind, poses=10, effects={"joint_offset:joint_2": 0.002})
     wrong, said = slipped(sound.dataset, slip)
     found = misread(Model(wrong), rms_m=0.1)
-    assert found is not None
     assert said in found.sentence
     assert found.shift == 0
 
@@ -71,7 +71,6 @@ def test_the_slip_is_found_by_what_it_does_to_the_fit(slip: str, kind: str) -> N
 def test_rows_of_one_sensor_that_are_one_pose_off_are_told_by_its_file() -> None:
     both = on_flange_poses(two_trackers(8))
     found = misread(Model(with_rows_moved(both, -1, of=both.sensors[1].rows)), rms_m=0.1)
-    assert found is not None
     assert "All rows of right.csv seem to belong to the pose after theirs" in found.sentence
     assert found.shift == 1
 
@@ -79,7 +78,6 @@ def test_rows_of_one_sensor_that_are_one_pose_off_are_told_by_its_file() -> None
 def test_a_wrong_cell_with_joints_read_rightly_is_not_blamed_on_them() -> None:
     sound = simulate(find_robot("scorbot_er7"), kind="stripe", poses=12, seed=1).dataset
     points = sound.points
-    assert points.xyz is not None
     wrong = replace(sound, points=replace(points, xyz=points.xyz[:, [1, 0, 2]]))
     assert misread(Model(wrong), rms_m=0.1) is None
 
@@ -116,16 +114,14 @@ def test_readings_within_their_limits_only_once_two_columns_are_exchanged_raise_
     sound = simulate(find_robot("fr3"), kind="point", poses=10).dataset
     q = sound.arm[1].copy()
     q[:, 0], q[:, 1:3], q[:, 4] = 1.9, 0.0, 0.5
-    wrong = replace(sound, poses=replace(sound.poses, q=q[:, [0, 1, 2, 5, 4, 3, 6]]))
-    save(wrong, tmp_path / "wrong")
+    save(replace(sound, poses=replace(sound.poses, q=q[:, [0, 1, 2, 5, 4, 3, 6]])), tmp_path / "wrong")
     with pytest.raises(DataError, match=r"Are the columns q_fr3_joint4 and q_fr3_joint6 exchanged\?"):
         load(tmp_path / "wrong")
 
 
 def test_where_no_reading_fits_none_is_accused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robolaser.calibration.misread._error", lambda dataset: np.inf)
-    dataset = simulate(find_robot("scorbot_er7"), poses=8, seed=1).dataset
-    assert misread(Model(dataset), np.inf) is None
+    assert misread(Model(simulate(find_robot("scorbot_er7"), poses=8, seed=1).dataset), np.inf) is None
 
 
 def test_rows_that_are_one_pose_off_are_named() -> None:
@@ -151,7 +147,6 @@ def test_where_a_pose_or_an_image_was_lost_is_named(kind: str, shift: int, lost:
     kept = np.flatnonzero(((data.points.pose != lost) | (shift < 0)) & shown)
     moved = on_flange_poses(with_rows_moved(replace(data, parameters={}, points=data.points.take(kept)), -shift, lost))
     found = misread(Model(moved), rms_m=0.5)
-    assert found is not None
     assert found.shift == shift
     first = found.sentence.partition("From pose ")[2].partition(" on, ")[0]
     assert abs(data.poses.names.index(first) - lost) <= 1
@@ -163,7 +158,6 @@ def test_rows_that_slipped_and_slipped_back_are_named_from_pose_to_pose() -> Non
     data = simulate("scorbot_er7", kind="point", poses=24, noise=Noise(point_m=3e-5), seed=1).dataset
     lost = replace(data, points=data.points.take(np.flatnonzero(data.points.pose != 8)))
     found = misread(Model(on_flange_poses(with_rows_moved(lost, -1, 9, 15))), rms_m=0.5)
-    assert found is not None
     first, last = found.sentence.partition("From pose ")[2].partition(", ")[0].split(" to pose ")
     assert abs(data.poses.names.index(first) - 8) <= 1
     assert abs(data.poses.names.index(last) - 14) <= 1
@@ -174,16 +168,12 @@ def test_inverse_flange_poses_are_named() -> None:
     data = simulate("scorbot_er7", kind="camera", poses=10, points=8, noise=Noise(pixel_px=0.1), seed=1).dataset
     T = np.linalg.inv(data.flange())
     wrong = replace(data, robot=None, poses=Poses(data.poses.names, T_base_flange=T))
-    found = misread(Model(wrong), rms_m=0.5)
-    assert found is not None
-    assert "inverse" in found.sentence
+    assert "inverse" in misread(Model(wrong), rms_m=0.5).sentence
 
 
 def test_a_camera_at_the_other_end_is_named() -> None:
     data = simulate("scorbot_er7", kind="camera", poses=10, points=8, noise=Noise(pixel_px=0.1), seed=1).dataset
-    wrong = replace(data, options=Mounting("base"), parameters={}, placed=False)
-    found = misread(Model(wrong), rms_m=0.5)
-    assert found is not None
+    found = misread(Model(replace(data, options=Mounting("base"), parameters={}, placed=False)), rms_m=0.5)
     assert "mounted on the flange" in found.sentence
 
 
@@ -206,9 +196,7 @@ ALIKE = ["in inches, read as millimetres", "in millimetres, read as inches", "in
 def test_points_in_another_unit_or_frame_are_named(slip: str) -> None:
     sound = simulate("scorbot_er7", kind="point", poses=10, noise=Noise(point_m=3e-5), seed=1).dataset
     change, said = TRACKED[slip]
-    assert sound.points.xyz is not None
     found = misread(Model(replace(sound, points=replace(sound.points, xyz=change(sound.points.xyz)))), rms_m=0.5)
-    assert found is not None
     assert f"The points seem to be {said}" in found.sentence
 
 
@@ -224,10 +212,8 @@ def test_points_that_fit_no_pose_are_not_in_a_smaller_unit_although_all_errors_w
 def test_where_flange_poses_explain_it_as_well_as_points_both_are_named(slip: str) -> None:
     sound = simulate("scorbot_er7", kind="point", poses=10, noise=Noise(point_m=3e-5), seed=1).dataset
     change, said = TRACKED[slip]
-    assert sound.points.xyz is not None
     wrong = replace(sound, points=replace(sound.points, xyz=change(sound.points.xyz)))
     found = misread(Model(on_flange_poses(wrong)), rms_m=0.5)
-    assert found is not None
     assert f"The points seem to be {said}" in found.sentence
     assert "flange" in found.sentence
     assert "Correct one of the two." in found.sentence
@@ -237,7 +223,6 @@ def test_where_flange_poses_explain_it_as_well_as_points_both_are_named(slip: st
 def test_another_size_or_generation_of_the_arm_is_named(stated: str) -> None:
     sound = simulate(find_robot("ur5"), kind="point", poses=25, noise=Noise(point_m=3e-5), seed=1).dataset
     found = misread(Model(replace(sound, robot=find_robot(stated))), rms_m=0.005)
-    assert found is not None
     assert f"a Universal Robots UR5, and not the {stated}" in found.sentence
 
 
@@ -272,9 +257,7 @@ def test_flange_poses_in_another_form_are_named(slip: str) -> None:
     sound = simulate("ur5", kind="camera", poses=10, points=8, seed=2).dataset
     T = FLANGE[slip](np.asarray(sound.flange()))
     wrong = replace(sound, robot=None, poses=Poses(sound.poses.names, T_base_flange=T))
-    found = misread(Model(wrong), rms_m=0.5)
-    assert found is not None
-    assert slip in found.sentence
+    assert slip in misread(Model(wrong), rms_m=0.5).sentence
 
 
 def test_rows_that_slipped_in_one_of_two_sessions_are_told_by_its_pose() -> None:
@@ -282,7 +265,6 @@ def test_rows_that_slipped_in_one_of_two_sessions_are_told_by_its_pose() -> None
     both = on_flange_poses(simulate("scorbot_er7", kind="point", poses=19, options=options, noise=noise).dataset)
     second = np.flatnonzero(both.session_of_pose[both.points.pose] == 1)
     found = misread(Model(with_rows_moved(both, 1, 19, of=second)), rms_m=0.1)
-    assert found is not None
     expected = "From pose session-2/0 on, the points, or images, seem to belong to the pose before theirs"
     assert expected in found.sentence
 
@@ -293,3 +275,46 @@ def test_rows_that_lie_at_other_poses_without_order_end_a_diagnosis_soon() -> No
     wrong = replace(made, points=replace(made.points, pose=shuffled[made.points.pose]))
     found = examine(on_flange_poses(wrong))
     assert (found.verdict, found.findings) == ("unexplained", ())
+
+
+def measured() -> Dataset:
+    return simulate("ur5", kind="point", poses=40, noise=Noise(point_m=3e-5), seed=2).dataset
+
+
+def exchanged(data: Dataset, poses: list[int]) -> Dataset:
+    a, b, _ = dict.fromkeys(data.points.names)
+    return with_names(data, {pose: {a: b, b: a} for pose in poses})
+
+
+def test_where_names_are_right_nothing_is_said() -> None:
+    assert exchanged_points(measured()) == {}
+
+
+@pytest.mark.parametrize("poses", [[3], [0, 7, 8, 30], list(range(0, 30, 2))])
+def test_exchanged_names_are_put_right(poses: list[int]) -> None:
+    data = measured()
+    wrong = exchanged(data, poses)
+    found = exchanged_points(wrong)
+    assert sorted(found) == poses
+    assert with_names(wrong, found).points.names == data.points.names
+
+
+def test_three_names_may_have_gone_round() -> None:
+    data = measured()
+    a, b, c = dict.fromkeys(data.points.names)
+    wrong = with_names(data, {5: {a: b, b: c, c: a}})
+    assert with_names(wrong, exchanged_points(wrong)).points.names == data.points.names
+
+
+def test_a_body_whose_distances_are_alike_says_nothing() -> None:
+    data = measured()
+    number = np.array([sorted(set(data.points.names)).index(name) for name in data.points.names])
+    triangle = 0.1 * np.array([[1.0, 0.0, 0.0], [-0.5, np.sqrt(0.75), 0.0], [-0.5, -np.sqrt(0.75), 0.0]])
+    alike = replace(data, points=replace(data.points, xyz=triangle[number]))
+    assert exchanged_points(exchanged(alike, [1, 2])) == {}
+
+
+def test_the_diagnosis_says_which_points_of_which_poses() -> None:
+    found = robolaser.diagnose(exchanged(measured(), [3, 9, 12, 20, 31]), seed=0)
+    assert "of poses 3, 9, 12, 20 and others seem to be exchanged: with that corrected" in found.sentence
+    assert found.effects == []

@@ -35,7 +35,7 @@ class Watched:
         self.seen: list[tuple[float, Array]] = []
         self.strayed = 0.0
         """Largest deviation of any motor from the straight path [rad]."""
-        rig.clock.wait = self._waited  # type: ignore[method-assign]
+        rig.clock.wait = self._waited
 
     def goes(self, arm: Arm) -> None:
         """Record the checked path of each motion: from the motors' positions at its start to its goal."""
@@ -45,7 +45,7 @@ class Watched:
             self._segment = (self._rig.motor(), q)
             go(q, seconds)
 
-        arm.start_move = start_move  # type: ignore[method-assign]
+        arm.start_move = start_move
 
     def fastest(self) -> float:
         """Highest speed of any motor between observations [rad/s]."""
@@ -123,6 +123,12 @@ def arm_on(bench: Bench | UrRig, cell: Cell) -> Arm:
     return arm
 
 
+def armed(cell: Cell, faults: Sequence[str] = (), seed: int = 1) -> tuple[Any, Arm]:
+    """A bench, and the package's arm on it."""
+    rig = bench_for(cell, faults, seed)
+    return rig, arm_on(rig, cell)
+
+
 def at_home(cell: Cell, home: bool) -> Cell:
     """The same cell with this setting of `home`."""
     return replace(cell, arm=replace(cell.arm, home=home))
@@ -131,22 +137,14 @@ def at_home(cell: Cell, home: bool) -> Cell:
 def poses(cell: Cell, count: int) -> tuple[Waypoint, ...]:
     """Poses near home within all limits."""
     home = controller_of(cell).motor(0.0)
-    offsets = np.random.default_rng(8).uniform(-0.15, 0.15, (count, len(home)))
-    return numbered(home + offsets)
+    return numbered(home + np.random.default_rng(8).uniform(-0.15, 0.15, (count, len(home))))
 
 
 def session(
-    cell: Cell,
-    bench: Bench,
-    writer: RecordingWriter,
-    camera: Any = None,
-    *,
-    position_confirmed: bool = False,
+    cell: Cell, bench: Bench, writer: RecordingWriter, camera: Any = None, *, position_confirmed: bool = False
 ) -> Session:
     """A recording on the bench, ready to run."""
-    size = cell.description.image_px
-    assert size is not None
-    eye = camera or Painted(bench, size)
+    eye = camera or Painted(bench, cell.description.image_px)
     arm = arm_on(bench, cell)
     return Session(cell, arm, eye, writer, bench.clock, lambda text: None, position_confirmed=position_confirmed)
 

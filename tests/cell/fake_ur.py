@@ -60,7 +60,7 @@ class UrRig:
 
     def getActualQ(self) -> list[float]:  # noqa: N802
         self.clock.wait(0.002)
-        return self.motor().tolist()  # type: ignore[no-any-return]
+        return self.motor().tolist()
 
     def isProtectiveStopped(self) -> bool:  # noqa: N802
         return bool(self._struck())

@@ -1,7 +1,6 @@
 """Counts of a decoupled SCORBOT become joint angles."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import bench
 import numpy as np
@@ -27,20 +26,17 @@ A_DEGREE = 100.0
         ((5, 10, 20, 40, 0), (5, 10, 10, 0, 20)),
     ],
 )
-def test_an_er_v_plus_counts_directions_in_the_world(
-    degrees_of_motors: tuple[float, ...], joints_deg: tuple[float, ...]
-) -> None:
-    per_quarter = np.full(5, 90 * A_DEGREE)
-    q = radians_per_count("er5plus", per_quarter) @ np.multiply(degrees_of_motors, A_DEGREE)
+def test_an_er_v_plus_counts_directions_in_the_world(degrees_of_motors, joints_deg):
+    q = radians_per_count("er5plus", np.full(5, 90 * A_DEGREE)) @ np.multiply(degrees_of_motors, A_DEGREE)
     np.testing.assert_allclose(np.rad2deg(q), joints_deg, atol=1e-12)
 
 
-def test_an_er_vii_counts_its_joints_one_by_one() -> None:
+def test_an_er_vii_counts_its_joints_one_by_one():
     per_quarter = np.array([23040.0, -23040, 23040, -19200, 23040])
     np.testing.assert_array_equal(radians_per_count("er7", per_quarter), np.diag(np.pi / 2 / per_quarter))
 
 
-def test_an_er_vii_that_is_taken_for_an_er_v_plus_is_not_opened(tmp_path: Path) -> None:
+def test_an_er_vii_that_is_taken_for_an_er_v_plus_is_not_opened(tmp_path):
     """The controller itself says the hand's pitch."""
     rig = bench.bench_for(bench.cell(tmp_path))
     with pytest.raises(ArmError, match=r"hand pitch of .* Check \[arm\] axes"):
@@ -50,9 +46,7 @@ def test_an_er_vii_that_is_taken_for_an_er_v_plus_is_not_opened(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("true", "stated", "begin"), [("er5plus", "acl", "home"), ("er5plus", "acl", "level"), ("acl", "er5plus", "level")]
 )
-def test_where_the_pitch_tells_nothing_yet_the_first_motion_shows_the_wrong_type(
-    tmp_path: Path, true: str, stated: str, begin: str
-) -> None:
+def test_where_the_pitch_tells_nothing_yet_the_first_motion_shows_the_wrong_type(tmp_path, true, stated, begin):
     """At the reference posture all encoders of both types mean a level hand."""
     rig, cell = bench.bench_for(bench.cell(tmp_path, true)), bench.cell(tmp_path, stated)
     if begin == "level":
@@ -69,8 +63,7 @@ def test_where_the_pitch_tells_nothing_yet_the_first_motion_shows_the_wrong_type
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_no_er_vii_is_doubted_wherever_it_goes_and_whatever_its_reference_is(tmp_path: Path, seed: int) -> None:
-    cell = bench.cell(tmp_path)
+def test_no_er_vii_is_doubted_wherever_it_goes_and_whatever_its_reference_is(cell, seed):
     cell = replace(cell, arm=replace(cell.arm, reference_rad=(0.0,) * 5, direction=(1.0,) * 5))
     rig = bench.bench_for(cell)
     arm, rng = bench.arm_on(rig, cell), np.random.default_rng(seed)
@@ -81,32 +74,25 @@ def test_no_er_vii_is_doubted_wherever_it_goes_and_whatever_its_reference_is(tmp
             arm.read()
 
 
-def test_the_type_of_a_scorbot_must_be_stated(tmp_path: Path) -> None:
+def test_the_type_of_a_scorbot_must_be_stated(tmp_path):
     folder = cell_folder(tmp_path)
-    text = (folder / "cell.toml").read_text()
-    (folder / "cell.toml").write_text(text.replace('axes = "er7"\n', ""))
+    (folder / "cell.toml").write_text((folder / "cell.toml").read_text().replace('axes = "er7"\n', ""))
     with pytest.raises(DataError, match=r"lacks \[arm\] axes"):
         load_cell(folder)
 
 
 @pytest.mark.parametrize("lines", ["SYSTEM READY !", "----ROM TEST COMPLETE.", "INSTALLING DEFAULT SETUP."])
-def test_any_line_of_a_boot_says_that_the_controller_has_restarted(tmp_path: Path, lines: str) -> None:
+def test_any_line_of_a_boot_says_that_the_controller_has_restarted(tmp_path, lines):
     """A disturbed line may swallow the others."""
-    cell = bench.cell(tmp_path)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(bench.cell(tmp_path))
     rig.coming += f"\r\n{lines}\r\n>".encode()
     with pytest.raises(ArmRestarted, match="restarted"):
         arm.poll_faults()
 
 
 @pytest.mark.parametrize("answer", ["UNRECOGNIZED REQUEST", "*** ERROR 310: BAD AXIS", "POSITION IS NOT DEFINED"])
-def test_what_a_controller_does_not_carry_out_is_no_success(
-    tmp_path: Path, answer: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    cell = bench.cell(tmp_path)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+def test_what_a_controller_does_not_carry_out_is_no_success(tmp_path, answer, monkeypatch):
+    rig, arm = bench.armed(bench.cell(tmp_path))
     receive = rig.controller.receive
     monkeypatch.setattr(
         rig.controller, "receive", lambda data, now_s: receive(data, now_s).replace(b"O.K.", answer.encode())

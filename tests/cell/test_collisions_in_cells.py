@@ -41,8 +41,7 @@ def test_pose_bodies_and_depth_are_said_and_the_way_is_looked_at(tmp_path: Path)
 
 def test_a_body_nearer_than_the_margin_is_refused_and_none_slips_between_two_steps(tmp_path: Path) -> None:
     """Between postures FINE apart a point at 0.6 m moves by less than the margin, however thin what it passes."""
-    thin = POST.replace("[0.05, 0.05, 0.6]", "[0.0005, 0.0005, 0.6]")
-    cell = load_cell(with_post(tmp_path, thin))
+    cell = load_cell(with_post(tmp_path, POST.replace("[0.05, 0.05, 0.6]", "[0.0005, 0.0005, 0.6]")))
     assert cell.limits.margin_m > FINE * 0.6 / 2
     assert RouteCheck.of(cell).violations(LEFT, ["right"], RIGHT[None])
     line = LEFT + np.linspace(0, 1, 200)[:, None] * (RIGHT - LEFT)

@@ -66,7 +66,6 @@ def test_after_kill_9_every_arm_stands_within_a_second(tmp_path: Path) -> None:
         ports = {kind: stack.enter_context(EmulatorProcess(cells[kind].folder)).arm for kind in kinds}
         asked = [SPEED_RAD_S, WAY_RAD, *(word for kind in kinds for word in (cells[kind].folder, ports[kind]))]
         child = stack.enter_context(Popen([sys.executable, "-c", MOVES, *map(str, asked)], stdout=PIPE))
-        assert child.stdout is not None
         assert child.stdout.readline() == b"under way\n"
         child.kill()
         time.sleep(1.0)

@@ -25,7 +25,6 @@ def cell(request: pytest.FixtureRequest, tmp_path: Path) -> Cell:
 
 
 def mover(rig: Rig, cell: Cell) -> Mover:
-    assert cell.description.robot is not None
     return Mover(bench.arm_on(rig, cell), cell.description.robot, 0.3, rig.clock)
 
 
@@ -42,8 +41,7 @@ def test_opening_moves_nothing(cell: Cell) -> None:
 
 
 def test_it_reads_what_the_motors_do(cell: Cell) -> None:
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     arm.start_move(rig.motor() + np.array([0.3, -0.2, 0.1, 0.25, -0.4]), 5.0)
     for _ in range(20):
         rig.clock.wait(0.5)
@@ -111,8 +109,7 @@ def test_a_lost_line_is_noticed_within_two_seconds(cell: Cell, fault: str) -> No
 
 @pytest.mark.parametrize("fault", ["impact:2", "thermic:4"])
 def test_a_joint_in_trouble_is_named(cell: Cell, fault: str) -> None:
-    rig = bench.bench_for(cell, [f"{fault}@>3s"])
-    moving = mover(rig, cell)
+    moving = mover(bench.bench_for(cell, [f"{fault}@>3s"]), cell)
     home = moving.resting("Before")
     with pytest.raises(ArmAlarm, match=f"joint_{fault[-1]}"):
         moving.move_and_wait(home + 0.5, "p", home)

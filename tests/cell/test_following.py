@@ -38,13 +38,11 @@ def places(cell: Cell, count: int) -> tuple[Waypoint, ...]:
 
 
 def recorded(cell: Cell, rig: bench.Bench, folder: Path, count: int = 2) -> None:
-    writer = bench.begun(cell, folder, places(cell, count))
-    bench.session(cell, rig, writer).run(lambda waypoint: None)
+    bench.session(cell, rig, bench.begun(cell, folder, places(cell, count))).run(lambda waypoint: None)
 
 
 def test_each_pose_has_a_series_of_setpoints_beside_readings(cell: Cell, tmp_path: Path) -> None:
-    rig = rig_of(cell)
-    recorded(cell, rig, tmp_path / "out")
+    recorded(cell, rig_of(cell), tmp_path / "out")
     log = load_motion(tmp_path / "out" / "motion")
     assert log.series == ("p001_up", "p001_down", "p002_up", "p002_down")
     assert log.step_s == pytest.approx(1 / HZ, rel=0.1)
@@ -66,8 +64,7 @@ def test_the_pose_is_what_was_read_not_what_was_commanded(cell: Cell, tmp_path: 
 
 def test_a_joint_that_sticks_is_noticed_and_named(cell: Cell, tmp_path: Path) -> None:
     rig = rig_of(cell)
-    arm = bench.arm_on(rig, cell)
-    streamer = SetpointStreamer(arm, cell.robot, 0.8, rig.clock, HZ)
+    streamer = SetpointStreamer(bench.arm_on(rig, cell), cell.robot, 0.8, rig.clock, HZ)
     streamer.move(rig.motor() + 0.05, "p")
     rig.clock.at.append((0.3 + rig.clock.now(), lambda: rig.controller.inject(ArmFault.STALL, 2, rig.clock.now())))
     with pytest.raises(ArmError, match=r"joint_2 is at .* but was commanded to"):
@@ -81,8 +78,7 @@ def test_an_interrupted_recording_goes_on_with_the_log_of_the_poses_that_are_don
     with pytest.raises(Interrupted):
         bench.session(cell, rig, writer, camera).run(lambda waypoint: None)
     assert load_motion(tmp_path / "out" / "motion").series == ("p001_up", "p001_down")
-    again = bench.resumed(cell, tmp_path / "out")
-    bench.session(cell, rig, again).run(lambda waypoint: None)
+    bench.session(cell, rig, bench.resumed(cell, tmp_path / "out")).run(lambda waypoint: None)
     assert load_motion(tmp_path / "out" / "motion").series == ("p001_up", "p001_down", "p002_up", "p002_down")
 
 

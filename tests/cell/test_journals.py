@@ -27,13 +27,7 @@ COLUMNS = ("image", "image_2", "image_off")
 
 
 @pytest.fixture
-def cell(tmp_path: Path) -> Cell:
-    return bench.cell(tmp_path)
-
-
-@pytest.fixture
 def robot(cell: Cell) -> Robot:
-    assert cell.description.robot is not None
     return cell.description.robot
 
 
@@ -52,7 +46,7 @@ def with_two_poses(cell: Cell, folder: Path, waypoints: Sequence[Waypoint] = num
     return writer
 
 
-def test_a_recording_is_a_data_set_after_every_entry(cell: Cell, tmp_path: Path) -> None:
+def test_a_recording_is_a_data_set_after_every_entry(cell, tmp_path):
     folder = tmp_path / "out"
     writer = bench.begun(cell, folder, numbered(Q), shots=2)
     assert not folder.exists()
@@ -62,7 +56,6 @@ def test_a_recording_is_a_data_set_after_every_entry(cell: Cell, tmp_path: Path)
         writer.add([sample(waypoint, 1.0 + i)])
         poses = robolaser.load(folder).poses
         assert len(poses) == 2 + i
-        assert poses.q is not None
         np.testing.assert_array_equal(poses.q[-1], waypoint.q)
         for column in COLUMNS:
             name = (poses.image or ())[-1] if column == "image" else poses.extra[column][-1]
@@ -72,18 +65,15 @@ def test_a_recording_is_a_data_set_after_every_entry(cell: Cell, tmp_path: Path)
     assert not writer.remaining
 
 
-def test_the_images_are_the_ones_that_were_taken(cell: Cell, tmp_path: Path) -> None:
-    writer = with_two_poses(cell, tmp_path / "out")
-    want = sample(writer.waypoints[1], 2.0).images
+def test_the_images_are_the_ones_that_were_taken(cell, tmp_path):
+    want = sample(with_two_poses(cell, tmp_path / "out").waypoints[1], 2.0).images
     for column, image in want.items():
         name = f"images/p002{column.removeprefix('image').replace('_', '.')}.png"
         np.testing.assert_array_equal(cv2.imread(str(tmp_path / "out" / name), cv2.IMREAD_UNCHANGED), image)
 
 
 @pytest.mark.parametrize("at", range(5))
-def test_a_full_disk_leaves_the_recording_as_it_was(
-    cell: Cell, tmp_path: Path, at: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk_leaves_the_recording_as_it_was(cell, tmp_path, at, monkeypatch):
     writer = with_two_poses(cell, tmp_path / "out")
     before = {file: file.read_bytes() for file in (tmp_path / "out").rglob("*") if file.is_file()}
     left = [at]
@@ -105,7 +95,7 @@ def test_a_full_disk_leaves_the_recording_as_it_was(
     assert len(robolaser.load(tmp_path / "out").poses) == 4
 
 
-def test_a_recording_that_is_there_stays_until_the_first_entry(cell: Cell, tmp_path: Path) -> None:
+def test_a_recording_that_is_there_stays_until_the_first_entry(cell, tmp_path):
     with_two_poses(cell, tmp_path / "out")
     (tmp_path / "out" / "points.csv").write_text("pose,point\n")
     anew = RecordingWriter(cell, tmp_path / "out", numbered(Q), 1)
@@ -114,7 +104,7 @@ def test_a_recording_that_is_there_stays_until_the_first_entry(cell: Cell, tmp_p
     assert robolaser.load(tmp_path / "out").poses.names == ("start",)
 
 
-def test_going_on_begins_at_the_next_pose(cell: Cell, tmp_path: Path) -> None:
+def test_going_on_begins_at_the_next_pose(cell, tmp_path):
     with_two_poses(cell, tmp_path / "out")
     writer = bench.resumed(cell, tmp_path / "out")
     assert [waypoint.name for waypoint in writer.remaining] == ["p003", "p004"]
@@ -125,7 +115,7 @@ def test_going_on_begins_at_the_next_pose(cell: Cell, tmp_path: Path) -> None:
     assert again.unused("resumed") == "resumed_2"
 
 
-def test_killed_at_any_moment_a_pose_is_in_the_recording_or_is_visited_again(cell: Cell, tmp_path: Path) -> None:
+def test_killed_at_any_moment_a_pose_is_in_the_recording_or_is_visited_again(cell, tmp_path):
     folder, left = tmp_path / "out", tmp_path / "left"
     moments: list[dict[str, bytes]] = []
     with results_in(folder, command="record", files=bench.begun(cell, folder, numbered(Q), shots=2).files):
@@ -145,7 +135,7 @@ def test_killed_at_any_moment_a_pose_is_in_the_recording_or_is_visited_again(cel
 
 @pytest.mark.parametrize("column", COLUMNS)
 @pytest.mark.parametrize("damage", ["gone", "empty", "cut", "zeros", "jpeg"])
-def test_a_pose_whose_image_is_broken_is_visited_again(cell: Cell, tmp_path: Path, column: str, damage: str) -> None:
+def test_a_pose_whose_image_is_broken_is_visited_again(cell, tmp_path, column, damage):
     folder, waypoints = tmp_path / "out", both_ways(numbered(Q[:2]), 0.05)
     writer = bench.begun(cell, folder, waypoints, shots=2)
     with results_in(folder, command="record", files=writer.files):
@@ -167,7 +157,7 @@ def test_a_pose_whose_image_is_broken_is_visited_again(cell: Cell, tmp_path: Pat
     np.testing.assert_array_equal(cv2.imread(str(image), cv2.IMREAD_UNCHANGED), sample(again, 9.5).images[column])
 
 
-def test_an_image_without_a_row_is_replaced_if_the_recording_took_it(cell: Cell, tmp_path: Path) -> None:
+def test_an_image_without_a_row_is_replaced_if_the_recording_took_it(cell, tmp_path):
     folder = tmp_path / "out"
     with results_in(folder, command="record", files=bench.begun(cell, folder, numbered(Q), shots=2).files):
         with_two_poses(cell, folder)
@@ -187,7 +177,7 @@ def test_an_image_without_a_row_is_replaced_if_the_recording_took_it(cell: Cell,
     assert foreign.read_bytes() == b"mine"
 
 
-def test_going_on_with_another_plan_is_refused(cell: Cell, tmp_path: Path) -> None:
+def test_going_on_with_another_plan_is_refused(cell, tmp_path):
     with pytest.raises(DataError, match="no recording was begun"):
         bench.resumed(cell, tmp_path / "out")
     with_two_poses(cell, tmp_path / "out")
@@ -198,7 +188,7 @@ def test_going_on_with_another_plan_is_refused(cell: Cell, tmp_path: Path) -> No
         RecordingWriter.resume(cell, tmp_path / "out", numbered(Q[:3]), None)
 
 
-def test_a_pose_may_have_any_name(cell: Cell, tmp_path: Path) -> None:
+def test_a_pose_may_have_any_name(cell, tmp_path):
     names = ("a/b", 'ü, "x"', "..", "visit-0001", "a", "a_2")
     waypoints = [Waypoint(name, q) for name, q in zip(names, np.random.default_rng(1).normal(size=(6, 5)), strict=True)]
     writer = bench.begun(cell, tmp_path / "out", waypoints, shots=2)
@@ -210,7 +200,7 @@ def test_a_pose_may_have_any_name(cell: Cell, tmp_path: Path) -> None:
     assert not bench.resumed(cell, tmp_path / "out").remaining
 
 
-def test_a_route_reads_back_as_it_was_written(robot: Robot, tmp_path: Path) -> None:
+def test_a_route_reads_back_as_it_was_written(robot, tmp_path):
     waypoints = (*both_ways(numbered(Q / 3), 0.1), Waypoint("last, one", Q[0]))
     (tmp_path / "plan.csv").write_text(route_text(robot, waypoints))
     back = from_table(tmp_path / "plan.csv", robot)
@@ -219,21 +209,21 @@ def test_a_route_reads_back_as_it_was_written(robot: Robot, tmp_path: Path) -> N
     assert way(back)[0] == way(waypoints)[0]
 
 
-def test_both_ways_come_from_below_and_from_above() -> None:
+def test_both_ways_come_from_below_and_from_above():
     up, down = both_ways(numbered(Q[:1]), 0.1)
     assert (up.approach[0] < up.q).all()
     assert (down.approach[0] > down.q).all()
     assert (up.name, up.approach_names, down.name) == ("p001_up", ("p001_up_from",), "p001_down")
 
 
-def test_poses_of_a_recording_are_those_with_an_image(cell: Cell, robot: Robot, tmp_path: Path) -> None:
+def test_poses_of_a_recording_are_those_with_an_image(cell, robot, tmp_path):
     with_two_poses(cell, tmp_path / "out")
     waypoints = from_table(tmp_path / "out" / "poses.csv", robot)
     assert [waypoint.name for waypoint in waypoints] == ["p001", "p002"]
     np.testing.assert_array_equal(way(waypoints)[1], Q[:2])
 
 
-def test_no_pose_has_the_name_that_another_ones_approach_will_have(robot: Robot, tmp_path: Path) -> None:
+def test_no_pose_has_the_name_that_another_ones_approach_will_have(robot, tmp_path):
     poses = (Waypoint("a", Q[0] / 3, (Q[1] / 3,)), Waypoint("a_from", Q[2] / 3))
     for order in (poses, poses[::-1]):
         (tmp_path / "plan.csv").write_text(route_text(robot, order))
@@ -255,7 +245,7 @@ HEADER = "pose,q_joint_1,q_joint_2,q_joint_3,q_joint_4,q_joint_5\n"
         (HEADER + "a,0,0,0,0,0\na,0,0,0,0,0\n", "row 3"),
     ],
 )
-def test_poses_that_cannot_be_gone_to_are_named(robot: Robot, tmp_path: Path, text: str, message: str) -> None:
+def test_poses_that_cannot_be_gone_to_are_named(robot, tmp_path, text, message):
     (tmp_path / "poses.csv").write_text(text)
     with pytest.raises(DataError, match=message):
         from_table(tmp_path / "poses.csv", robot)
@@ -276,22 +266,21 @@ def test_poses_that_cannot_be_gone_to_are_named(robot: Robot, tmp_path: Path, te
         ),
     ],
 )
-def test_a_diagnosis_that_asks_for_nothing_is_named(robot: Robot, tmp_path: Path, text: str, message: str) -> None:
+def test_a_diagnosis_that_asks_for_nothing_is_named(robot, tmp_path, text, message):
     (tmp_path / "d.json").write_text(text)
     with pytest.raises(DataError, match=message):
         from_diagnosis(tmp_path / "d.json", robot)
 
 
-def test_a_laser_that_cannot_be_switched_leaves_no_column(cell: Cell, tmp_path: Path) -> None:
+def test_a_laser_that_cannot_be_switched_leaves_no_column(cell, tmp_path):
     always: Any = replace(cell, laser_output=None)
-    writer = bench.begun(always, tmp_path / "out", numbered(Q), shots=1)
-    writer.add([Sample("start", 0.0, Q[0])])
+    bench.begun(always, tmp_path / "out", numbered(Q), shots=1).add([Sample("start", 0.0, Q[0])])
     with (tmp_path / "out" / "poses.csv").open(newline="") as file:
         assert next(csv.reader(file))[-1] == "image"
 
 
 @pytest.mark.parametrize("noise", ["", "[noise]\npixel_px = 0.1\n"])
-def test_a_recording_states_how_finely_joints_were_read(cell: Cell, robot: Robot, tmp_path: Path, noise: str) -> None:
+def test_a_recording_states_how_finely_joints_were_read(cell, robot, tmp_path, noise):
     said = cell.folder / "dataset.toml"
     said.write_text(f"{said.read_text('utf-8')}\n{noise}", "utf-8")
     writer = RecordingWriter(cell, tmp_path / "out", numbered(Q), 1)
@@ -300,12 +289,3 @@ def test_a_recording_states_how_finely_joints_were_read(cell: Cell, robot: Robot
     stated = robolaser.load(tmp_path / "out").noise
     assert stated.joint_rad == pytest.approx(1e-3 / np.sqrt(12), rel=0.02)
     assert stated.pixel_px == (0.1 if noise else None)
-
-
-def test_a_noise_of_readings_that_the_cell_states_is_kept(cell: Cell, robot: Robot, tmp_path: Path) -> None:
-    said = cell.folder / "dataset.toml"
-    said.write_text(f"{said.read_text('utf-8')}\n[noise]\njoint_rad = 3e-5\n", "utf-8")
-    writer = RecordingWriter(cell, tmp_path / "out", numbered(Q), 1)
-    writer.state_quantization_noise(np.full(len(robot.joints), 1e-3), pytest.fail)
-    writer.add([Sample("start", 0.0, Q[0])])
-    assert robolaser.load(tmp_path / "out").noise.joint_rad == 3e-5

@@ -36,7 +36,7 @@ def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     return made
 
 
-def test_it_can_be_recorded_with_and_guesses_no_parameter(folder: Path) -> None:
+def test_it_can_be_recorded_with_and_guesses_no_parameter(folder):
     cell = load_cell(folder)
     assert arm_class(cell).follows == (cell.arm.setpoint_hz is not None) == (folder / "motions.csv").is_file()
     assert cell.description.kind == "camera"
@@ -44,7 +44,7 @@ def test_it_can_be_recorded_with_and_guesses_no_parameter(folder: Path) -> None:
     assert cell.description.board == BOARD
 
 
-def test_its_plans_hit_nothing_and_look_at_the_board_from_different_sides(folder: Path) -> None:
+def test_its_plans_hit_nothing_and_look_at_the_board_from_different_sides(folder):
     cell = load_cell(folder)
     at, poses = layout(cell), from_table(folder / "poses.csv", cell.robot)
     T = cell.robot.forward(np.array([pose.q for pose in poses])[None])[0] @ at.T_flange_camera
@@ -59,7 +59,7 @@ def test_its_plans_hit_nothing_and_look_at_the_board_from_different_sides(folder
             assert not RouteCheck.of(cell).violations(None, *way(route))
 
 
-def test_it_can_be_tried_without_hardware_where_the_arm_can_be_emulated(folder: Path) -> None:
+def test_it_can_be_tried_without_hardware_where_the_arm_can_be_emulated(folder):
     cell = load_cell(folder)
     assert (folder / "world.toml").is_file() == (cell.arm.kind in CONTROLLERS)
     if cell.arm.kind in CONTROLLERS:
@@ -75,18 +75,15 @@ def printed(pdf: bytes) -> tuple[np.ndarray, float]:
     found = re.search(rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]", pdf)
     size = [int(n) for n in re.findall(rb"/(?:Width|Height) (\d+)", pdf)]
     stream = re.search(rb"CCITTFaxDecode.*?stream\r?\n(.*?)\r?\nendstream", pdf, re.DOTALL)
-    assert found is not None
-    assert stream is not None
     width, height, data = *size, stream[1]
     tags = {256: width, 257: height, 258: 1, 259: 4, 262: 1, 273: 122, 278: height, 279: len(data)}
     entries = b"".join(struct.pack("<HHLL", tag, 4, 1, value) for tag, value in tags.items())
     tiff = (struct.pack("<2sHLH", b"II", 42, 8, len(tags)) + entries).ljust(122, b"\0") + data
-    page = np.asarray(Image.open(io.BytesIO(tiff)).convert("L"))
-    return page, float(found[1]) / POINTS_A_M / size[0]
+    return np.asarray(Image.open(io.BytesIO(tiff)).convert("L")), float(found[1]) / POINTS_A_M / size[0]
 
 
 @pytest.mark.parametrize("board", [BOARD, Board(8, 5, 0.025)], ids=["charuco", "checkerboard"])
-def test_the_board_is_found_on_its_page_and_has_true_size(board: Board) -> None:
+def test_the_board_is_found_on_its_page_and_has_true_size(board):
     page, pixel_m = printed(board_pdf(board))
     assert np.array(page.shape[::-1]) * pixel_m == pytest.approx([0.297, 0.210], abs=1e-4)
     (grid, *_) = target_in(cv2.GaussianBlur(page, (0, 0), 2.0), board)
@@ -96,7 +93,7 @@ def test_the_board_is_found_on_its_page_and_has_true_size(board: Board) -> None:
         assert sides == pytest.approx(board.square_m, abs=2e-5)
 
 
-def test_nothing_of_the_users_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_nothing_of_the_users_is_overwritten(tmp_path, capsys):
     mine = tmp_path / "README.md"
     mine.write_text("mine")
     typed = ["new", "cell", "so101", "--camera", "--poses", "4", "--output", str(tmp_path)]
@@ -111,7 +108,7 @@ def test_nothing_of_the_users_is_overwritten(tmp_path: Path, capsys: pytest.Capt
     assert main([*typed, "--force"]) == 0
 
 
-def test_angles_are_lerobots_where_its_calibration_is_given(tmp_path: Path) -> None:
+def test_angles_are_lerobots_where_its_calibration_is_given(tmp_path):
     servo = {"drive_mode": 0, "homing_offset": 5, "range_min": 1000, "range_max": 3000}
     joints = next(robot.joints for robot in known_robots() if robot.name == "so101")
     calibration = tmp_path / "my_arm.json"
@@ -131,15 +128,13 @@ def test_angles_are_lerobots_where_its_calibration_is_given(tmp_path: Path) -> N
         (["ur5e", "--lerobot", "my_arm.json"], "Feetech"),
     ],
 )
-def test_what_cannot_be_is_said(
-    typed: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_cannot_be_is_said(typed, said, tmp_path, capsys):
     assert main(["new", "cell", *typed, "--output", str(tmp_path / "cell")]) == 2
     assert said in capsys.readouterr().err
     assert not (tmp_path / "cell" / "cell.toml").exists()
 
 
-def test_a_scanners_cell_is_one_too(tmp_path: Path) -> None:
+def test_a_scanners_cell_is_one_too(tmp_path):
     assert main(["new", "cell", "scorbot_er7", "--poses", "4", "--output", str(tmp_path / "cell")]) == 0
     assert load_cell(tmp_path / "cell").description.kind == "stripe"
     assert robolaser.find_robot("scorbot_er7").joints == load_cell(tmp_path / "cell").robot.joints

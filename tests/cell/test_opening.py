@@ -6,8 +6,8 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
-import bench
 import pytest
+from installed import installed
 
 from robolaser.cell.arm import ARMS, Arm, arm_class
 from robolaser.cell.clock import Clock
@@ -32,11 +32,6 @@ class DeskArm(Arm):
 """
 
 
-@pytest.fixture
-def cell(tmp_path: Path) -> Cell:
-    return bench.cell(tmp_path)
-
-
 def open_arm(cell: Cell) -> Arm:
     return arm_class(cell).open(cell, Clock())
 
@@ -46,7 +41,7 @@ def named(cell: Cell, kind: str, port: str) -> Cell:
     return replace(cell, arm=replace(cell.arm, kind=kind, port=port), laser_output=laser)
 
 
-def test_importing_devices_opens_nothing() -> None:
+def test_importing_devices_opens_nothing():
     code = (
         "import pkgutil, importlib, sys, threading, robolaser.cell as d\n"
         "for module in pkgutil.iter_modules(d.__path__): importlib.import_module('robolaser.cell.' + module.name)\n"
@@ -56,35 +51,27 @@ def test_importing_devices_opens_nothing() -> None:
     assert said.split() == ["1", "False"]
 
 
-def install(folder: Path, module: str, source: str, entry_points: str) -> None:
-    info = folder / f"{module}-1.0.dist-info"
-    info.mkdir()
-    (folder / f"{module}.py").write_text(source, "utf-8")
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n", "utf-8")
-    (info / "entry_points.txt").write_text(entry_points, "utf-8")
-
-
-def test_an_arm_of_an_installed_package_is_opened(cell: Cell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    install(tmp_path, "desk_arm", DESK_ARM, "[robolaser.arms]\ndesk = desk_arm:DeskArm\n")
+def test_an_arm_of_an_installed_package_is_opened(cell, tmp_path, monkeypatch):
+    installed(tmp_path, "desk_arm", DESK_ARM, "[robolaser.arms]\ndesk = desk_arm:DeskArm\n")
     monkeypatch.syspath_prepend(tmp_path)
     with closing(open_arm(named(cell, "desk", str(cell.folder)))) as arm:
         assert type(arm).__name__ == "DeskArm"
 
 
 @pytest.mark.parametrize("kind", sorted(ARMS))
-def test_what_is_not_there_is_named(cell: Cell, kind: str) -> None:
+def test_what_is_not_there_is_named(cell, kind):
     with pytest.raises((ArmError, DataError, DependencyMissing), match="nowhere"):
         open_arm(named(cell, kind, "/nowhere"))
 
 
 @pytest.mark.parametrize("kind", ["acl", "dynamixel", "feetech", "lss"])
-def test_what_does_not_answer_as_it_should_is_said_so(cell: Cell, kind: str) -> None:
+def test_what_does_not_answer_as_it_should_is_said_so(cell, kind):
     """A plug that leads back to where it came from."""
     with pytest.raises(RobolaserError, match="loop://"):
         open_arm(named(cell, kind, "loop://"))
 
 
-def test_a_recording_of_another_arm_is_no_replay(cell: Cell, tmp_path: Path) -> None:
+def test_a_recording_of_another_arm_is_no_replay(cell, tmp_path):
     (tmp_path / "other").mkdir()
     said = (cell.folder / "dataset.toml").read_text().replace('"joint_4", "joint_5"', '"joint_4"')
     (tmp_path / "other" / "dataset.toml").write_text(said)
@@ -94,7 +81,7 @@ def test_a_recording_of_another_arm_is_no_replay(cell: Cell, tmp_path: Path) -> 
         open_arm(named(cell, "replay", str(tmp_path / "other")))
 
 
-def test_a_recording_replays_each_joint_by_its_name_whatever_their_order(cell: Cell, tmp_path: Path) -> None:
+def test_a_recording_replays_each_joint_by_its_name_whatever_their_order(cell, tmp_path):
     (tmp_path / "other").mkdir()
     described, joints = (cell.folder / "dataset.toml").read_text(), [f"joint_{i}" for i in range(1, 6)]
     listed = ", ".join(f'"{joint}"' for joint in joints)
@@ -108,15 +95,13 @@ def test_a_recording_replays_each_joint_by_its_name_whatever_their_order(cell: C
 
 
 @pytest.mark.parametrize(("kind", "said"), [("acl", "outputs 1 to 16"), ("lss", r"take \[laser\] out")])
-def test_an_output_that_the_controller_does_not_have_is_named_before_a_line_is_opened(
-    cell: Cell, kind: str, said: str
-) -> None:
+def test_an_output_that_the_controller_does_not_have_is_named_before_a_line_is_opened(cell, kind, said):
     there = replace(named(cell, kind, "/nowhere"), laser_output=99)
     with pytest.raises(DataError, match=said):
         open_arm(there)
 
 
-def test_a_port_that_nobody_names_is_asked_for(cell: Cell) -> None:
+def test_a_port_that_nobody_names_is_asked_for(cell):
     with pytest.raises(DataError, match=r"\[arm\] port"):
         open_arm(named(cell, "acl", ""))
 
@@ -129,25 +114,25 @@ def changed(cell: Cell, before: str, after: str, file: str = "cell.toml") -> Pat
 
 
 @pytest.mark.parametrize("wrong", ["[0, 1, 1, 1, 1]", "[2, 1, 1, 1, 1]", "[1, 1, 1, 1]"])
-def test_a_joint_counts_up_or_down(cell: Cell, wrong: str) -> None:
+def test_a_joint_counts_up_or_down(cell, wrong):
     with pytest.raises(DataError, match=r"\[arm\] direction"):
         load_cell(changed(cell, "direction = [1, -1, 1, 1, -1]", f"direction = {wrong}"))
 
 
 @pytest.mark.parametrize("wrong", ["[1, 2, 3, 4, 4]", "[1, 2, 3, 4, 5.5]", "[1, 2, 3, 4, 254]", "[1, 2, 3, 4, -1]"])
-def test_each_servo_has_an_address_of_its_own(cell: Cell, wrong: str) -> None:
+def test_each_servo_has_an_address_of_its_own(cell, wrong):
     with pytest.raises(DataError, match=r"\[arm\] ids"):
         load_cell(changed(cell, "baud = 9600", f"baud = 9600\nids = {wrong}"))
 
 
-def test_a_cell_without_a_robot_is_said_to_have_none(cell: Cell) -> None:
+def test_a_cell_without_a_robot_is_said_to_have_none(cell):
     said = (cell.folder / "dataset.toml").read_text()
     (cell.folder / "dataset.toml").write_text(said[: said.index("[robot]")] + said[said.index("[sensor]") :])
     with pytest.raises(DataError, match=r"lacks \[robot\]"):
         load_cell(cell.folder)
 
 
-def test_limits_that_are_not_set_are_pointed_out(cell: Cell) -> None:
+def test_limits_that_are_not_set_are_pointed_out(cell):
     sentences = " ".join(load_cell(cell.folder).warnings)
     assert "no reach_m" in sentences
     assert "no floor_m" not in sentences
@@ -155,7 +140,7 @@ def test_limits_that_are_not_set_are_pointed_out(cell: Cell) -> None:
 
 @pytest.mark.parametrize("scheme", ["spy", "SPY", "alt", "cp2110", "hwgrep", "file", "http"])
 @pytest.mark.parametrize("kind", ["acl", "lss"])
-def test_no_other_url_is_opened_and_no_file_is_touched(cell: Cell, kind: str, scheme: str, tmp_path: Path) -> None:
+def test_no_other_url_is_opened_and_no_file_is_touched(cell, kind, scheme, tmp_path):
     mine = tmp_path / "mine.txt"
     mine.write_text("twenty characters!!!")
     with pytest.raises(ArmError, match=r"not allowed.*socket://HOST:PORT"):

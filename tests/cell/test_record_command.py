@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +28,7 @@ def acl(tmp_path: Path) -> Rig:
     return Rig(tmp_path, "acl")
 
 
-def test_a_recording_is_taken_over_a_real_pseudo_terminal(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_recording_is_taken_over_a_real_pseudo_terminal(tmp_path, capsys):
     """As in test_watched_cell.py, where the arm has a laser on its output."""
     rig = Rig(tmp_path, "lss")
     with EmulatorProcess(rig.folder, time_scale=HURRY) as running:
@@ -42,21 +42,18 @@ def test_a_recording_is_taken_over_a_real_pseudo_terminal(tmp_path: Path, capsys
     assert "Wrote 3 of 3 poses" in capsys.readouterr().out
 
 
-def test_both_ways_see_each_pose_from_below_and_above(acl: Rig) -> None:
+def test_both_ways_see_each_pose_from_below_and_above(acl):
     with emulated(acl) as port:
         assert acl.record("--poses", str(acl.poses), "--both-ways", "--move", port=port) == 0
     poses = robolaser.load(acl.out).poses
     assert poses.names[1:5] == ("a_up_from", "a_up", "a_down_from", "a_down")
-    assert poses.q is not None
     assert (poses.q[1] < poses.q[2] - 0.05).all()
     assert (poses.q[3] > poses.q[4] + 0.05).all()
     np.testing.assert_allclose(poses.q[2], poses.q[4], atol=1e-4)
 
 
 @pytest.mark.parametrize("asked", [["--dry-run"], []])
-def test_nothing_moves_and_no_port_is_opened_without_move(
-    acl: Rig, asked: Sequence[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_nothing_moves_and_no_port_is_opened_without_move(acl, asked, monkeypatch, capsys):
     monkeypatch.setattr(SerialLine, "open", lambda *_: pytest.fail("a port was opened"))
     assert acl.record("--poses", str(acl.poses), *asked, port="nowhere") == (0 if asked else 2)
     said = capsys.readouterr()
@@ -66,7 +63,7 @@ def test_nothing_moves_and_no_port_is_opened_without_move(
     assert not acl.out.exists()
 
 
-def test_a_pose_below_the_floor_keeps_everything_from_moving(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_pose_below_the_floor_keeps_everything_from_moving(acl, capsys):
     cell = acl.folder / "cell.toml"
     cell.write_text(cell.read_text().replace("floor_m = -0.5", "floor_m = 0.6"))
     with emulated(acl) as port:
@@ -90,9 +87,7 @@ def test_a_pose_below_the_floor_keeps_everything_from_moving(acl: Rig, capsys: p
         (["--resume", "--both-ways", "--move"], 2, "--both-ways has no effect without"),
     ],
 )
-def test_what_cannot_be_done_is_said_in_a_sentence(
-    acl: Rig, asked: Sequence[str], code: int, said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_cannot_be_done_is_said_in_a_sentence(acl, asked, code, said, capsys):
     assert acl.record(*asked, port="/dev/absent") == code
     assert said in capsys.readouterr().err
 
@@ -105,19 +100,19 @@ def test_what_cannot_be_done_is_said_in_a_sentence(
         ("socket://127.0.0.1:1", r"Cannot open port socket://127.0.0.1:1"),
     ],
 )
-def test_a_wrong_port_is_named(acl: Rig, port: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_wrong_port_is_named(acl, port, said, capsys):
     assert acl.record("--poses", str(acl.poses), "--move", port=port) == 1
     assert re.search(said, capsys.readouterr().err, re.DOTALL)
     assert not (acl.out / "plan.csv").exists()
 
 
-def test_a_wrong_speed_is_told_from_a_broken_arm(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_wrong_speed_is_told_from_a_broken_arm(acl, capsys):
     with emulated(acl, "lost:1", "flood:100") as port:  # what comes has no meaning
         assert acl.record("--poses", str(acl.poses), "--move", port=port) == 1
     assert "baud" in capsys.readouterr().err
 
 
-def test_ctrl_c_stops_the_arm_and_says_where_it_stands(acl: Rig) -> None:
+def test_ctrl_c_stops_the_arm_and_says_where_it_stands(acl):
     script = f"import sys; sys.path += {sys.path!r}; from terminal import recorded; sys.exit(recorded(sys.argv[1:]))"
     header, first, *rest = acl.poses.read_text().splitlines()
     name, _, *others = first.split(",")
@@ -150,7 +145,7 @@ def wait_for(there: Callable[[], bool]) -> None:
     pytest.fail("it never came")
 
 
-def test_a_recording_passes_for_a_cell(acl: Rig) -> None:
+def test_a_recording_passes_for_a_cell(acl):
     with emulated(acl) as port:
         assert acl.record("--poses", str(acl.poses), "--repeats", "2", "--move", port=port) == 0
     first, acl.out = acl.out, acl.out.with_name("again")
@@ -160,13 +155,12 @@ def test_a_recording_passes_for_a_cell(acl: Rig) -> None:
     assert main([*map(str, asked), "--port", str(first), "--camera", str(first)]) == 0
     old, new = robolaser.load(first).poses, robolaser.load(acl.out).poses
     assert new.names == old.names
-    assert new.q is not None
-    np.testing.assert_array_equal(new.q[1:], old.q[1:])  # type: ignore[index]
+    np.testing.assert_array_equal(new.q[1:], old.q[1:])
     for image in (first / "images").iterdir():
         assert (acl.out / "images" / image.name).read_bytes() == image.read_bytes()
 
 
-def test_an_existing_recording_is_left_alone_unless_forced(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_existing_recording_is_left_alone_unless_forced(acl, capsys):
     with emulated(acl) as port:
         assert acl.record("--poses", str(acl.poses), "--move", port=port) == 0
         before = (acl.out / "poses.csv").read_bytes()
@@ -177,9 +171,7 @@ def test_an_existing_recording_is_left_alone_unless_forced(acl: Rig, capsys: pyt
     assert (acl.out / "poses.csv").read_bytes() != before
 
 
-def test_a_folder_that_cannot_be_written_is_named_before_anything_moves(
-    acl: Rig, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_that_cannot_be_written_is_named_before_anything_moves(acl, monkeypatch, capsys):
     monkeypatch.setattr(SerialLine, "open", lambda *_: pytest.fail("a port was opened"))
     acl.out.write_text("a file")
     assert acl.record("--poses", str(acl.poses), "--move", port="nowhere") == 1
@@ -193,9 +185,7 @@ def test_a_folder_that_cannot_be_written_is_named_before_anything_moves(
         ("output = 1", "output = 99", "outputs 1 to 16"),
     ],
 )
-def test_a_plan_is_not_printed_for_an_arm_that_cannot_be(
-    acl: Rig, before: str, after: str, said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_plan_is_not_printed_for_an_arm_that_cannot_be(acl, before, after, said, capsys):
     cell = acl.folder / "cell.toml"
     cell.write_text(cell.read_text().replace(before, after))
     assert acl.record("--poses", str(acl.poses), "--dry-run", port="nowhere") == 1
@@ -204,30 +194,26 @@ def test_a_plan_is_not_printed_for_an_arm_that_cannot_be(
     assert not heard.out
 
 
-def test_limits_that_are_not_set_are_pointed_out_with_the_plan(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+def test_limits_that_are_not_set_are_pointed_out_with_the_plan(acl, capsys):
     assert acl.record("--poses", str(acl.poses), "--dry-run", port="nowhere") == 0
     assert "[limits] has no reach_m" in capsys.readouterr().err
 
 
-def test_degrees_are_told_from_radians(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+def test_degrees_are_told_from_radians(acl, capsys):
     acl.poses.write_text(acl.poses.read_text().splitlines()[0] + "\na,10,-20,30,0,0\n")
     assert acl.record("--poses", str(acl.poses), "--dry-run", port="nowhere") == 1
     assert re.search(r"poses\.csv, row 2: q_joint_1 is 10 rad.*Are these degrees\?", capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("both", [[], ["--both-ways"]])
-def test_a_run_up_is_spoken_of_where_there_is_one(
-    acl: Rig, both: Sequence[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_up_is_spoken_of_where_there_is_one(acl, both, capsys):
     cell = acl.folder / "cell.toml"
     cell.write_text(cell.read_text().replace("floor_m = -0.5", "floor_m = 0.9"))
     assert acl.record("--poses", str(acl.poses), "--dry-run", *both, port="nowhere") == 1
     assert ("smaller --run-up" in capsys.readouterr().err) == bool(both)
 
 
-def test_a_recording_that_is_finished_moves_nothing(
-    acl: Rig, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_recording_that_is_finished_moves_nothing(acl, monkeypatch, capsys):
     with emulated(acl) as port:
         assert acl.record("--poses", str(acl.poses), "--move", port=port) == 0
     before = (acl.out / "poses.csv").read_bytes()
@@ -240,14 +226,14 @@ def test_a_recording_that_is_finished_moves_nothing(
     assert (acl.out / "poses.csv").read_bytes() == before
 
 
-def test_a_cell_is_not_recorded_over(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_cell_is_not_recorded_over(acl, capsys):
     acl.out = acl.folder
     assert acl.record("--poses", str(acl.poses), "--move", "--force", port="nowhere") == 1
     assert "is an input of this command or is inside one" in capsys.readouterr().err
     assert (acl.folder / "robot.urdf").is_file()
 
 
-def test_a_recording_in_place_of_an_arm_is_not_recorded_over(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_recording_in_place_of_an_arm_is_not_recorded_over(acl, capsys):
     cell, replayed = acl.folder / "cell.toml", acl.folder.with_name("replayed")
     cell.write_text(cell.read_text().replace('kind = "acl"', 'kind = "replay"'))
     acl.out = replayed / "again"
@@ -256,16 +242,14 @@ def test_a_recording_in_place_of_an_arm_is_not_recorded_over(acl: Rig, capsys: p
     assert not replayed.exists()
 
 
-def test_a_long_way_without_a_computer_is_warned_of(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_long_way_without_a_computer_is_warned_of(acl, capsys):
     cell = acl.folder / "cell.toml"
     cell.write_text(cell.read_text().replace("[arm]\n", "[arm]\nunattended_s = 5\n"))
     assert acl.record("--poses", str(acl.poses), "--dry-run", port="nowhere") == 0
     assert "if this computer dies, the arm moves on for up to 5 s" in capsys.readouterr().err
 
 
-def test_a_plan_that_is_to_tell_an_effect_apart_is_another_one(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_plan_that_is_to_tell_an_effect_apart_is_another_one(monkeypatch, capsys):
     monkeypatch.setattr(optimal_poses, "LEAST_CANDIDATES", 12)
     asked = ["record", str(EXAMPLE), "--output", "nowhere", "--plan", "2", "--dry-run"]
     plans = []
@@ -275,3 +259,31 @@ def test_a_plan_that_is_to_tell_an_effect_apart_is_another_one(
     assert plans[0] != plans[1]
     assert main([*asked, "--separate", "joint_complience"]) == 2
     assert "Did you mean 'joint_compliance'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        ("impact:2@45", "joint_2"),
+        ("stall:3@45", "joint_3"),
+        ("silent@52", "is lost"),
+        ("cut@52", "is lost"),
+        ("flood:100000@52", "without end"),
+        ("reboot@52", "restarted"),
+    ],
+)
+def test_after_a_fault_the_recording_is_gone_on_with(acl, fault, said, capsys):
+    with emulated(acl, fault) as port:
+        assert acl.record("--poses", str(acl.poses), "--move", port=port) == 1
+    message = capsys.readouterr().err
+    assert said in message
+    assert re.search(r"It is at joint_1 -?\d|could not be seen to stop|position is not known", message)
+    assert ("position is not known" in message) == (fault == "reboot@52")
+    assert "--resume" in message or "Nothing was recorded" in message
+    there = (acl.out / "plan.csv").exists()
+    done = acl.names() if there else []
+    acl.home_first()
+    with emulated(acl) as port:
+        assert acl.record("--poses", str(acl.poses), "--move", *(["--resume"] if there else []), port=port) == 0
+    assert acl.names() == ["a", "b", "c"]
+    assert acl.names()[: len(done)] == done

@@ -18,16 +18,9 @@ def test_the_diagnosis_of_all_poses_is_shown_as_they_come(tmp_path: Path, capsys
     recording = tmp_path / "recording"
     with in_virtual_time(CELL):
         asked = [
-            "record",
-            str(CELL),
-            "--output",
-            str(recording),
-            "--plan",
-            str(PLANNED),
-            "--move",
-            "--diagnose",
+            "record", str(CELL), "--output", str(recording), "--plan", str(PLANNED), "--move", "--diagnose",
             "--json",
-        ]
+        ]  # fmt: skip
         assert main(asked) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["poses"] == PLANNED

@@ -14,7 +14,7 @@ from robolaser.cell.clock import PEAK, seconds_for
 from robolaser.cell.failures import NotSettled
 from robolaser.cell.motion import Mover
 from robolaser.cell.plan_validation import RouteCheck, lowest, reach, tool_points
-from robolaser.data.cell_config import Limits
+from robolaser.data.cell_config import Cell, Limits
 from robolaser.errors import ArmError, PlanError
 from robolaser.geometry.rigid_motion import apply
 from robolaser.robot.by_name import find_robot
@@ -31,8 +31,7 @@ def violations(limits: Limits, start: Array | None, names: Sequence[str], q: Arr
 
 
 def test_a_route_within_all_limits_breaks_none() -> None:
-    rng = np.random.default_rng(2)
-    q = HOME + rng.uniform(-0.1, 0.1, (10, 5))
+    q = HOME + np.random.default_rng(2).uniform(-0.1, 0.1, (10, 5))
     assert not violations(Limits(floor_m=0.05, reach_m=0.9), HOME, [str(i) for i in range(10)], q)
 
 
@@ -48,8 +47,7 @@ def test_every_pose_beyond_a_joints_limit_is_named() -> None:
 
 def test_a_dip_below_the_floor_on_the_way_is_found() -> None:
     """Two postures that stand high, the straight way between which passes low."""
-    rng = np.random.default_rng(5)
-    a, b = rng.uniform(ROBOT.lower, ROBOT.upper, (2, 4000, 5))
+    a, b = np.random.default_rng(5).uniform(ROBOT.lower, ROBOT.upper, (2, 4000, 5))
     share = np.linspace(0, 1, 30)[:, None, None]
     heights = np.array([lowest(ROBOT, place, NONE) for place in a + share * (b - a)])
     ends = np.minimum(heights[0], heights[-1])
@@ -66,8 +64,7 @@ def test_the_sensor_on_the_flange_counts(tmp_path: Path) -> None:
     assert tools.shape == (2, 3)
     np.testing.assert_allclose(np.linalg.norm(tools[1] - tools[0]), 0.14)
     q = np.random.default_rng(1).uniform(ROBOT.lower, ROBOT.upper, (200, 5))
-    T = ROBOT.forward(q[None])[0]
-    heights = apply(T[:, None], tools[None])[..., 2].min(axis=1)
+    heights = apply(ROBOT.forward(q[None])[0][:, None], tools[None])[..., 2].min(axis=1)
     np.testing.assert_allclose(lowest(ROBOT, q, tools), np.minimum(lowest(ROBOT, q, NONE), heights))
     assert (lowest(ROBOT, q, tools) < lowest(ROBOT, q, NONE)).any()
 
@@ -96,12 +93,11 @@ def test_postures_that_are_allowed_break_nothing(tmp_path: Path) -> None:
 def test_no_joint_ever_exceeds_its_speed_nor_a_piece_its_time(tmp_path: Path, kind: str, speed: float) -> None:
     """Even where the controller's profile has the highest peak: emulated ones peak at 4 / 3 of the mean."""
     cell = bench.cell(tmp_path, kind)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     mover = Mover(arm, cell.robot, speed, rig.clock)
     at = mover.resting("Before")
     start, given = arm.start_move, list[float]()
-    arm.start_move = lambda q, seconds: (given.append(seconds), start(q, seconds))[1]  # type: ignore[method-assign]
+    arm.start_move = lambda q, seconds: (given.append(seconds), start(q, seconds))[1]
     watched = bench.Watched(rig, 0.1)
     mover.move_and_wait(at + np.multiply([0.1, -0.06, 0.04, 0.02, 0.1], 1 + 4 * (speed > 0.1)), "p", at)
     assert 0.5 * speed < watched.fastest() < 1.01 * speed * 4 / 3 / PEAK
@@ -122,8 +118,7 @@ def test_time_grows_with_the_way_and_shrinks_with_the_speed() -> None:
     assert seconds_for(0 * way, 0.3) > 0
 
 
-def test_an_arm_that_sticks_is_not_taken_for_one_that_arrived(tmp_path: Path) -> None:
-    cell = bench.cell(tmp_path)
+def test_an_arm_that_sticks_is_not_taken_for_one_that_arrived(cell: Cell) -> None:
     rig = bench.bench_for(cell, ["stall:2@>4s"])
     mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.3, rig.clock)
     at = mover.resting("Before")
@@ -132,8 +127,7 @@ def test_an_arm_that_sticks_is_not_taken_for_one_that_arrived(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("joint", [1, 2, 5])
-def test_a_joint_that_does_not_keep_step_with_the_others_is_noticed(tmp_path: Path, joint: int) -> None:
-    cell = bench.cell(tmp_path)
+def test_a_joint_that_does_not_keep_step_with_the_others_is_noticed(cell: Cell, joint: int) -> None:
     rig = bench.bench_for(cell, [f"stall:{joint}@>4s"])
     mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.3, rig.clock)
     at = mover.resting("Before")
@@ -143,9 +137,8 @@ def test_a_joint_that_does_not_keep_step_with_the_others_is_noticed(tmp_path: Pa
     assert np.ptp(rig.motor() - at) < np.deg2rad(8.0)
 
 
-def test_a_joint_that_stands_still_while_others_go_on_is_noticed(tmp_path: Path) -> None:
+def test_a_joint_that_stands_still_while_others_go_on_is_noticed(cell: Cell) -> None:
     """Its way is so short that it is never far off."""
-    cell = bench.cell(tmp_path)
     rig = bench.bench_for(cell, ["stall:4@>2s"])
     mover = Mover(bench.arm_on(rig, cell), ROBOT, 0.1, rig.clock)
     at = mover.resting("Before")
@@ -156,22 +149,18 @@ def test_a_joint_that_stands_still_while_others_go_on_is_noticed(tmp_path: Path)
 
 
 def test_an_arm_that_goes_elsewhere_is_noticed(tmp_path: Path) -> None:
-    cell = bench.cell(tmp_path)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(bench.cell(tmp_path))
     mover = Mover(arm, ROBOT, 0.3, rig.clock)
     at = mover.resting("Before")
     go = arm.start_move
-    arm.start_move = lambda q, seconds: go(2 * at - q, seconds)  # type: ignore[method-assign]
+    arm.start_move = lambda q, seconds: go(2 * at - q, seconds)
     with pytest.raises(ArmError, match="off the straight path"):
         mover.move_and_wait(at + 0.5, "p", at)
     assert np.abs(rig.motor() - at).max() < 0.15
 
 
 def test_an_arm_that_moves_by_itself_is_not_at_rest(tmp_path: Path) -> None:
-    cell = bench.cell(tmp_path)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(bench.cell(tmp_path))
     arm.start_move(HOME + 1.0, 20.0)
     rig.clock.wait(6.0)
     with pytest.raises(NotSettled, match="Before its first motion, joint_"):

@@ -133,11 +133,8 @@ def go_on(cell: Any, folder: Path, waypoints: tuple[Waypoint, ...]) -> None:
     bench.session(cell, rig, writer).run(lambda waypoint: None)
     assert names_on_disk(folder) == {waypoint.name for waypoint in waypoints}
     poses = robolaser.load(folder).poses
-    assert poses.time_s is not None
     assert (np.diff(poses.time_s) > 0).all()
-    assert poses.image is not None
     assert all((folder / image).is_file() for image in poses.image if image)
-    assert poses.q is not None
     for waypoint in waypoints:
         assert np.abs(poses.q[poses.names.index(waypoint.name)] - waypoint.q).max() < 0.01
 

@@ -36,8 +36,7 @@ def test_nothing_stays_connected_after_its_end(cell: Cell) -> None:
 
 
 def test_a_motion_or_output_that_is_not_taken_is_no_success(cell: Cell) -> None:
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     rig.open, rig.refuses = {"receive"}, ALL
     with pytest.raises(ArmError, match="moveJ"):
         arm.start_move(rig.motor() + 0.1, 1.0)
@@ -46,8 +45,7 @@ def test_a_motion_or_output_that_is_not_taken_is_no_success(cell: Cell) -> None:
 
 
 def test_an_arm_whose_connections_break_is_stopped_over_new_ones(cell: Cell) -> None:
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
+    rig, arm = bench.armed(cell)
     arm.switch(1, on=True)
     moving = Mover(arm, cell.robot, 0.3, rig.clock)
     home = moving.resting("Before")

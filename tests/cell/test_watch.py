@@ -27,9 +27,7 @@ class Remembering(bench.Painted):
 
 def recorded(tmp_path: Path, kind: str) -> tuple[robolaser.Dataset, Array, Array]:
     cell = bench.cell(tmp_path, kind)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
-    assert cell.description.image_px is not None
+    rig, arm = bench.armed(cell)
     camera = Remembering(rig, cell.description.image_px)
     began = rig.clock.now()
     arm.start_move(rig.motor() + np.array([0.5, -0.3, 0.2, 0.1, -0.4]), 8.0)
@@ -39,12 +37,9 @@ def recorded(tmp_path: Path, kind: str) -> tuple[robolaser.Dataset, Array, Array
 
 
 @pytest.mark.parametrize("kind", ["acl", "dynamixel", "feetech", "ur"])
-def test_angles_and_velocities_are_those_at_the_time_of_the_image(tmp_path: Path, kind: str) -> None:
+def test_angles_and_velocities_are_those_at_the_time_of_the_image(tmp_path, kind):
     dataset, time_s, q = recorded(tmp_path, kind)
     poses = dataset.poses
-    assert poses.time_s is not None
-    assert poses.q is not None
-    assert poses.qd is not None
     assert not poses.qd_from_path
     assert np.ptp(time_s - poses.time_s) < 1e-3
     np.testing.assert_allclose(poses.q, q, atol=4e-3)
@@ -52,11 +47,8 @@ def test_angles_and_velocities_are_those_at_the_time_of_the_image(tmp_path: Path
     assert np.abs(poses.qd).max() > 0.05
 
 
-def test_no_image_is_kept_that_may_have_been_exposed_before_the_laser_was_on(tmp_path: Path) -> None:
-    cell = bench.cell(tmp_path)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
-    assert cell.description.image_px is not None
+def test_no_image_is_kept_that_may_have_been_exposed_before_the_laser_was_on(cell, tmp_path):
+    rig, arm = bench.armed(cell)
     camera, late = Remembering(rig, cell.description.image_px), []
     shot = camera.shot
 
@@ -64,18 +56,14 @@ def test_no_image_is_kept_that_may_have_been_exposed_before_the_laser_was_on(tmp
         late.append(shot(settle_s))
         return late[-2] if len(late) > 1 else np.zeros_like(late[0])  # exposed when the one before it came
 
-    camera.shot = one_late  # type: ignore[method-assign]
+    camera.shot = one_late
     watch(arm, camera, bench.begun(cell, tmp_path / "out", ()), rig.clock, 3, cell.laser_output, lambda _: None, 0.3)
     images = [cv2.imread(str(file), cv2.IMREAD_GRAYSCALE) for file in sorted((tmp_path / "out/images").iterdir())]
     assert [int(image[3].min()) for image in images] == [200] * 3
 
 
-def test_the_laser_goes_off_when_the_disk_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    cell = bench.cell(tmp_path)
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
-    assert cell.description.image_px is not None
-    assert cell.laser_output is not None
+def test_the_laser_goes_off_when_the_disk_is_full(cell, tmp_path, monkeypatch):
+    rig, arm = bench.armed(cell)
     writer = bench.begun(cell, tmp_path / "out", ())
 
     def full(samples: object) -> None:
@@ -89,9 +77,7 @@ def test_the_laser_goes_off_when_the_disk_is_full(tmp_path: Path, monkeypatch: p
 
 
 @pytest.mark.parametrize("kind", ["acl", "dynamixel", "feetech"])
-def test_the_command_moves_nothing_and_writes_a_data_set(
-    tmp_path: Path, kind: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_moves_nothing_and_writes_a_data_set(tmp_path, kind, capsys):
     rig = Rig(tmp_path, kind)
     with emulated(rig) as port:
         assert rig.record("--watch", "5", port=port) == 0
@@ -99,6 +85,5 @@ def test_the_command_moves_nothing_and_writes_a_data_set(
     assert not (rig.out / "plan.csv").exists()
     poses = robolaser.load(rig.out).poses
     assert poses.names == ("w001", "w002", "w003", "w004", "w005")
-    assert poses.qd is not None
     np.testing.assert_array_equal(poses.qd, 0.0)
     assert rig.record("--watch", "5", "--move", "--force", port="loop://") == 2

@@ -3,7 +3,6 @@
 import errno
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -47,7 +46,7 @@ def result(dataset: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     [[name] for name in app if name[0].isalpha() and name not in GROUPS]
     + [["challenge", "new"], ["challenge", "score"], ["new", "cell"]],
 )
-def test_every_command_has_json_quiet_and_an_example(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_command_has_json_quiet_and_an_example(words, capsys):
     assert main([*words, "--help"]) == 0
     said = capsys.readouterr().out
     assert "--json   " in said
@@ -55,7 +54,7 @@ def test_every_command_has_json_quiet_and_an_example(words: list[str], capsys: p
     assert f"    robolaser {' '.join(words)} " in said
 
 
-def test_wrong_usage_exits_with_two(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_wrong_usage_exits_with_two(command, capsys):
     assert main([command, "--no-such-option"]) == 2
     said = capsys.readouterr()
     assert said.out == ""
@@ -64,15 +63,13 @@ def test_wrong_usage_exits_with_two(command: str, capsys: pytest.CaptureFixture[
 
 
 @pytest.mark.parametrize(("words", "what"), [([], "DATASET"), (["log"], "--output"), (["log", "--output"], "--output")])
-def test_what_is_missing_is_named(words: list[str], what: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_missing_is_named(words, what, capsys):
     assert main(["calibrate", *words]) == 2
     assert capsys.readouterr().err.startswith(f"robolaser: The value of {what} is missing. See")
 
 
 @pytest.mark.parametrize("words", [["--output", ""], ["--output="]])
-def test_an_empty_path_is_not_the_current_folder(
-    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_empty_path_is_not_the_current_folder(words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main([*SIMULATED, *words]) == 2
     assert capsys.readouterr().err.startswith(f"robolaser: The value after {words[0]} is empty.")
@@ -80,7 +77,7 @@ def test_an_empty_path_is_not_the_current_folder(
 
 
 @pytest.mark.parametrize("words", [[], *([name] for name in GROUPS)])
-def test_no_command_is_wrong_usage(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_command_is_wrong_usage(words, capsys):
     assert main(words) == 2
     said = capsys.readouterr()
     assert said.out == ""
@@ -97,53 +94,46 @@ def test_no_command_is_wrong_usage(words: list[str], capsys: pytest.CaptureFixtu
         (["simulate", "--robot", "scorbot_er7", "--output", "there", "--effect", "laser_rol=1"], "'laser_roll'"),
     ],
 )
-def test_a_slip_is_answered_with_what_was_meant(
-    words: list[str], meant: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_slip_is_answered_with_what_was_meant(words, meant, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(words) == 2
     assert f"Did you mean {meant}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
-    ("words", "idle"),
+    ("words", "said"),
     [
-        ("simulate --robot ur5e --sensor motion --output out --poses 9", "--poses"),
-        ("simulate --robot ur5e --sensor motion --output out --joint-rad 1", "the noise"),
-        ("plan DATASET --mount base", "--mount"),
-        ("plan DATASET --points 3", "--points"),
-        ("plan DATASET/poses.csv --robot scorbot_er7 --sensor point --mount base --point-m 1e-4", "--mount"),
-        ("compare --merge one --output out --seeds 3", "--seeds"),
-        ("challenge new out --like DATASET --poses 9", "--poses"),
+        ("simulate --robot ur5e --sensor motion --output out --poses 9", "leave out --poses"),
+        ("simulate --robot ur5e --sensor motion --output out --joint-rad 1", "leave out the noise"),
+        ("simulate --robot ur5e --sensor point --output out --poses 5 --mount base", "leave out --mount"),
+        ("plan DATASET --mount base", "leave out --mount"),
+        ("plan DATASET --points 3", "leave out --points"),
+        ("plan DATASET/poses.csv --robot scorbot_er7 --sensor point --mount base --point-m 1e-4", "leave out --mount"),
+        ("compare --merge one --output out --seeds 3", "leave out --seeds"),
+        ("challenge new out --like DATASET --poses 9", "leave out --poses"),
+        ("import log.csv --output out --dh modified", "--dh modified: of which robot"),
+        ("import log.csv --output out --xacro-arg a=b", "--xacro-arg a=b: of which robot"),
     ],
 )
-def test_an_option_that_would_do_nothing_is_refused(
-    dataset: Path, words: str, idle: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_option_that_would_do_nothing_is_refused(dataset, words, said, capsys):
     assert main([word.replace("DATASET", str(dataset)) for word in words.split()]) == 2
-    assert capsys.readouterr().err.endswith(f"leave out {idle}.\n")
+    assert said in capsys.readouterr().err
 
 
-def test_a_size_where_an_effect_is_only_named_is_answered_with_its_name(
-    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_size_where_an_effect_is_only_named_is_answered_with_its_name(dataset, tmp_path, capsys):
     assert main(["calibrate", str(dataset), "--output", str(tmp_path / "out"), "--with", "laser_roll=0.1"]) == 2
     assert "'laser_roll=0.1' states a size" in capsys.readouterr().err
     assert not (tmp_path / "out" / "calibration.json").exists()
 
 
 @pytest.mark.parametrize("words", [["list", "sensors"], ["list", "robots"], [*SIMULATED, "--output", "cell"]])
-def test_json_is_all_that_standard_output_holds(
-    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_json_is_all_that_standard_output_holds(words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main([*words, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)
 
 
-def test_a_calibration_as_json_is_what_is_written_and_a_quiet_one_says_nothing(
-    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_calibration_as_json_is_what_is_written_and_a_quiet_one_says_nothing(dataset, tmp_path, capsys):
     run = ["calibrate", str(dataset), "--algorithm", "gauss-newton", "--output"]
     assert main([*run, str(tmp_path / "a"), "--json"]) == 0
     assert capsys.readouterr().out == (tmp_path / "a" / "calibration.json").read_text(encoding="utf-8")
@@ -153,14 +143,14 @@ def test_a_calibration_as_json_is_what_is_written_and_a_quiet_one_says_nothing(
 
 
 @pytest.mark.parametrize("family", ["robots", "effects", "algorithms", "sensors"])
-def test_list_shows_one_line_each(family: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_list_shows_one_line_each(family, capsys):
     assert main(["list", family]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) >= 3
     assert all(line == line.rstrip() for line in lines)
 
 
-def test_the_result_is_what_its_schema_says(result: Path) -> None:
+def test_the_result_is_what_its_schema_says(result):
     schema = json.loads(files("robolaser").joinpath("schemas/calibration.schema.json").read_text())
     found = json.loads((result / "calibration.json").read_text())
     jsonschema.Draft202012Validator.check_schema(schema)
@@ -170,7 +160,7 @@ def test_the_result_is_what_its_schema_says(result: Path) -> None:
     assert found["rms_m"] == pytest.approx((found["objective_m2"] / 25) ** 0.5)
 
 
-def test_every_promised_file_is_there_and_no_state_is_left(result: Path) -> None:
+def test_every_promised_file_is_there_and_no_state_is_left(result):
     there = {path.name for path in result.iterdir()}
     assert there == {
         "calibration.json", "report.html", "robot.urdf", "camera.yaml", "robot_corrected.xml", "corrected.py",
@@ -178,29 +168,7 @@ def test_every_promised_file_is_there_and_no_state_is_left(result: Path) -> None
     }  # fmt: skip
 
 
-def test_a_result_is_never_overwritten_silently(
-    dataset: Path, result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    copy = Path(shutil.copytree(result, tmp_path / "copy"))
-    before = (copy / "calibration.json").read_bytes()
-    again = ["calibrate", str(dataset), "--output", str(copy), "--algorithm", "gauss-newton"]
-    assert main(again) == 1
-    assert "--force" in capsys.readouterr().err
-    assert (copy / "calibration.json").read_bytes() == before
-    assert main([*again, "--force"]) == 0
-    assert (copy / "calibration.json").read_bytes() != before
-
-
-def test_a_data_set_is_never_overwritten_silently(dataset: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    before = (dataset / "points.csv").read_bytes()
-    assert main([*SIMULATED, "--output", str(dataset)]) == 1
-    assert "--force" in capsys.readouterr().err
-    assert (dataset / "points.csv").read_bytes() == before
-
-
-def test_a_file_where_the_output_folder_should_be_is_said(
-    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_where_the_output_folder_should_be_is_said(dataset, tmp_path, capsys):
     (tmp_path / "taken").write_text("mine")
     assert main(["calibrate", str(dataset), "--output", str(tmp_path / "taken")]) == 1
     assert "taken" in capsys.readouterr().err
@@ -219,33 +187,28 @@ def test_a_file_where_the_output_folder_should_be_is_said(
     ],
 )
 def test_an_unknown_effect_location_or_algorithm_is_wrong_usage_and_gets_the_near_ones(
-    dataset: Path, tmp_path: Path, words: list[str], expected: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+    dataset, tmp_path, words, expected, capsys
+):
     words = [str(dataset) if word == "DATASET" else word for word in words]
     assert main([*words, "--output", str(tmp_path / "out")]) == 2
     assert expected in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("stream", ["closed", "full", "ascii"])
-def test_whatever_the_output_is_nobody_sees_a_traceback(stream: str) -> None:
+def test_whatever_the_output_is_nobody_sees_a_traceback(stream):
     how = {"closed": ">&-", "full": ">/dev/full", "ascii": "| cat"}[stream]
     if stream == "full" and not Path("/dev/full").exists():
         pytest.skip("no /dev/full here")
     code = "import sys; from robolaser.cli import main; sys.exit(main(['list', 'effects']))"
     said = subprocess.run(
-        ["sh", "-c", f'"{sys.executable}" -c "{code}" {how}'],
-        capture_output=True,
-        text=True,
-        check=False,
+        ["sh", "-c", f'"{sys.executable}" -c "{code}" {how}'], capture_output=True, text=True, check=False,
         env={**os.environ, "PYTHONIOENCODING": "ascii"},
-    )
+    )  # fmt: skip
     assert "Traceback" not in said.stderr
     assert said.returncode == (1 if stream == "full" else 0)
 
 
-def test_a_folder_that_must_not_be_looked_into_is_said(
-    dataset: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_that_must_not_be_looked_into_is_said(dataset, tmp_path, monkeypatch, capsys):
     def refuse(folder: Path) -> None:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
 
@@ -256,23 +219,17 @@ def test_a_folder_that_must_not_be_looked_into_is_said(
     assert said.count("\n") == 1
 
 
-def test_points_that_are_there_are_not_overwritten_by_extract(
-    dataset: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_points_that_are_there_are_not_overwritten_by_extract(dataset, capsys):
     assert main(["extract", str(dataset)]) == 1
     assert "points.csv" in capsys.readouterr().err
 
 
-def test_a_data_set_without_images_cannot_be_extracted_from(
-    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_data_set_without_images_cannot_be_extracted_from(dataset, tmp_path, capsys):
     assert main(["extract", str(dataset), "--output", str(tmp_path / "out")]) == 1
     assert "[board]" in capsys.readouterr().err
 
 
-def test_ctrl_c_leaves_a_state_that_resume_goes_on_from(
-    dataset: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_ctrl_c_leaves_a_state_that_resume_goes_on_from(dataset, tmp_path, monkeypatch, capsys):
     out = tmp_path / "out"
     whole = ["calibrate", str(dataset), "--algorithm", "rcga", "--generations", "40", "--no-polish"]
     save_state = pymoo_search.save_state
@@ -299,34 +256,14 @@ def test_ctrl_c_leaves_a_state_that_resume_goes_on_from(
     assert resumed["parameters"] == straight["parameters"]
 
 
-def test_generations_of_a_search_that_has_none_are_pointed_out(
-    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_generations_of_a_search_that_has_none_are_pointed_out(dataset, tmp_path, capsys):
     assert main(["calibrate", str(dataset), "--generations", "9", "--resume", "--output", str(tmp_path / "out")]) == 0
     told = capsys.readouterr().err
     assert "--generations has no effect" in told
     assert "--resume has no effect" in told
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (
-            ["simulate", "--robot", "ur5e", "--sensor", "point", "--poses", "5", "--mount", "base"],
-            "leave out --mount",
-        ),
-        (["import", "log.csv", "--dh", "modified"], "--dh modified: of which robot"),
-        (["import", "log.csv", "--xacro-arg", "a=b"], "--xacro-arg a=b: of which robot"),
-    ],
-)
-def test_options_that_these_data_have_no_use_for_are_not_passed_over(
-    words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([*words, "--output", str(tmp_path / "out")]) == 2
-    assert said in capsys.readouterr().err
-
-
-def test_importing_the_package_loads_no_physics() -> None:
+def test_importing_the_package_loads_no_physics():
     heavy = "{'numpy', 'numba', 'pymoo', 'pinocchio', 'cv2', 'scipy', 'rich.progress'}"
     code = (
         "import sys, robolaser, robolaser.cli\n"
@@ -337,7 +274,7 @@ def test_importing_the_package_loads_no_physics() -> None:
     assert said.strip() == "[]"
 
 
-def test_the_real_recording_goes_from_images_to_a_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_real_recording_goes_from_images_to_a_report(tmp_path, capsys):
     recording = Path(__file__).parents[2] / "examples" / "etna-s2"
     assert main(["extract", str(recording), "--output", str(tmp_path / "points")]) == 0
     assert "10 images" in capsys.readouterr().out

@@ -51,8 +51,7 @@ def hostile(tmp_path):
 def test_a_name_in_a_data_set_commands_no_terminal_and_no_page(hostile, tmp_path, capsys):
     assert main(["calibrate", str(hostile), "--output", str(tmp_path / "result")]) == 0
     said = capsys.readouterr()
-    page = (tmp_path / "result" / "report.html").read_text()
-    assert "\x1b" not in said.out + said.err + page
+    assert "\x1b" not in said.out + said.err + (tmp_path / "result" / "report.html").read_text()
     assert "\\u001b]0;OWNED" in said.out
 
 

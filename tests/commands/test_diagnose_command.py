@@ -116,15 +116,6 @@ def test_the_command_writes_a_diagnosis_a_page_and_a_model(result):
     assert "<!DOCTYPE html>" in (result / "report.html").read_text(encoding="utf-8")
 
 
-def test_an_offset_that_was_put_in_is_found_within_its_error(result):
-    said = read(result / "diagnosis.json")
-    assert said["verdict"] == "explained"
-    (offset,) = said["effects"]
-    assert (offset["effect"], offset["where"]) == ("joint_offset", "joint_3")
-    number = offset["parameters"]["offset"]
-    assert abs(number["value"] - OFFSET) < 5 * number["std"]
-
-
 def test_the_written_model_predicts_as_the_diagnosis_own(diagnosis, result):
     own = diagnosis.model.residuals_at(diagnosis.model.parameters.values(diagnosis.x[None]))[0]
     dataset = diagnosis.observed

@@ -42,8 +42,7 @@ def calibrated(dataset, tmp_path_factory):
 
 
 def test_it_is_calibrated_and_the_page_is_whole(calibrated):
-    found = json.loads((calibrated / "calibration.json").read_text())
-    assert found["rms_m"] < 1e-6
+    assert json.loads((calibrated / "calibration.json").read_text())["rms_m"] < 1e-6
     assert "</html>" in (calibrated / "report.html").read_text()
 
 

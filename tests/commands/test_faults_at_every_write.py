@@ -47,8 +47,7 @@ def inputs(tmp_path_factory):
     assert main(["calibrate", str(folder / "stripe"), "--output", str(folder / "calibration"), "--quiet"]) == 0
     recording = folder / "recording"
     recording.mkdir()
-    settings = (folder / "stripe" / "dataset.toml").read_text()
-    (recording / "dataset.toml").write_text(settings)
+    (recording / "dataset.toml").write_text((folder / "stripe" / "dataset.toml").read_text())
     (recording / "robot.urdf").write_bytes((folder / "stripe" / "robot.urdf").read_bytes())
     header, *rows = (folder / "stripe" / "poses.csv").read_text().splitlines()[:5]
     shown = [f"{row},{number}.png" for number, row in enumerate(rows)]
@@ -91,17 +90,9 @@ def typed(inputs, command, out):
 
 
 COMMANDS = (
-    "simulate",
-    "simulate two",
-    "import",
-    "calibrate",
-    "diagnose",
-    "extract",
-    "scan",
-    "scan las",
-    "compare",
+    "simulate", "simulate two", "import", "calibrate", "diagnose", "extract", "scan", "scan las", "compare",
     "challenge",
-)
+)  # fmt: skip
 
 
 COMPUTED = (

@@ -89,6 +89,8 @@ def test_its_own_earlier_result_is_replaced_and_the_rest_of_the_folder_stays(dat
     assert main(typed) == 0
     (there / "notes.txt").write_text("mine")
     first = digests(there)
+    assert main(typed) == 1
+    assert digests(there) == first
     assert main([*typed, "--force", "--weights", "noise"]) == 0
     second = digests(there)
     assert second["notes.txt"] == first["notes.txt"]

@@ -30,17 +30,10 @@ from robolaser.vision.images import CameraImages
 
 SOON_S = 5.0
 READERS = {
-    "a.toml": read_toml,
-    "a.csv": read_table,
-    "a.json": read_json,
-    "calibration.json": read_calibration,
-    "diagnosis.json": read_diagnosis,
-    "a.urdf": lambda path: find_robot(str(path)),
-    "a.yaml": read_yaml,
-    "a.npy": open_stripes,
-    "a.ply": map_ply,
-    "a.png": lambda path: CameraImages((640, 480)).grey(path),
-}
+    "a.toml": read_toml, "a.csv": read_table, "a.json": read_json, "calibration.json": read_calibration,
+    "diagnosis.json": read_diagnosis, "a.urdf": lambda path: find_robot(str(path)), "a.yaml": read_yaml,
+    "a.npy": open_stripes, "a.ply": map_ply, "a.png": lambda path: CameraImages((640, 480)).grey(path),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("make", [os.mkfifo, os.mkdir], ids=["pipe", "folder"])
@@ -95,8 +88,7 @@ def test_toml_that_would_take_minutes_or_the_stack_is_refused_at_once(text):
 
 def test_toml_as_people_write_it_is_read():
     deep = ".".join(["a"] * (KEY_PARTS - 1))
-    said = parse_toml(f"{deep} = 1\nx = [[[1]]]\n'q.r' = 'a.b.c'\n")
-    assert said["q.r"] == "a.b.c"
+    assert parse_toml(f"{deep} = 1\nx = [[[1]]]\n'q.r' = 'a.b.c'\n")["q.r"] == "a.b.c"
 
 
 @pytest.mark.parametrize("text", ["[" * 200_000, f'{{"a": {"1" * 5_000}}}', "{", "\udcff"])

@@ -2,7 +2,6 @@
 
 import errno
 import os
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,13 +11,13 @@ from robolaser.data.result_folder import write_text
 from robolaser.errors import DataError, OutputError
 
 
-def test_lines_are_counted_as_an_editor_counts_them(tmp_path: Path) -> None:
+def test_lines_are_counted_as_an_editor_counts_them(tmp_path):
     (tmp_path / "t.csv").write_text('a,b\n\n1,"two\nlines"\n3,x\n')
     assert read_table(tmp_path / "t.csv").lines == (3, 5)
 
 
 @pytest.mark.parametrize("step", ["fsync", "replace"])
-def test_a_full_disk_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str) -> None:
+def test_a_full_disk_leaves_what_was_there(tmp_path, monkeypatch, step):
     path = tmp_path / "result.json"
     write_text(path, "before")
 
@@ -41,9 +40,7 @@ def tables_of(text: str) -> list[str]:
 
 
 @pytest.mark.parametrize("chunk", [7, 1 << 17])
-def test_numbers_are_the_same_however_a_table_is_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunk: int
-) -> None:
+def test_numbers_are_the_same_however_a_table_is_written(tmp_path, monkeypatch, chunk):
     monkeypatch.setattr("robolaser.data.csv_tables.BLOCK_ROWS", chunk)
     values = np.random.default_rng(3).normal(size=(30, 2)) * 10.0 ** np.arange(-15, 15)[:, None]
     text = "name,x, y \n" + "".join(f"p_{i % 4}, {x!r} ,{y:.7g}\n" for i, (x, y) in enumerate(values.tolist()))
@@ -58,12 +55,12 @@ def test_numbers_are_the_same_however_a_table_is_written(
 
 
 @pytest.mark.parametrize("text", ["pose;q_1\n0;0,5\n", "pose\tq_1\n0\t0.5\n"])
-def test_a_table_with_other_separators_is_named_as_that(tmp_path: Path, text: str) -> None:
+def test_a_table_with_other_separators_is_named_as_that(tmp_path, text):
     (tmp_path / "poses.csv").write_text(text)
     with pytest.raises(DataError, match=r"poses\.csv, row 1: the columns are separated by .*expected commas.*import"):
         read_table(tmp_path / "poses.csv")
 
 
-def test_equal_texts_are_kept_once(tmp_path: Path) -> None:
+def test_equal_texts_are_kept_once(tmp_path):
     (tmp_path / "t.csv").write_text("pose,x\n" + "a long name,1\n" * 9)
     assert len({id(cell) for cell in read_table(tmp_path / "t.csv", ["x"]).texts("pose")}) == 1

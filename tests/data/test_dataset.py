@@ -54,16 +54,13 @@ def test_subsampling_keeps_every_named_point_and_every_pose_of_others() -> None:
     poses, reflectors = 60, 4
     points = Points(np.repeat(np.arange(poses), reflectors), tuple("abcd") * poses, xyz=np.zeros((240, 3)))
     tracked = Dataset("tracker", Poses(tuple(map(str, range(poses)))), points, kind="point")
-    few = subsampled(tracked, 100)
-    assert np.bincount(few.points.number).tolist() == [25] * reflectors
-    stripes = subsampled(replace(tracked, kind="stripe"), 180)
-    assert np.bincount(stripes.points.pose).tolist() == [3] * poses
+    assert np.bincount(subsampled(tracked, 100).points.number).tolist() == [25] * reflectors
+    assert np.bincount(subsampled(replace(tracked, kind="stripe"), 180).points.pose).tolist() == [3] * poses
     assert subsampled(tracked, 240) is tracked
 
 
 def test_what_a_joint_lacks_of_its_command_is_a_coordinate_and_the_command_is_none(tmp_path: Path) -> None:
     made = simulate(find_robot("ur5"), kind="point", poses=5, seed=1).dataset
-    assert made.poses.q is not None
     told = tuple(repr(float(value) + 1e-3) for value in made.poses.q[:, 2])
     save(replace(made, poses=replace(made.poses, extra={"q_command_elbow_joint": told})), tmp_path / "told")
     loaded = robolaser.load(tmp_path / "told")

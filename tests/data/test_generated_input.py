@@ -98,8 +98,7 @@ def begun(folder):
 
 
 def resumed(folder):
-    cell = load_cell(folder / "cell-acl")
-    return RecordingWriter.resume(cell, folder / "recording", None, None)
+    return RecordingWriter.resume(load_cell(folder / "cell-acl"), folder / "recording", None, None)
 
 
 def as_bytes(text):
@@ -205,13 +204,9 @@ def test_any_text_is_a_table_as_the_standard_has_it_or_is_named(tmp_path, text):
 
 
 READERS = {
-    "a.yaml": read_yaml,
-    "a.json": read_diagnosis,
-    "a.npy": open_stripes,
-    "a.ply": map_ply,
-    "a.urdf": lambda path: find_robot(str(path)),
-    "a.xml": read_storage,
-}
+    "a.yaml": read_yaml, "a.json": read_diagnosis, "a.npy": open_stripes, "a.ply": map_ply,
+    "a.urdf": lambda path: find_robot(str(path)), "a.xml": read_storage,
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", READERS)

@@ -53,8 +53,7 @@ def test_each_of_several_sensors_has_the_largest_noise_that_is_stated_of_it() ->
 def test_an_unplaced_target_with_a_name_is_still_unplaced_when_it_is_read_back(tmp_path: Path) -> None:
     options = CellOptions(placed=False)
     made = simulate("ur5e", kind="stripe+camera", poses=10, noise=Noise(pixel_px=0.1), options=options, seed=1).dataset
-    named = replace(made, members=tuple(replace(one, target="board") for one in made.members))
-    save(named, tmp_path)
+    save(replace(made, members=tuple(replace(one, target="board") for one in made.members)), tmp_path)
     assert [(one.target, one.data.placed) for one in load(tmp_path).members] == [("board", False)] * 2
 
 
@@ -68,7 +67,6 @@ def parts(whole: Dataset) -> list[Dataset]:
 def test_further_poses_may_be_of_another_session() -> None:
     first, second = parts(tracked(sessions=2))
     both = with_poses_of(first, second)
-    assert both.sessions is not None
     assert both.sessions.names == ("session-1", "session-2")
     assert np.bincount(both.session_of_pose).tolist() == [10, 10]
 
@@ -87,9 +85,7 @@ def test_a_data_set_whose_first_poses_were_corrected_does_not_continue_another(c
     after = replace(whole, poses=replace(whole.poses, **{column: np.arange(10.0) + 0.5}))
     old = np.arange(10) < 6
     assert poses_beyond(before.of_poses(old), after) is None
-    further = poses_beyond(before.of_poses(old), before)
-    assert further is not None
-    assert len(further.poses) == 4
+    assert len(poses_beyond(before.of_poses(old), before).poses) == 4
 
 
 DATASET = simulate(find_robot("ur5"), kind="pose", poses=12).dataset

@@ -70,8 +70,7 @@ def has_the_delay(found: Calibration) -> None:
 @pytest.mark.parametrize("kind", ["pose", "point"])
 def test_a_time_offset_is_found_without_recorded_velocities(kind: str, tmp_path: Path) -> None:
     save(replace(in_motion(DELAY_S, seconds=6.0), kind=kind), tmp_path / "moving")
-    loaded = robolaser.load(tmp_path / "moving")
-    found = calibrate(loaded, Plan(effects=("latency",)))
+    found = calibrate(robolaser.load(tmp_path / "moving"), Plan(effects=("latency",)))
     has_the_delay(found)
     assert WARNING in found.warnings
     assert found.rms_m == pytest.approx(np.sqrt(3.0) * 3e-4, rel=0.15)
@@ -91,8 +90,7 @@ def test_velocities_of_a_flange_carry_it_from_pose_to_pose() -> None:
 
 
 def test_a_delay_is_named_from_flange_poses_alone() -> None:
-    moving = with_path_velocities(of_flange(in_motion(0.01, seconds=6.0)))
-    why = robolaser.diagnose(moving, seed=0)
+    why = robolaser.diagnose(with_path_velocities(of_flange(in_motion(0.01, seconds=6.0))), seed=0)
     (found,) = (one for one in why.effects if one.probability > 0.5)
     assert (why.verdict, found.effect, found.where) == ("explained", "latency", "timing")
     delay = found.parameters["delay"]
@@ -117,8 +115,7 @@ def alone_in_time(*numbers: int) -> Callable[[Dataset], Dataset]:
         for number in numbers:
             late[number] += 3.0
             late[number + 1 :] += 6.0
-        t = dataset.poses.time_s + late
-        return replace(dataset, poses=replace(dataset.poses, time_s=t))
+        return replace(dataset, poses=replace(dataset.poses, time_s=dataset.poses.time_s + late))
 
     return pull
 
@@ -127,8 +124,7 @@ def test_a_gap_in_time_leaves_the_velocities_on_both_sides(tmp_path: Path) -> No
     moving = in_motion(DELAY_S)
     late = np.where(np.arange(len(moving.poses)) < 60, 0.0, 30.0)
     save(replace(moving, poses=replace(moving.poses, time_s=moving.poses.time_s + late)), tmp_path / "paused")
-    found = calibrate(robolaser.load(tmp_path / "paused"), Plan(effects=("latency",)))
-    has_the_delay(found)
+    has_the_delay(calibrate(robolaser.load(tmp_path / "paused"), Plan(effects=("latency",))))
 
 
 def test_a_pose_alone_in_time_has_no_velocity_and_latency_waits_for_one(tmp_path: Path) -> None:
@@ -137,8 +133,7 @@ def test_a_pose_alone_in_time_has_no_velocity_and_latency_waits_for_one(tmp_path
     assert np.flatnonzero(np.isnan(loaded.poses.qd).any(axis=1)).tolist() == [20, 50]
     with pytest.raises(EffectError, match=r"not known at 2 poses with points, .* \(pose 20, 50\)"):
         calibrate(loaded, Plan(effects=("latency",)))
-    known = loaded.of_poses(~np.isnan(loaded.poses.qd).any(axis=1))
-    found = calibrate(known, Plan(effects=("latency",)))
+    found = calibrate(loaded.of_poses(~np.isnan(loaded.poses.qd).any(axis=1)), Plan(effects=("latency",)))
     has_the_delay(found)
 
 

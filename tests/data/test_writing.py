@@ -1,5 +1,4 @@
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -7,10 +6,12 @@ import pytest
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.loading import load
+from robolaser.data.sensor_format import PIXEL, SensorFormat, sensor_format
 from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
-from robolaser.errors import OutputError
+from robolaser.errors import DataError, OutputError
 from robolaser.geometry.rigid_motion import exp_so3, pose
+from robolaser.model.sensors import REGISTERED
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
@@ -109,12 +110,12 @@ CASES = {
 
 
 @pytest.mark.parametrize("dataset", CASES.values(), ids=CASES.keys())
-def test_what_is_saved_loads_as_it_was(dataset: Dataset, tmp_path: Path) -> None:
+def test_what_is_saved_loads_as_it_was(dataset, tmp_path):
     save(dataset, tmp_path / "deep" / "set")
     assert_same(load(tmp_path / "deep" / "set"), dataset)
 
 
-def test_saving_what_was_loaded_writes_the_same_files(tmp_path: Path) -> None:
+def test_saving_what_was_loaded_writes_the_same_files(tmp_path):
     save(a_stripe_data_set(), tmp_path / "one")
     save(load(tmp_path / "one"), tmp_path / "two")
     for file in ("dataset.toml", "poses.csv", "points.csv", "robot.urdf"):
@@ -122,7 +123,7 @@ def test_saving_what_was_loaded_writes_the_same_files(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("file", ["dataset.toml", "poses.csv", "points.csv"])
-def test_a_data_set_is_never_overwritten_silently(file: str, tmp_path: Path) -> None:
+def test_a_data_set_is_never_overwritten_silently(file, tmp_path):
     (tmp_path / file).write_text("mine")
     with pytest.raises(OutputError, match=file):
         save(a_stripe_data_set(), tmp_path)
@@ -130,7 +131,43 @@ def test_a_data_set_is_never_overwritten_silently(file: str, tmp_path: Path) -> 
     assert (tmp_path / file).read_text() == "mine"
 
 
-def test_overwriting_leaves_nothing_of_the_old_points(tmp_path: Path) -> None:
+def test_overwriting_leaves_nothing_of_the_old_points(tmp_path):
     save(a_stripe_data_set(), tmp_path)
     save(CASES["recording"], tmp_path, overwrite=True)
     assert_same(load(tmp_path), CASES["recording"])
+
+
+CORNERS = SensorFormat(
+    kind="corner_camera", title="camera that sees corners",
+    columns={"pixel": PIXEL, "corner": ("column", "row")}, numbers=2, unit="px", units={"fx": "px"},
+)  # fmt: skip
+
+
+def test_a_sensor_of_the_user_is_saved_and_loaded_by_its_declaration(tmp_path, monkeypatch):
+    monkeypatch.setitem(REGISTERED, "corner_camera", type("CornerCamera", (), {"format": CORNERS}))
+    points = Points(np.arange(2), ("a", "b"), pixel=np.eye(2), columns={"corner": np.arange(4.0).reshape(2, 2)})
+    poses = Poses(("p", "q"), T_base_flange=np.eye(4)[None].repeat(2, 0))
+    save(Dataset("board", poses, points, kind="corner_camera"), tmp_path)
+    assert (tmp_path / "points.csv").read_text().splitlines()[0] == "pose,point,u_px,v_px,column,row"
+    read = load(tmp_path)
+    assert read.format is CORNERS
+    np.testing.assert_array_equal(read.points["corner"], points["corner"])
+    np.testing.assert_array_equal(read.points["pixel"], np.eye(2))
+    assert "xyz" not in read.points
+
+
+def test_an_array_that_is_not_there_is_named():
+    with pytest.raises(DataError, match=r"points\.csv has no pixel"):
+        Points(np.arange(1), ("a",))["pixel"]
+
+
+def test_an_unknown_kind_is_an_error_that_names_the_likeliest():
+    with pytest.raises(DataError, match=r"\[sensor\] kind: 'strip', expected .*\. Did you mean 'stripe'\?"):
+        sensor_format("strip")
+
+
+def test_a_parameter_has_the_unit_of_its_name_or_of_the_last_part_of_it():
+    assert sensor_format("stripe").unit_of("s_u") == "m/px"
+    assert sensor_format("stripe").unit_of("target.phi") == "rad"
+    assert CORNERS.unit_of("fx") == "px"
+    assert CORNERS.unit_of("k1") == ""

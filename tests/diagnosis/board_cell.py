@@ -13,14 +13,9 @@ NOISE = Noise(pixel_px=0.1, target_m=3e-5)
 
 def cell(effects: dict[str, float] | None = None, seed: int = 2, poses: int = 40) -> Dataset:
     return simulate(
-        find_robot("scorbot_er7"),
-        poses=poses,
-        points=8,
-        noise=NOISE,
-        effects=effects,
-        options=CellOptions(repeats=2),
-        seed=seed,
-    ).dataset
+        find_robot("scorbot_er7"), poses=poses, points=8, noise=NOISE, effects=effects,
+        options=CellOptions(repeats=2), seed=seed,
+    ).dataset  # fmt: skip
 
 
 def begun(dataset: Dataset) -> tuple[AveragedData, Fit]:

@@ -34,8 +34,7 @@ def test_one_or_two_placements_are_no_arm() -> None:
 
 def test_the_geometry_of_an_arm_gives_way_to_one_effect_that_costs_less() -> None:
     made = simulate(find_robot("ur5e"), kind="socket", poses=40, effects={"arm_scale:base": 8e-4}, seed=1)
-    scale = next(one for one in EFFECTS if one.name == "arm_scale")
-    candidates = library([scale, PLACEMENT], made.dataset)
+    candidates = library([next(one for one in EFFECTS if one.name == "arm_scale"), PLACEMENT], made.dataset)
     refits = Refits(Preparation.of(made.dataset, 1).fit(candidates), candidates)
     tests = refits.score_tests(refits.start)
     arm = refits.refit(refits.start, [test for test in tests if test.candidate_effect.effect is PLACEMENT])
@@ -103,7 +102,6 @@ def test_a_corrected_arm_stays_nominal_along_what_the_data_do_not_see() -> None:
     ).dataset
     start = Preparation.of(replace(dataset, distances_m=()), 0).fit(())
     problem = problem_of(start.model.with_effects(placements(len(JOINTS))), start.noise, start.sensor)
-    assert problem.prior is not None
     arm = Fit.of(problem, np.append(start.x, np.zeros(len(problem.prior) - len(start.x))))
     _, seen, directions = np.linalg.svd(arm.at.slopes / problem.scale * problem.prior)
     unseen = directions[np.append(seen, np.zeros(len(directions) - len(seen))) < 0.1]

@@ -55,8 +55,7 @@ def test_every_published_world_is_read_right() -> None:
     truth = json.loads((BLIND / "truth.json").read_text())
     wrong = {}
     for name, told in truth.items():
-        diagnosis = examine(robolaser.load(BLIND / name), seed=0)
-        said = diagnosis_json(diagnosis)["effects"]
+        said = diagnosis_json(examine(robolaser.load(BLIND / name), seed=0))["effects"]
         want = {tuple(effect) for effect in told["effects"]}
         got = {(found["effect"], found["where"]) for found in said}
         classes = got | {tuple(rival) for found in said for rival in found["indistinguishable_from"]}

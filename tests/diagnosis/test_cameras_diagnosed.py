@@ -25,15 +25,9 @@ SUSPECTS = kinds(
 @pytest.mark.parametrize(("mount", "effect", "size"), CASES)
 def test_a_single_cause_is_named_and_nothing_else(mount: str, effect: str, size: float) -> None:
     made = simulate(
-        find_robot("ur5"),
-        kind="camera",
-        poses=30,
-        points=20,
-        noise=Noise(pixel_px=0.1),
-        effects={effect: size} if effect else None,
-        options=CellOptions(mount=mount, placed=False),
-        seed=5,
-    )
+        find_robot("ur5"), kind="camera", poses=30, points=20, noise=Noise(pixel_px=0.1),
+        effects={effect: size} if effect else None, options=CellOptions(mount=mount, placed=False), seed=5,
+    )  # fmt: skip
     found = examine(made.dataset, SUSPECTS, seed=0)
     assert [str(one.candidate_effect) for one in found.findings] == [effect.replace(":", " at ")] * bool(effect)
     assert found.verdict == ("explained" if effect else "no_gap")

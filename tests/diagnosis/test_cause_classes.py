@@ -43,61 +43,59 @@ def weighed(weights: dict[CandidateEffect | None, float], credibility: float = 1
     return EffectEvidence(first, 100.0, weights[first], credibility, weights, {}, ())
 
 
-def test_a_kind_is_told_where_its_effects_are_and_not_where_these_are_too_improbable() -> None:
-    refits, held_out = (
-        SimpleNamespace(without=lambda *_: None, of=lambda _: None),
-        SimpleNamespace(gap_without=lambda _: 1.0),
-    )
+def test_a_kind_is_told_where_its_effects_are_and_not_where_these_are_too_improbable():
+    refits = SimpleNamespace(without=lambda *_: None, of=lambda _: None)
+    held_out = SimpleNamespace(gap_without=lambda _: 1.0)
     evidence = [weighed({ELBOW: 0.999, None: 0.001}), weighed({GEAR: 0.001, None: 0.999})]
     assert [one.effect for one in cause_kinds(refits, None, evidence, held_out)] == ["joint_offset"]
 
 
-def test_every_effect_of_the_package_belongs_to_a_class() -> None:
+def test_every_effect_of_the_package_belongs_to_a_class():
     assert all(effect.cause for effect in EFFECTS)
 
 
-def test_an_effect_without_a_class_is_one_of_its_own() -> None:
-    class Fan(BY_NAME["backlash"]):  # type: ignore[misc, valid-type]
+def test_an_effect_without_a_class_is_one_of_its_own():
+    class Fan(BY_NAME["backlash"]):
         name = "fan"
         cause = ""
 
     assert class_of(CandidateEffect(Fan, "joint_1")) == "fan"
 
 
-def test_a_credible_set_has_the_fewest_candidates_that_hold_95_percent() -> None:
+def test_a_credible_set_has_the_fewest_candidates_that_hold_95_percent():
     assert credible_set(weighed({ELBOW: 0.6, WRIST: 0.37, GEAR: 0.03, None: 0.0})) == (ELBOW, WRIST)
     assert credible_set(weighed({ELBOW: 0.97, WRIST: 0.03, None: 0.0})) == (ELBOW,)
 
 
-def test_a_set_that_none_or_a_cause_nobody_modelled_may_explain_as_well_is_not_credible() -> None:
+def test_a_set_that_none_or_a_cause_nobody_modelled_may_explain_as_well_is_not_credible():
     assert credible_set(weighed({ELBOW: 0.6, None: 0.4})) == ()
     assert credible_set(weighed({ELBOW: 0.6, WRIST: 0.4}, credibility=0.9)) == ()
 
 
-def test_candidates_share_the_probability_of_what_they_could_each_explain() -> None:
+def test_candidates_share_the_probability_of_what_they_could_each_explain():
     found = member_probabilities([weighed({ELBOW: 0.6, WRIST: 0.4, None: 0.0}, credibility=0.5)])
     assert found == pytest.approx({ELBOW: 0.3, WRIST: 0.2})
 
 
-def test_a_candidate_of_two_places_is_as_probable_as_either() -> None:
+def test_a_candidate_of_two_places_is_as_probable_as_either():
     found = member_probabilities([weighed({ELBOW: 0.5, WRIST: 0.5}), weighed({GEAR: 0.8, ELBOW: 0.2})])
     assert found[ELBOW] == pytest.approx(1 - 0.5 * 0.8)
 
 
-def test_what_an_effect_leaves_in_its_own_place_is_its_form_as_far_as_the_effect_is_credible() -> None:
+def test_what_an_effect_leaves_in_its_own_place_is_its_form_as_far_as_the_effect_is_credible():
     evidence = [weighed({ELBOW: 1.0, None: 0.0}, credibility=0.6)]
     assert departs("joint_3", evidence) == pytest.approx(0.4)
     assert departs("joint_4", evidence) == 1.0
 
 
-def test_the_unknown_is_where_most_of_the_gap_is_listed() -> None:
+def test_the_unknown_is_where_most_of_the_gap_is_listed():
     classes = CauseClass("transmission", 0.3, 2e-4, 1e-4), CauseClass("unknown", 0.7, None, 1e-4)
     lies = Localization("joint_3", "angle of joint_3", 0.9, 50.0, 1e-9)
     assert [one.site for one in unknown_at(classes, [lies])] == ["", "joint_3"]
     assert [one.site for one in unknown_at(classes, [])] == ["", ""]
 
 
-def test_a_gap_of_probably_unknown_cause_is_not_explained(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_gap_of_probably_unknown_cause_is_not_explained(monkeypatch):
     made = simulate(find_robot("ur5e"), kind="point", poses=60, noise=Noise(point_m=1e-4), seed=2,
                     effects={"encoder_eccentricity:elbow_joint": 5e-4}).dataset  # fmt: skip
     monkeypatch.setattr(cause_classes_module, "_probability", lambda *_: 0.0)
@@ -113,16 +111,12 @@ def test_a_gap_of_probably_unknown_cause_is_not_explained(monkeypatch: pytest.Mo
     ("weight", "gap", "is_plausible", "takes"),
     [(0.9, 1.0, True, True), (0.9, 1.1, True, False), (0.4, 0.9, True, False), (0.7, 1.05, False, True)],
 )
-def test_what_is_probable_in_a_place_takes_it_where_new_poses_are_predicted_as_well(
-    weight: float, gap: float, is_plausible: bool, takes: bool
-) -> None:
+def test_what_is_probable_in_a_place_takes_it_where_new_poses_are_predicted_as_well(weight, gap, is_plausible, takes):
     final = SimpleNamespace(is_plausible=lambda one: is_plausible)
     evidence = replace(
-        weighed({ELBOW: 1.0 - weight, WRIST: weight, None: 0.0}),
-        alternatives=((WRIST, "with the wrist"),),  # type: ignore[arg-type]
+        weighed({ELBOW: 1.0 - weight, WRIST: weight, None: 0.0}), alternatives=((WRIST, "with the wrist"),)
     )
-    held_out = SimpleNamespace(misfit=lambda fit: 1.0 if fit is final else gap)
-    found = exchanged(final, evidence, held_out)  # type: ignore[arg-type]
+    found = exchanged(final, evidence, SimpleNamespace(misfit=lambda fit: 1.0 if fit is final else gap))
     assert found == ("with the wrist" if takes else None)
 
 
@@ -140,27 +134,26 @@ def diagnosis() -> Diagnosis:
     return examine(parallel_joints(), kinds("joint_offset") + others, seed=0)
 
 
-def test_a_class_is_at_least_as_probable_as_each_of_its_members(diagnosis: Diagnosis) -> None:
+def test_a_class_is_at_least_as_probable_as_each_of_its_members(diagnosis):
     for one in diagnosis.classes:
         assert one.probability >= max((p for _, p in one.members), default=0.0) - 1e-9
 
 
-def test_the_class_of_a_large_offset_is_certain(diagnosis: Diagnosis) -> None:
+def test_the_class_of_a_large_offset_is_certain(diagnosis):
     first = diagnosis.classes[0]
     assert first.name == "arm_geometry"
     assert first.probability > 0.99
-    assert first.gap_without_m is not None
     assert first.gap_without_m > 2 * first.gap_with_m
 
 
-def test_without_a_gap_there_is_no_class() -> None:
+def test_without_a_gap_there_is_no_class():
     assert (
         examine(simulate(find_robot("ur5"), poses=25, points=6, seed=1).dataset, kinds("joint_offset"), seed=0).classes
         == ()
     )
 
 
-def test_a_kind_of_effect_is_at_least_as_probable_as_each_of_its_places(diagnosis: Diagnosis) -> None:
+def test_a_kind_of_effect_is_at_least_as_probable_as_each_of_its_places(diagnosis):
     assert diagnosis.kinds
     for kind in diagnosis.kinds:
         own = [one for one in diagnosis.findings if one.candidate_effect.effect.name == kind.effect]

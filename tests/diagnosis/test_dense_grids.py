@@ -47,8 +47,7 @@ def test_what_waves_explain_is_what_their_columns_explain(fitted: Fit) -> None:
     wave = CandidateEffect(TransmissionError, "joint_3")
     robot, q = fitted.model.dataset.arm
     grid = wave.effect.grid(fitted.model.dataset, wave.where)
-    by_joint = Columns().by_joint(fitted, wave.where)
-    normal = normal_equations(fitted, by_joint, fitted.pose_of_number, len(q))
+    normal = normal_equations(fitted, Columns().by_joint(fitted, wave.where), fitted.pose_of_number, len(q))
     angle = q[:, robot.joints.index(wave.where)]
     fast = gains_of_waves(normal, angle, grid[:, 0], wave.effect.harmonics, prior_scales(wave))
     assert fast == pytest.approx(gains(fitted, wave, grid), rel=1e-5)

@@ -16,17 +16,15 @@ from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.score_tests import score_tests
 from robolaser.diagnosis.selection import select
-from robolaser.estimation.averaging import AveragedData
 from robolaser.model.effects import candidate_effects
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 
-def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[AveragedData, Fit]) -> None:
+def test_an_effect_shows_above_its_limit_and_not_below(clean):
     _, fitted = clean
     (score,) = score_tests(fitted, candidate_effects(["joint_offset:joint_3"], fitted.model.dataset))
     (limit,) = detection_limits([score])
-    assert limit.size is not None
     found = {
         factor: [
             bool(_search(cell({"joint_offset:joint_3": factor * limit.size}, seed=seed)).effects) for seed in (2, 11)
@@ -38,46 +36,40 @@ def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[AveragedData
 
 
 def limits_of(fitted: Fit, *wanted: str) -> list[DetectionLimit]:
-    tests = score_tests(fitted, candidate_effects(wanted, fitted.model.dataset))
-    return list(detection_limits(tests))
+    return list(detection_limits(score_tests(fitted, candidate_effects(wanted, fitted.model.dataset))))
 
 
-def test_an_effect_without_rival_is_identified_where_it_is_detected(clean: tuple[AveragedData, Fit]) -> None:
+def test_an_effect_without_rival_is_identified_where_it_is_detected(clean):
     (limit,) = limits_of(clean[1], "joint_offset:joint_3")
     assert limit.rival is None
     assert limit.identifiable == limit.size
 
 
-def test_beside_a_rival_an_effect_must_be_larger_to_be_told_apart(clean: tuple[AveragedData, Fit]) -> None:
+def test_beside_a_rival_an_effect_must_be_larger_to_be_told_apart(clean):
     gain, offset = limits_of(clean[1], "joint_offset:joint_3", "encoder_scale:joint_3")
     assert offset.rival == gain.candidate_effect
     assert gain.rival == offset.candidate_effect
-    for limit in (gain, offset):
-        assert limit.size is not None
-        assert limit.identifiable is not None
-    assert offset.identifiable / offset.size == pytest.approx(gain.identifiable / gain.size)  # type: ignore[operator]
-    assert offset.identifiable > offset.size  # type: ignore[operator]
+    assert offset.identifiable / offset.size == pytest.approx(gain.identifiable / gain.size)
+    assert offset.identifiable > offset.size
 
 
-def test_what_explains_no_less_for_more_parameters_is_no_rival(clean: tuple[AveragedData, Fit]) -> None:
+def test_what_explains_no_less_for_more_parameters_is_no_rival(clean):
     offset, geometry = limits_of(clean[1], "joint_offset:joint_3", "link_geometry:joint_3")
     assert offset.rival is None
     assert geometry.rival == offset.candidate_effect
 
 
-def test_an_overlooked_effect_costs_at_the_tool_what_it_moves(clean: tuple[AveragedData, Fit]) -> None:
+def test_an_overlooked_effect_costs_at_the_tool_what_it_moves(clean):
     _, fitted = clean
     (limit,) = limits_of(fitted, "joint_offset:joint_1")
-    assert limit.size is not None
     radius = np.linalg.norm(fitted.model.dataset.flange()[:, :2, 3], axis=1)
     assert limit.at_tool_m == pytest.approx(limit.size * radius.mean(), rel=0.5)
 
 
-def test_a_size_that_no_arm_has_is_none(clean: tuple[AveragedData, Fit]) -> None:
+def test_a_size_that_no_arm_has_is_none(clean):
     _, fitted = clean
     (test,) = score_tests(fitted, candidate_effects(["joint_offset:joint_3"], fitted.model.dataset))
     (usual,) = detection_limits([test])
-    assert usual.size is not None
     plausible = 10 * 1.7e-3
 
     def seen_less(share: float) -> DetectionLimit:
@@ -90,7 +82,7 @@ def test_a_size_that_no_arm_has_is_none(clean: tuple[AveragedData, Fit]) -> None
     assert (large.size, large.identifiable, large.at_tool_m) == (None, None, None)
 
 
-def test_what_an_effect_found_does_too_is_not_what_the_data_cannot_see(clean: tuple[AveragedData, Fit]) -> None:
+def test_what_an_effect_found_does_too_is_not_what_the_data_cannot_see(clean):
     _, start = clean
     last, offset, geometry = "joint_offset:joint_5", "joint_offset:joint_3", "link_geometry:joint_3"
     candidates = candidate_effects([last, offset, geometry], start.model.dataset)
@@ -104,13 +96,10 @@ def test_what_an_effect_found_does_too_is_not_what_the_data_cannot_see(clean: tu
     }
 
 
-def test_what_merely_shows_a_little_less_than_alone_is_not_what_an_effect_found_does(
-    clean: tuple[AveragedData, Fit],
-) -> None:
+def test_what_merely_shows_a_little_less_than_alone_is_not_what_an_effect_found_does(clean):
     _, fitted = clean
     (test,) = score_tests(fitted, candidate_effects(["joint_offset:joint_3"], fitted.model.dataset))
     (usual,) = detection_limits([test])
-    assert usual.size is not None
     plausible = 10 * 1.7e-3
     alone, beside = (
         replace(test, white=test.white * share, columns=test.columns * share)
@@ -125,7 +114,7 @@ def _search(dataset: Dataset) -> Fit:
     return select(Refits(fitted, candidate_effects(["joint_offset", "encoder_scale"], fitted.model.dataset)))
 
 
-def test_a_shape_that_moves_nothing_is_not_what_an_effect_found_does() -> None:
+def test_a_shape_that_moves_nothing_is_not_what_an_effect_found_does():
     """On an arm without masses some links bend under nothing: what rounding leaves of them fits noise as well."""
     noise = Noise(pixel_px=0.1, target_m=3e-5)
     made = simulate(find_robot("scorbot_er7"), poses=60, noise=noise, effects={"backlash:joint_2": 2e-3}, seed=1)

@@ -15,10 +15,8 @@ from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.findings import explained_sites
-from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import localize, p_value
 from robolaser.diagnosis.preparation import Preparation
@@ -26,7 +24,6 @@ from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.diagnosis.score_tests import library, score_tests
 from robolaser.errors import UsageError
-from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.folds import assign_folds
 from robolaser.estimation.solver import solve
 from robolaser.model.effects import EFFECTS, candidate_effects
@@ -39,29 +36,21 @@ from robolaser.trials.building import Ranges
 from robolaser.trials.making import make
 
 
-def test_repeats_are_averaged_into_one_row_a_point(clean: tuple[AveragedData, Fit]) -> None:
+def test_repeats_are_averaged_into_one_row_a_point(clean):
     observed, _ = clean
     assert len(observed.dataset.points) == 40 * 8
     assert (observed.shots == 2).all()
-    assert observed.dataset.points.pixel is not None
     raw = cell().points.pixel
-    assert raw is not None
     np.testing.assert_allclose(observed.dataset.points.pixel[0], raw[observed.group == 0].mean(axis=0))
 
 
-def test_whitened_residuals_of_a_true_model_are_standard_normal(clean: tuple[AveragedData, Fit]) -> None:
+def test_whitened_residuals_of_a_true_model_are_standard_normal(clean):
     _, fitted = clean
-    white = fitted.at.white
-    assert kstest(white, "norm").pvalue > 1e-3
+    assert kstest(fitted.at.white, "norm").pvalue > 1e-3
     assert fitted.chi2 == pytest.approx(len(fitted.at.white) - len(fitted.x), abs=4 * np.sqrt(2 * len(fitted.at.white)))
 
 
-def test_at_the_optimum_no_parameter_imitates_what_is_left(clean: tuple[AveragedData, Fit]) -> None:
-    _, fitted = clean
-    assert np.linalg.norm(fitted.at.Q.T @ fitted.at.r) < 0.3
-
-
-def test_what_an_effect_promises_is_what_a_full_fit_gains() -> None:
+def test_what_an_effect_promises_is_what_a_full_fit_gains():
     _, fitted = begun(cell({"joint_offset:joint_3": 1e-3}))
     (score,) = score_tests(fitted, candidate_effects(["joint_offset:joint_3"], fitted.model.dataset))
     refits = Refits(fitted, [score.candidate_effect])
@@ -71,28 +60,8 @@ def test_what_an_effect_promises_is_what_a_full_fit_gains() -> None:
     assert refits.refit(fitted, [score]).values["joint_offset.joint_3.offset"] == pytest.approx(1e-3, abs=5e-5)
 
 
-AT_EACH_STAGE = [
-    *("joint_compliance:joint_2", "backlash:joint_3", "encoder_eccentricity:joint_2", "link_geometry:joint_3"),
-    *("link_compliance:joint_3", "thermal_drift:joint_2"),
-    *("base_shift", "hand_eye_sag", "hand_eye_drift", "radial_distortion", "stripe_bias"),
-    *("laser_roll", "laser_curvature", "laser_drift", "target_scale", "target_warp"),
-]
-
-
-@pytest.mark.parametrize("effect", AT_EACH_STAGE)
-def test_columns_of_effects_follow_by_the_chain_rule(clean: tuple[AveragedData, Fit], effect: str) -> None:
-    _, fitted = clean
-    (one,) = candidate_effects([effect], fitted.model.dataset)
-    grid = one.effect.grid(fitted.model.dataset, one.where)[:2]
-    scales = prior_scales(one)
-    direct = np.moveaxis(fitted.at.columns(one, grid) * scales, 0, 1).reshape(-1, len(grid) * len(scales))
-    chained = Columns().by_effect(fitted, one, grid)
-    np.testing.assert_allclose(chained, direct, atol=1e-2 * np.abs(direct).max())
-
-
-def test_a_robust_fit_is_hardly_moved_by_gross_errors() -> None:
+def test_a_robust_fit_is_hardly_moved_by_gross_errors():
     dataset = cell()
-    assert dataset.points.pixel is not None
     pixel = dataset.points.pixel.copy()
     pixel[::16] += 20.0
     spoilt = Preparation.of(replace(dataset, points=replace(dataset.points, pixel=pixel)), 1)
@@ -101,29 +70,22 @@ def test_a_robust_fit_is_hardly_moved_by_gross_errors() -> None:
     assert rms(moved[0] - moved[1]) < 0.5 * rms(moved[1])
 
 
-def test_an_offset_of_the_last_joint_is_no_gap_since_the_hand_eye_takes_it(clean: tuple[AveragedData, Fit]) -> None:
+def test_an_offset_of_the_last_joint_is_no_gap_since_the_hand_eye_takes_it(clean):
     _, fitted = clean
     (score,) = score_tests(fitted, candidate_effects(["joint_offset:joint_5"], fitted.model.dataset))
     own = np.linalg.norm(score.white)
     assert np.linalg.norm(score.columns) < 0.02 * own
 
 
-def test_held_out_errors_are_those_of_a_fit_without_the_fold(clean: tuple[AveragedData, Fit]) -> None:
+def test_held_out_errors_are_those_of_a_fit_without_the_fold(clean):
     _, fitted = clean
-    folds = assign_folds(fitted.model, 0)
-    assert folds is not None
-    rows = folds.of_row == 3
+    rows = assign_folds(fitted.model, 0).of_row == 3
     alone = solve(fitted.problem, fitted.problem.parameters.nominal[None], kept=~rows[None])
     want = fitted.problem.plain(alone.x)[0, rows]
     np.testing.assert_allclose(HeldOut(fitted, 0).of(fitted).in_metres[rows], want, atol=3e-6)
 
 
-def test_held_out_errors_are_larger_than_those_of_the_fit(clean: tuple[AveragedData, Fit]) -> None:
-    _, fitted = clean
-    assert HeldOut(fitted, 0).gap(fitted) > rms(fitted.at.plain)
-
-
-def test_a_base_that_was_moved_is_found_though_two_of_three_sockets_do_not_show_how_it_turned() -> None:
+def test_a_base_that_was_moved_is_found_though_two_of_three_sockets_do_not_show_how_it_turned():
     effects, noise = {"base_shift:base": 1.6e-4}, Noise(joint_rad=1e-5)
     found = examine(simulate(find_robot("iiwa14"), kind="socket", noise=noise, effects=effects, seed=21).dataset)
     assert [str(one.candidate_effect) for one in found.findings] == ["base_shift at base"]
@@ -142,9 +104,7 @@ def test_a_base_that_was_moved_is_found_though_two_of_three_sockets_do_not_show_
         ({"latency:timing": 0.02}, "timing", "velocity"),
     ],
 )
-def test_the_gap_lies_where_it_was_made_and_in_its_coordinate(
-    effect: dict[str, float], site: str, coordinate: str
-) -> None:
+def test_the_gap_lies_where_it_was_made_and_in_its_coordinate(effect, site, coordinate):
     _, fitted = begun(cell(effect))
     first = localize(fitted)[0]
     assert (first.site, first.coordinate) == (site, coordinate)
@@ -157,9 +117,7 @@ def weighed(effect: str, explained: float) -> EffectEvidence:
     return EffectEvidence(one, explained, 1.0, 1.0, {one: 1.0}, {}, ())
 
 
-def test_of_two_effects_at_one_place_the_least_likely_by_chance_counts_in_any_order(
-    clean: tuple[AveragedData, Fit],
-) -> None:
+def test_of_two_effects_at_one_place_the_least_likely_by_chance_counts_in_any_order(clean):
     _, fitted = clean
     weak, strong = weighed("joint_offset:joint_3", 6.5), weighed("backlash:joint_3", 800.0)
     (there,) = explained_sites(fitted, fitted, [weak, strong], 50)
@@ -168,9 +126,7 @@ def test_of_two_effects_at_one_place_the_least_likely_by_chance_counts_in_any_or
     assert there.p_value == pytest.approx(50 * chi2.sf(800.0, 1))
 
 
-def test_an_explained_place_pays_for_all_candidates_and_its_p_value_is_never_zero(
-    clean: tuple[AveragedData, Fit],
-) -> None:
+def test_an_explained_place_pays_for_all_candidates_and_its_p_value_is_never_zero(clean):
     _, fitted = clean
     for tried in (1, 60):
         (one,) = explained_sites(fitted, fitted, [weighed("joint_offset:joint_3", 9.0)], tried)
@@ -180,25 +136,23 @@ def test_an_explained_place_pays_for_all_candidates_and_its_p_value_is_never_zer
     assert p_value(1e6, 60) > 0.0
 
 
-def test_where_nothing_is_left_it_lies_nowhere(clean: tuple[AveragedData, Fit]) -> None:
+def test_where_nothing_is_left_it_lies_nowhere(clean):
     _, fitted = clean
     assert localize(fitted) == []
 
 
-def test_poses_before_a_bump_are_no_gross_errors_of_a_tracker() -> None:
+def test_poses_before_a_bump_are_no_gross_errors_of_a_tracker():
     world = make(find_robot("ur5"), "base_shift", seed=61002, ranges=Ranges(poses=(30, 45)), tracked=True)
-    marked = Preparation.of(world.dataset, 1).weighted.outliers
-    assert marked.mean() < 0.01
+    assert Preparation.of(world.dataset, 1).weighted.outliers.mean() < 0.01
 
 
 FEW = kinds("joint_offset", "encoder_scale", "laser_roll")
 
 
-def test_planted_gross_errors_are_marked_and_no_others() -> None:
+def test_planted_gross_errors_are_marked_and_no_others():
     dataset = cell({"joint_offset:joint_2": 2e-3})
     rng = np.random.default_rng(5)
     spoilt = rng.choice(len(dataset.points), 30, replace=False)
-    assert dataset.points.pixel is not None
     pixel = dataset.points.pixel.copy()
     pixel[spoilt] += rng.choice([-1, 1], (30, 2)) * rng.uniform(3, 40, (30, 2))
     diagnosis = examine(replace(dataset, points=replace(dataset.points, pixel=pixel)), FEW, seed=0)
@@ -206,19 +160,18 @@ def test_planted_gross_errors_are_marked_and_no_others() -> None:
     assert [found.candidate_effect.effect.name for found in diagnosis.findings] == ["joint_offset"]
 
 
-def test_next_poses_keep_the_limits_and_see_the_target() -> None:
+def test_next_poses_keep_the_limits_and_see_the_target():
     dataset = cell({"joint_offset:joint_3": 2e-4}, poses=14)
     diagnosis = examine(dataset, FEW + kinds("link_geometry"), seed=0)
     assert diagnosis.next_poses
     robot = dataset.robot
-    assert robot is not None
     for pose in diagnosis.next_poses:
         q = np.array([pose[joint] for joint in robot.joints])
         assert (q >= robot.lower).all()
         assert (q <= robot.upper).all()
 
 
-def test_an_effect_that_is_taken_out_is_neither_named_nor_a_rival() -> None:
+def test_an_effect_that_is_taken_out_is_neither_named_nor_a_rival():
     suspects = kinds("backlash", "joint_offset", "encoder_scale", "encoder_eccentricity", "laser_roll")
     diagnosis = examine(cell({"backlash:joint_3": 1.5e-3}), suspects, seed=0, without=("backlash",))
     assert diagnosis.verdict == "unexplained"
@@ -226,7 +179,7 @@ def test_an_effect_that_is_taken_out_is_neither_named_nor_a_rival() -> None:
     assert "backlash" not in str(diagnosis_json(diagnosis)["effects"])
 
 
-def test_to_take_out_what_is_not_there_is_an_error_that_says_what_is() -> None:
+def test_to_take_out_what_is_not_there_is_an_error_that_says_what_is():
     with pytest.raises(UsageError, match="backlash"):
         examine(cell(), without=("backlsh",))
 
@@ -250,7 +203,7 @@ class SaggingShelf(Effect):
         return bent
 
 
-def test_a_users_own_effect_takes_part_like_ours() -> None:
+def test_a_users_own_effect_takes_part_like_ours():
     dataset = cell()
     truth = replace(dataset.poses, q=_sagged(dataset))
     found = robolaser.diagnose(
@@ -264,20 +217,12 @@ def test_a_users_own_effect_takes_part_like_ours() -> None:
 def _sagged(dataset: Dataset) -> Array:
     """Angles that an encoder with the error would have read, to the second order."""
     q = dataset.poses.q
-    assert q is not None
     read = q.copy()
     read[:, 2] -= 5e-4 * q[:, 2] ** 2
     return read
 
 
-def test_every_effect_of_the_library_is_somewhere_a_suspect() -> None:
+def test_every_effect_of_the_library_is_somewhere_a_suspect():
     others = [simulate(find_robot("scorbot_er7"), kind=kind, poses=14, seed=1).dataset for kind in ("point", "camera")]
     cells = (cell({"latency:timing": 0.01}), *others)
     assert {one.effect for dataset in cells for one in library(EFFECTS, dataset)} == set(EFFECTS)
-
-
-def test_a_problem_keeps_its_parameters_within_their_bounds(clean: tuple[AveragedData, Fit]) -> None:
-    _, fitted = clean
-    problem = fitted.problem
-    assert (fitted.x >= problem.parameters.lower).all()
-    assert (fitted.x <= problem.parameters.upper).all()

@@ -82,10 +82,7 @@ def test_exchanged_poses_are_named_though_each_has_a_copy_that_is_right() -> Non
 def test_a_cause_beside_exchanged_images_is_still_named() -> None:
     made = measured("stripe", joint_3=3e-3)
     why = robolaser.diagnose(moved(made, EXCHANGED["stripe"]), effects=FEW, seed=0)
-    assert {(one.effect, one.where) for one in why.effects} == {
-        ("mispaired", "image"),
-        ("joint_offset", "joint_3"),
-    }
+    assert {(one.effect, one.where) for one in why.effects} == {("mispaired", "image"), ("joint_offset", "joint_3")}
 
 
 def test_rows_that_fit_nowhere_stay_gross_errors() -> None:

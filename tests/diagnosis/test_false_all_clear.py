@@ -33,14 +33,9 @@ POINTS = {"stripe": 8, "point": 3, "camera": 12, "pose": 1}
 def measured(kind: str, joint_rad: float, seed: int = 1, poses: int = 40, **stated: float) -> Dataset:
     noise = STATED[kind]
     dataset = simulate(
-        find_robot("ur5"),
-        kind=kind,
-        poses=poses,
-        points=POINTS[kind],
-        noise=replace(noise, joint_rad=joint_rad),
-        options=CellOptions(stated=noise),
-        seed=seed,
-    ).dataset
+        find_robot("ur5"), kind=kind, poses=poses, points=POINTS[kind], noise=replace(noise, joint_rad=joint_rad),
+        options=CellOptions(stated=noise), seed=seed,
+    ).dataset  # fmt: skip
     return replace(dataset, noise=replace(dataset.noise, **stated))
 
 
@@ -55,7 +50,6 @@ def test_joints_that_scatter_more_than_arms_do_are_a_gap(kind: str, joint_rad: f
     assert found.verdict == "unexplained"
     assert found.gap.after_m > found.gap.noise_floor_m
     scatter = found.pose_scatter
-    assert scatter is not None
     assert scatter.where == "joints"
     assert scatter.sizes["turn"].value == pytest.approx(joint_rad, abs=4 * scatter.sizes["turn"].std)
     assert scatter.sizes["turn"].std < 0.1 * joint_rad
@@ -86,12 +80,10 @@ def test_the_scatter_is_said_where_it_is_and_what_it_may_be() -> None:
 def test_a_single_joint_that_scatters_is_named() -> None:
     dataset = measured("point", 1e-6)
     poses, joint = dataset.poses, dataset.robot.joints[2]
-    assert poses.q is not None
     q = poses.q.copy()
     q[:, 2] += 3e-3 * np.random.default_rng(3).normal(size=len(q))
     found = examine(replace(dataset, poses=replace(poses, q=q)), effects=[], seed=0)
     assert found.verdict == "unexplained"
-    assert found.pose_scatter is not None
     assert found.pose_scatter.where == joint
     assert found.pose_scatter.probability > 0.9
     assert f"Readings of {joint} scatter by" in found.sentence
@@ -111,8 +103,7 @@ def test_an_arm_of_large_stated_repeatability_may_scatter_more_than_others_do() 
 
 
 def test_the_repeatability_of_the_data_sheet_is_read_checked_and_written(tmp_path) -> None:
-    dataset = measured("point", 1e-4, repeatability_m=2e-5)
-    save(dataset, tmp_path / "set")
+    save(measured("point", 1e-4, repeatability_m=2e-5), tmp_path / "set")
     assert load(tmp_path / "set").noise.repeatability_m == 2e-5
     file = tmp_path / "set" / "dataset.toml"
     file.write_text(file.read_text().replace("repeatability_m = 2e-05", "repeatability_m = -1"))
@@ -185,7 +176,6 @@ def test_a_ripple_of_another_form_than_gears_have_is_neither_noise_nor_scatter()
 def turned() -> Diagnosis:
     """Measured flange poses whose rotations alone are wrong: with the sine of an angle."""
     data = measured("pose", 1e-5)
-    assert data.poses.q is not None
     turn = Rotation.from_rotvec(4e-3 * np.sin(data.poses.q[:, [4]]) * [1.0, 0.0, 0.0])
     quaternion = (Rotation.from_quat(data.points.columns["quaternion"]) * turn[data.points.pose]).as_quat()
     points = replace(data.points, columns={**data.points.columns, "quaternion": quaternion})

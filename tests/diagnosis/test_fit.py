@@ -42,8 +42,7 @@ def test_poses_too_few_for_a_model_have_no_gross_errors_by_it(start: Fit, poses:
     xyz = some.points["xyz"].copy()
     xyz[:3, 0] += 0.01
     model = Model(replace(some, points=replace(some.points, xyz=xyz))).sharing(start.sensor)
-    problem = problem_of(model, noise_of(model, start.x), start.sensor)
-    assert outliers_of(problem, start.x).sum() == found
+    assert outliers_of(problem_of(model, noise_of(model, start.x), start.sensor), start.x).sum() == found
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])

@@ -16,13 +16,11 @@ from robolaser.simulation import simulate
 def test_one_wave_of_a_gear_is_no_second_harmonic_of_half_its_frequency(cycles: int, twice: float) -> None:
     made = simulate(find_robot("ur5e"), kind="point", poses=60, noise=Noise(point_m=2e-5, joint_rad=1e-5), seed=5)
     dataset = made.dataset
-    assert dataset.poses.q is not None
     q = dataset.poses.q.copy()
     phase = cycles * q[:, 2] + 1.0
     q[:, 2] -= 4e-4 * np.sin(phase) + twice * np.cos(2.0 * phase)
     suspects = kinds("transmission_error", "encoder_eccentricity", "joint_offset", "joint_coupling", "settling")
-    found = examine(replace(dataset, poses=replace(dataset.poses, q=q)), suspects, seed=1)
-    (one,) = found.findings
+    (one,) = examine(replace(dataset, poses=replace(dataset.poses, q=q)), suspects, seed=1).findings
     assert str(one.candidate_effect) == "transmission_error at elbow_joint"
     values = {name: estimate.value for name, estimate in one.parameters.items()}
     assert values["cycles"] == pytest.approx(cycles, abs=0.1)

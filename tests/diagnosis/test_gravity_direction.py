@@ -24,9 +24,7 @@ def hung(true: tuple[float, float, float], effects: dict[str, float], seed: int)
 
 
 @pytest.mark.parametrize(("true", "seed"), [((0.0, 0.0, 9.81), 2), ((1.7, 0.0, -9.66), 3)], ids=["ceiling", "tilted"])
-def test_gravity_that_is_stated_wrongly_is_named_with_what_gives_way(
-    true: tuple[float, float, float], seed: int
-) -> None:
+def test_gravity_that_is_stated_wrongly_is_named_with_what_gives_way(true, seed):
     why = robolaser.diagnose(hung(true, SOFT, seed), effects=FEW, seed=0)
     assert why.verdict == "explained"
     first, *others = why.effects
@@ -37,18 +35,18 @@ def test_gravity_that_is_stated_wrongly_is_named_with_what_gives_way(
     assert why.classes[0]["class"] == "base"
 
 
-def test_gravity_that_is_stated_rightly_is_not_named() -> None:
+def test_gravity_that_is_stated_rightly_is_not_named():
     why = robolaser.diagnose(hung(DOWN, SOFT, 4), effects=FEW, seed=0)
     assert {f"{one.effect}:{one.where}" for one in why.effects} == set(SOFT)
 
 
-def test_a_cause_that_the_library_lacks_is_not_told_as_gravity() -> None:
+def test_a_cause_that_the_library_lacks_is_not_told_as_gravity():
     made = hung(DOWN, {"link_geometry:elbow_joint": 2e-3, "transmission_error:wrist_1_joint": 2e-3}, 5)
     why = robolaser.diagnose(made, effects=[*FEW, "base_compliance", "tool_sag", "encoder_eccentricity"], seed=0)
     assert "gravity_direction" not in {one.effect for one in why.effects}
 
 
-def test_a_single_joint_that_yields_upwards_may_be_pulled_by_a_spring_and_does_not_tell_that_the_arm_hangs() -> None:
+def test_a_single_joint_that_yields_upwards_may_be_pulled_by_a_spring_and_does_not_tell_that_the_arm_hangs():
     made = hung((0.0, 0.0, 9.81), {"joint_compliance:shoulder_lift_joint": 6e-5}, 6)
     why = robolaser.diagnose(made, effects=FEW, seed=0)
     assert why.verdict == "unexplained"

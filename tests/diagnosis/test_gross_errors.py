@@ -46,16 +46,14 @@ def test_an_arm_that_scatters_more_than_its_tracker_has_no_gross_errors_where_it
 
 
 def test_single_points_are_gross_errors_for_certain(sound: Dataset) -> None:
-    rows = np.flatnonzero(sound.points.pose < 3)[::3]
-    found = examine(off(sound, rows), FEW, seed=0)
+    found = examine(off(sound, np.flatnonzero(sound.points.pose < 3)[::3]), FEW, seed=0)
     (told,) = [one for one in diagnosis_json(found)["effects"] if one["effect"] == "outliers"]
     assert told["probability"] == 1.0
     assert "3 rows of points.csv are gross errors" in found.sentence
 
 
 def test_a_pose_that_is_off_as_a_whole_is_likely_a_gross_error_and_is_named(sound: Dataset) -> None:
-    rows = np.flatnonzero(sound.points.pose == 7)
-    found = examine(off(sound, rows), FEW, seed=0)
+    found = examine(off(sound, np.flatnonzero(sound.points.pose == 7)), FEW, seed=0)
     (told,) = [one for one in diagnosis_json(found)["effects"] if one["effect"] == "outliers"]
     assert 0.5 < told["probability"] < CERTAIN
     assert f"All points of pose {sound.poses.names[7]} are off together" in found.sentence
@@ -121,8 +119,7 @@ def test_an_image_of_another_pose_is_left_out_whole(pose: int, image: int) -> No
 
 def test_the_gap_and_its_interval_are_of_the_rows_that_a_search_keeps(sound: Dataset) -> None:
     preparation = Preparation.of(sound, 0)
-    last = np.arange(len(sound.points)) == len(sound.points) - 1
-    _, fewer = preparation.without(last, preparation.fit([]))
+    _, fewer = preparation.without(np.arange(len(sound.points)) == len(sound.points) - 1, preparation.fit([]))
     held_out = HeldOut(fewer, 0, preparation.calibration)
     gap = gap_of(fewer, fewer, fewer.noise, held_out, 0)
     assert gap.after_m == pytest.approx(rms(held_out.of(fewer).in_metres))

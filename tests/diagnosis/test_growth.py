@@ -125,8 +125,7 @@ def test_a_grown_diagnosis_still_says_whether_it_carries_over_and_what_it_may_st
 
 def test_a_pose_that_the_model_does_not_predict_has_all_poses_examined_anew(arm, found):
     points = first(arm, FIRST + 1).points
-    last = points.pose == FIRST
-    off = replace(points, xyz=points.xyz + 2e-3 * last[:, None])
+    off = replace(points, xyz=points.xyz + 2e-3 * (points.pose == FIRST)[:, None])
     assert not found.with_poses(replace(first(arm, FIRST + 1), points=off)).diagnosis.weighed.followed
 
 

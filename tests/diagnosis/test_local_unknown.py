@@ -13,11 +13,7 @@ from robolaser.diagnosis import examine
 from robolaser.diagnosis.candidate_sites import FORCE
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import rough
-from robolaser.diagnosis.local_unknown import (
-    local_unknown_chi2,
-    posture_unknown_chi2,
-    probability_of_local_unknown,
-)
+from robolaser.diagnosis.local_unknown import local_unknown_chi2, posture_unknown_chi2, probability_of_local_unknown
 from robolaser.diagnosis.localization import localize
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.refits import PostureRivals, Refits
@@ -42,8 +38,7 @@ def test_a_rough_function_may_have_corners_and_a_constant_slope_between_them() -
     x = np.linspace(-1.0, 2.0, 60)
     step = np.clip((x - 0.5) / 0.3, -0.5, 0.5)
     basis = rough(x)
-    left = step - basis @ np.linalg.lstsq(basis, step, rcond=None)[0]
-    assert np.abs(left).max() < 0.05
+    assert np.abs(step - basis @ np.linalg.lstsq(basis, step, rcond=None)[0]).max() < 0.05
 
 
 def unlike(function: np.ndarray, shapes: np.ndarray) -> float:
@@ -140,20 +135,13 @@ def test_scatter_of_whole_poses_is_no_remainder_of_an_effect() -> None:
     noise, effects = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-4), {"backlash:joint_2": 8e-4}
     stated = Noise(pixel_px=0.1, target_m=3e-5)
     made = simulate(
-        find_robot("scorbot_er7"),
-        poses=40,
-        points=8,
-        noise=noise,
-        effects=effects,
-        options=CellOptions(stated=stated),
-        seed=3,
-    )
+        find_robot("scorbot_er7"), poses=40, points=8, noise=noise, effects=effects,
+        options=CellOptions(stated=stated), seed=3,
+    )  # fmt: skip
     start = Preparation.of(made.dataset, 1).fit(())
-    few = start.noise.with_scatter_times(0.01)
-    start = Fit.of(start.problem.with_noise(few), start.x)
+    start = Fit.of(start.problem.with_noise(start.noise.with_scatter_times(0.01)), start.x)
     refits = Refits(start, made.effects)
-    fit = refits.refit(start, refits.score_tests(start))
-    assert refits.locally_unmodelled(fit, made.effects[0]) == 0.0
+    assert refits.locally_unmodelled(refits.refit(start, refits.score_tests(start)), made.effects[0]) == 0.0
 
 
 def test_an_effect_is_doubted_by_the_weight_of_models_that_do_without_it() -> None:
@@ -190,7 +178,6 @@ def test_effects_of_a_form_that_a_joint_does_not_have_do_not_explain_a_gap_thoug
 def test_a_joint_that_another_one_pulls_along_depends_on_it_and_does_not_scatter() -> None:
     """A form that no effect has."""
     cell = simulate("scorbot_er7", kind="point", poses=30, noise=Noise(point_m=2e-5), seed=3).dataset
-    assert cell.poses.q is not None
     read = cell.poses.q.copy()
     read[:, 2] -= 0.002 * read[:, 1] ** 2
     followed = kinds("joint_coupling", "joint_offset", "joint_compliance", "encoder_scale", "backlash", "settling")
@@ -203,7 +190,6 @@ def test_a_joint_that_another_one_pulls_along_depends_on_it_and_does_not_scatter
 def test_a_base_that_creeps_is_found_at_the_base() -> None:
     """Slowly, which no effect is: it would be as well a first joint that is placed elsewhere and elsewhere."""
     cell = simulate("ur5", kind="point", poses=30, noise=Noise(point_m=2e-5), seed=4).dataset
-    assert cell.points.xyz is not None
     creep = np.linspace(0.0, 1.0, 30)[cell.points.pose, None] * [3e-4, 0.0, 2e-4]
     crept = replace(cell, points=replace(cell.points, xyz=cell.points.xyz + creep))
     found = examine(crept, kinds("base_shift", "thermal_drift", "joint_offset"), seed=1)
@@ -213,11 +199,9 @@ def test_a_base_that_creeps_is_found_at_the_base() -> None:
 
 def test_a_place_is_listed_once() -> None:
     noise = Noise(pixel_px=0.1, target_m=2e-5)
-    effects = {"radial_distortion": 2e8}
-    made = simulate(find_robot("ur5e"), poses=36, noise=noise, effects=effects, seed=5)
+    made = simulate(find_robot("ur5e"), poses=36, noise=noise, effects={"radial_distortion": 2e8}, seed=5)
     suspects = kinds("tangential_distortion", "stripe_bias", "laser_roll", "laser_curvature", "joint_offset")
-    found = examine(made.dataset, suspects, seed=1)
-    places = [(one.site, one.coordinate) for one in found.where]
+    places = [(one.site, one.coordinate) for one in examine(made.dataset, suspects, seed=1).where]
     assert places[0] == ("camera", "image position")
     assert len(set(places)) == len(places)
 
@@ -247,5 +231,4 @@ def slipped(site: str) -> Dataset:
 @pytest.mark.parametrize("site", ["shoulder_lift_joint", "hand_eye", "payload", "base"])
 def test_what_slips_at_a_moment_explains_what_another_shift_then_would_and_not_what_a_base_does(site: str) -> None:
     fit = Preparation.of(slipped(site), 1).fit(())
-    explained = sparse_shape_chi2(fit, "base") / (fit.chi2 - fit.freedoms)
-    assert (explained > 0.9) == (site != "base")
+    assert ((sparse_shape_chi2(fit, "base") / (fit.chi2 - fit.freedoms)) > 0.9) == (site != "base")

@@ -88,8 +88,7 @@ class LaggingArm(Effect):
         return np.linspace(-3.0, 3.0, 60)[:, None]
 
     def apply(self, value: Array, run: Run, /) -> Array:
-        beyond = value[:, :, -1:] > self.begin[:, None, None]
-        return value + self.lag[:, None, None] * value * beyond
+        return value + self.lag[:, None, None] * value * (value[:, :, -1:] > self.begin[:, None, None])
 
 
 def test_an_effect_of_all_joints_with_many_nonlinear_values_is_tried() -> None:

@@ -27,8 +27,7 @@ def fitted() -> Fit:
 
 def whitened(columns: Array, believed: Array) -> Array:
     """Columns once a random function with some columns of unit size counts as noise."""
-    covariance = np.eye(len(believed)) + believed @ believed.T
-    values, V = np.linalg.eigh(covariance)
+    values, V = np.linalg.eigh(np.eye(len(believed)) + believed @ believed.T)
     return np.asarray((V / np.sqrt(values)) @ V.T @ columns)
 
 
@@ -45,11 +44,7 @@ def test_normal_equations_are_products_of_columns_before_and_after_a_function_is
 
 
 def _compare(
-    fit: Fit,
-    functions: RandomFunctions,
-    places: list[Site],
-    normal: list[Array],
-    whiten: Callable[[Array], Array],
+    fit: Fit, functions: RandomFunctions, places: list[Site], normal: list[Array], whiten: Callable[[Array], Array]
 ) -> None:
     residuals = whiten(fit.at.r)
     for site, products in zip(places, normal, strict=True):

@@ -33,15 +33,10 @@ GEARS = kinds("transmission_error")
 @cache
 def diagnosed(kind: str, *, effect: str = "", size: float = 0.0, joint_rad: float = JOINT_RAD) -> Diagnosis:
     dataset = simulate(
-        find_robot("scorbot_er7"),
-        kind=kind,
-        poses=40,
-        points=8 if kind == "stripe" else 3,
-        noise=replace(STATED[kind], joint_rad=joint_rad),
-        effects={effect: size} if effect else None,
-        options=CellOptions(stated=STATED[kind]),
-        seed=4,
-    ).dataset
+        find_robot("scorbot_er7"), kind=kind, poses=40, points=8 if kind == "stripe" else 3,
+        noise=replace(STATED[kind], joint_rad=joint_rad), effects={effect: size} if effect else None,
+        options=CellOptions(stated=STATED[kind]), seed=4,
+    ).dataset  # fmt: skip
     return examine(dataset, OF_JOINTS + GEARS, seed=0)
 
 
@@ -57,8 +52,7 @@ def test_a_gain_counts_as_the_logarithm_of_what_it_leaves_of_the_scatter():
 
 
 def test_scatter_as_assumed_changes_nothing():
-    squares = np.full(50, 1.0)
-    factor, change = profile(squares, np.full(50, 3.0), 1.0)
+    factor, change = profile(np.full(50, 1.0), np.full(50, 3.0), 1.0)
     assert factor == pytest.approx(1.0, abs=0.01)
     assert change == pytest.approx(0.0, abs=1e-2)
 
@@ -68,7 +62,7 @@ def test_without_scatter_the_likelihood_is_that_of_chi_squared():
 
 
 @pytest.mark.parametrize("kind", ["stripe", "point"])
-def test_scatter_alone_is_no_gap(kind: str):
+def test_scatter_alone_is_no_gap(kind):
     diagnosis = diagnosed(kind)
     assert diagnosis.verdict == "no_gap"
     assert not diagnosis.findings
@@ -82,7 +76,6 @@ def tracked(
     noise = Noise(point_m=3e-5, **stated)
     dataset = simulate(find_robot(arm), kind="point", poses=poses, noise=noise, seed=1).dataset
     q = dataset.poses.q
-    assert q is not None
     return examine(replace(dataset, poses=replace(dataset.poses, q=q + off(q))), suspects, seed=0)
 
 
@@ -93,15 +86,14 @@ def chance(rad: float) -> Callable[[Array], Array]:
 REPEATS = {"joint_rad": 1e-5, "repeatability_m": 5e-5}
 
 
-def test_a_joint_that_scatters_over_ten_poses_is_no_gear_of_some_frequency() -> None:
+def test_a_joint_that_scatters_over_ten_poses_is_no_gear_of_some_frequency():
     found = tracked("ur5", 10, chance(7e-4), OF_JOINTS + GEARS, **REPEATS)
     assert not found.findings
-    assert found.pose_scatter is not None
     assert found.pose_scatter.where == "shoulder_lift_joint"
 
 
 @pytest.mark.parametrize("edge", [0.1, 10.0])
-def test_a_joint_with_a_wave_of_several_periods_does_not_scatter(edge: float) -> None:
+def test_a_joint_with_a_wave_of_several_periods_does_not_scatter(edge):
     def wave(q: Array) -> Array:
         return 2e-3 * np.tanh(edge * np.sin(3.0 * q)) / np.tanh(edge) * (np.arange(q.shape[1]) == 1)
 
@@ -114,20 +106,17 @@ def off_at(joint: int, size: float) -> Callable[[Array], Array]:
 
 
 @pytest.mark.parametrize(("joint", "known"), [(1, {"shoulder_lift_joint"}), (3, {"wrist_1_joint"})])
-def test_what_else_is_wrong_with_an_arm_whose_joint_scatters_is_located_beside_the_scatter(
-    joint: int, known: set[str]
-) -> None:
+def test_what_else_is_wrong_with_an_arm_whose_joint_scatters_is_located_beside_the_scatter(joint, known):
     found = tracked("ur5", 60, lambda q: chance(3e-3)(q) + off_at(joint, 3e-3)(q), OF_JOINTS)
-    assert found.pose_scatter is not None
     assert found.pose_scatter.where == "shoulder_lift_joint"
     assert {one.site for one in found.classes if one.name == "unknown" and one.probability > 0.9} <= known
 
 
-def test_one_joint_that_scatters_no_more_than_joints_may_is_no_gap() -> None:
+def test_one_joint_that_scatters_no_more_than_joints_may_is_no_gap():
     assert tracked("ur5", 25, chance(3e-4), OF_JOINTS + GEARS).verdict == "no_gap"
 
 
-def test_two_joints_that_turn_by_the_sum_of_their_angles_do_not_scatter() -> None:
+def test_two_joints_that_turn_by_the_sum_of_their_angles_do_not_scatter():
     def by_one_wheel(q: Array) -> Array:
         return 4e-3 * np.sin(q[:, [3]] + q[:, [4]]) * np.isin(np.arange(q.shape[1]), (3, 4))
 
@@ -137,7 +126,7 @@ def test_two_joints_that_turn_by_the_sum_of_their_angles_do_not_scatter() -> Non
     assert {place.site for place in found.where} <= {"joint_4", "joint_5"}
 
 
-def test_a_joint_that_skips_neither_scatters_nor_has_a_wrong_zero() -> None:
+def test_a_joint_that_skips_neither_scatters_nor_has_a_wrong_zero():
     def skipping(q: Array) -> Array:
         return 1e-3 * (q > np.median(q, axis=0)) * (np.arange(q.shape[1]) == 1)
 
@@ -157,7 +146,7 @@ def test_scatter_counts_in_the_noise_floor():
 @pytest.mark.parametrize(
     ("kind", "effect", "size"), [("stripe", "backlash:joint_3", 2e-3), ("point", "joint_compliance:joint_2", 1e-4)]
 )
-def test_the_scatter_is_found_beside_an_effect_and_does_not_swallow_it(kind: str, effect: str, size: float):
+def test_the_scatter_is_found_beside_an_effect_and_does_not_swallow_it(kind, effect, size):
     diagnosis = diagnosed(kind, effect=effect, size=size)
     assert [str(found.candidate_effect) for found in diagnosis.findings] == [effect.replace(":", " at ")]
     assert diagnosis.findings[0].probability > 0.9
@@ -166,12 +155,9 @@ def test_the_scatter_is_found_beside_an_effect_and_does_not_swallow_it(kind: str
 
 def test_a_smooth_cause_that_the_library_lacks_is_not_swallowed():
     dataset = simulate(
-        find_robot("scorbot_er7"),
-        poses=40,
-        points=8,
-        noise=STATED["stripe"],
+        find_robot("scorbot_er7"), poses=40, points=8, noise=STATED["stripe"],
         effects={"joint_compliance:joint_2": 1e-4},
-    ).dataset
+    ).dataset  # fmt: skip
     diagnosis = examine(dataset, effects=[], seed=0)
     assert diagnosis.verdict == "unexplained"
     assert diagnosis.where[0].site == "joint_2"
@@ -190,7 +176,7 @@ def test_stated_noise_that_the_rows_of_a_pose_contradict_gives_way_to_the_larger
 
 
 @pytest.mark.parametrize(("times", "fits"), [(1.0, True), (2.0, True), (2.0, False), (5.0, False)])
-def test_noise_is_said_to_be_larger_than_stated_only_where_the_verdict_took_it_so(times: float, fits: bool) -> None:
+def test_noise_is_said_to_be_larger_than_stated_only_where_the_verdict_took_it_so(times, fits):
     made = simulate(find_robot("ur5e"), kind="point", poses=12, noise=Noise(point_m=1e-4), seed=3).dataset
     final = examine(made, effects=[], seed=0).weighed.final
     larger = replace(final.noise.at({"point": times * 1e-4}), origin={"point": "estimated"})
@@ -205,13 +191,9 @@ def test_noise_is_said_to_be_larger_than_stated_only_where_the_verdict_took_it_s
 def test_stated_noise_that_is_far_too_small_makes_no_gross_errors(times, verdict):
     """Up to a few times it is taken for a slip of the pen; beyond that, something else may move the rows."""
     dataset = simulate(
-        find_robot("scorbot_er7"),
-        poses=30,
-        points=8,
-        noise=Noise(pixel_px=0.1),
-        options=CellOptions(stated=Noise(pixel_px=0.1 / times)),
-        seed=3,
-    ).dataset
+        find_robot("scorbot_er7"), poses=30, points=8, noise=Noise(pixel_px=0.1),
+        options=CellOptions(stated=Noise(pixel_px=0.1 / times)), seed=3,
+    ).dataset  # fmt: skip
     diagnosis = examine(dataset, effects=[], seed=1)
     assert diagnosis.verdict == verdict
     assert ("times as much as [noise] states: correct it" in diagnosis.sentence) == (times == 10)
@@ -233,16 +215,12 @@ def test_chi_squared_of_any_freedoms_has_the_normal_deviate_of_its_quantiles():
     assert Excess.of(chi2_quantile := 149.449, 100.0).sigma == pytest.approx(3.09, abs=0.02), chi2_quantile
 
 
-def test_an_arm_that_shrinks_with_its_sockets_explains_no_scatter() -> None:
+def test_an_arm_that_shrinks_with_its_sockets_explains_no_scatter():
     effects = {"link_geometry:joint_3": 0.004}
     dataset = simulate(
-        find_robot("scorbot_er7"),
-        kind="socket",
-        effects=effects,
-        noise=Noise(joint_rad=1e-4),
-        options=CellOptions(stated=Noise()),
-        seed=4,
-    ).dataset
+        find_robot("scorbot_er7"), kind="socket", effects=effects, noise=Noise(joint_rad=1e-4),
+        options=CellOptions(stated=Noise()), seed=4,
+    ).dataset  # fmt: skip
     start = Preparation.of(dataset, 1).fit([])
     arm = start.model.with_effects(tuple(library([LinkGeometry], dataset)))
     problem = problem_of(arm, start.noise, start.sensor)
@@ -260,16 +238,12 @@ def left_by(columns: Array, residuals: Array) -> float:
     return float(np.linalg.norm(e - U @ (U.T @ e)) / np.linalg.norm(e))
 
 
-def test_coarse_readings_are_no_gap_where_their_step_is_stated() -> None:
+def test_coarse_readings_are_no_gap_where_their_step_is_stated():
     step = 4e-3
     made = simulate(
-        find_robot("ur5"),
-        kind="point",
-        poses=50,
-        noise=Noise(point_m=3e-5, joint_rad=step / 12.0**0.5),
-        options=CellOptions(stated=Noise(point_m=3e-5, joint_step_rad=step)),
-        seed=2,
-    )
+        find_robot("ur5"), kind="point", poses=50, noise=Noise(point_m=3e-5, joint_rad=step / 12.0**0.5),
+        options=CellOptions(stated=Noise(point_m=3e-5, joint_step_rad=step)), seed=2,
+    )  # fmt: skip
     assert examine(made.dataset, OF_JOINTS, seed=0).verdict == "no_gap"
     unsaid = replace(made.dataset, noise=Noise(point_m=3e-5))
     assert examine(unsaid, OF_JOINTS, seed=0).verdict == "unexplained"

@@ -47,8 +47,7 @@ def kept(dataset: Dataset, seed: int = 0) -> np.ndarray:
 def test_gross_errors_at_one_reflector_cost_no_other_pose(sound: Dataset) -> None:
     outliers = np.zeros(len(sound.points), dtype=bool)
     outliers[[0, 30, 60, 90]] = True  # the first reflector of a few poses
-    used = AveragedData.of(sound, outliers).subsampled(0).dataset.points.pose
-    assert len(np.unique(used)) == MAX_POSES
+    assert len(np.unique(AveragedData.of(sound, outliers).subsampled(0).dataset.points.pose)) == MAX_POSES
 
 
 def test_seeds_choose_other_poses_and_one_seed_the_same(sound: Dataset) -> None:
@@ -70,8 +69,7 @@ def test_sockets_have_as_many_poses_each_and_rare_ones_all_of_theirs() -> None:
     ).dataset
     rare = np.flatnonzero(dataset.points.number == 0)
     fewer = replace(dataset, points=dataset.points.take(np.setdiff1d(np.arange(len(dataset.points)), rare[10:])))
-    chosen = fewer.points.number[chosen_rows(fewer, 0)]
-    _, counts = np.unique(chosen, return_counts=True)
+    _, counts = np.unique(fewer.points.number[chosen_rows(fewer, 0)], return_counts=True)
     assert counts.sum() == MAX_POSES
     assert counts.min() == 10
     assert np.ptp(np.sort(counts)[1:]) <= 1
@@ -79,8 +77,7 @@ def test_sockets_have_as_many_poses_each_and_rare_ones_all_of_theirs() -> None:
 
 def test_poses_that_are_all_alike_are_thinned_too(sound: Dataset) -> None:
     q = np.repeat(sound.poses.q[:1], len(sound.poses), axis=0)
-    still = replace(sound, poses=replace(sound.poses, q=q, time_s=None))
-    assert len(kept(still)) == MAX_POSES
+    assert len(kept(replace(sound, poses=replace(sound.poses, q=q, time_s=None)))) == MAX_POSES
 
 
 @pytest.mark.parametrize("effects", [{}, {"backlash__elbow_joint": 0.002}], ids=["none", "one"])

@@ -33,7 +33,7 @@ def names(found: Diagnosis) -> list[str]:
     return [one.candidate_effect.effect.name for one in found.findings]
 
 
-def test_a_lens_that_breathes_by_the_square_of_the_distance_is_named() -> None:
+def test_a_lens_that_breathes_by_the_square_of_the_distance_is_named():
     found = examine(breathing(0.02), IN_IMAGES, seed=0)
     assert (found.verdict, names(found)) == ("explained", ["focus_breathing"])
     assert found.findings[0].probability > 0.95
@@ -46,12 +46,12 @@ def stretched(along_x: float, along_y: float) -> Dataset:
     return replace(made.dataset, points=replace(made.dataset.points, xyz=stated))
 
 
-def test_a_print_that_is_longer_along_one_side_is_named() -> None:
+def test_a_print_that_is_longer_along_one_side_is_named():
     found = examine(stretched(0.0, 0.004), IN_IMAGES, seed=0)
     assert (found.verdict, names(found)) == ("explained", ["target_stretch"])
 
 
-def test_of_a_print_with_two_scales_what_they_have_in_common_may_be_the_arms() -> None:
+def test_of_a_print_with_two_scales_what_they_have_in_common_may_be_the_arms():
     found = examine(stretched(0.001, 0.003), IN_IMAGES, seed=0)
     sure = [one.candidate_effect.effect.name for one in found.findings if one.probability > 0.95]
     assert (found.verdict, sure) == ("explained", ["target_stretch"])
@@ -73,13 +73,13 @@ def held_elsewhere(made: Simulated, by: np.ndarray) -> Dataset:
 
 
 @pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.6, 0.8, 0.0)])
-def test_a_holder_that_bends_across_its_axis_is_named(axis: tuple[float, float, float]) -> None:
+def test_a_holder_that_bends_across_its_axis_is_named(axis):
     others = kinds("joint_compliance", "link_compliance", "base_compliance", "joint_offset")
     found = examine(held_by_a_cantilever(3e-4, np.array(axis)), kinds("tool_sag") + others, seed=0)
     assert (found.verdict, names(found)) == ("explained", ["tool_sag"])
 
 
-def test_without_it_in_the_library_a_holder_that_bends_is_no_certain_cause_of_another_class() -> None:
+def test_without_it_in_the_library_a_holder_that_bends_is_no_certain_cause_of_another_class():
     others = [one for one in EFFECTS if one.name != "tool_sag"]
     found = examine(held_by_a_cantilever(3e-4, np.array([0.6, 0.8, 0.0])), effects=others, seed=0)
     assert found.verdict == "unexplained" or all(one.probability < 0.95 for one in found.findings)
@@ -99,13 +99,13 @@ def before_a_tripod(size: float) -> Dataset:
 
 
 @pytest.mark.parametrize("size", [3e-4, 5e-3])
-def test_a_trackers_stand_that_creeps_is_at_the_base_and_nothing_of_the_arm(size: float) -> None:
+def test_a_trackers_stand_that_creeps_is_at_the_base_and_nothing_of_the_arm(size):
     found = examine(before_a_tripod(size), OF_HOLDERS, seed=0)
     assert {one.name for one in found.classes if one.probability > 0.5} <= {"base", "unknown"}
     assert found.where[0].site == "base"
 
 
-def test_a_large_creep_of_a_trackers_stand_is_named() -> None:
+def test_a_large_creep_of_a_trackers_stand_is_named():
     found = examine(before_a_tripod(5e-3), OF_HOLDERS, seed=0)
     assert (found.verdict, names(found)) == ("explained", ["base_drift"])
 
@@ -122,13 +122,13 @@ MOVES = {"mount_shift": lambda t: (t > 0.4) * (0.95 + 0.05 * t), "tool_drift": l
 
 
 @pytest.mark.parametrize("effect", MOVES)
-def test_a_holder_that_slips_or_creeps_is_named_and_is_no_base_that_moved(effect: str) -> None:
+def test_a_holder_that_slips_or_creeps_is_named_and_is_no_base_that_moved(effect):
     found = examine(held_loosely(MOVES[effect]), OF_HOLDERS, seed=0)
     assert (found.verdict, names(found)) == ("explained", [effect])
     assert {one.name: one.probability for one in found.classes}["mount"] > 0.99
 
 
-def test_without_it_in_the_library_a_holder_that_slips_is_an_unknown_cause_at_the_tool() -> None:
+def test_without_it_in_the_library_a_holder_that_slips_is_an_unknown_cause_at_the_tool():
     found = examine(held_loosely(MOVES["mount_shift"]), OF_HOLDERS[1:], seed=0)
     assert (found.verdict, found.where[0].site) == ("unexplained", "tool")
 
@@ -142,20 +142,19 @@ def grown(share: float, **known: object) -> Dataset:
     return replace(made.dataset, points=points, **known)
 
 
-def test_an_arm_that_grew_is_certainly_a_matter_of_lengths_and_not_certainly_the_arms() -> None:
+def test_an_arm_that_grew_is_certainly_a_matter_of_lengths_and_not_certainly_the_arms():
     found = examine(grown(1e-3), OF_LENGTHS, seed=0)
     assert found.verdict == "explained"
     assert set(names(found)) <= {"arm_scale", "tracker_scale"}
     assert {one.name: one.probability for one in found.classes}["measuring_system"] > 0.99
 
 
-def test_known_distances_between_reflectors_tell_it_from_the_trackers_scale() -> None:
+def test_known_distances_between_reflectors_tell_it_from_the_trackers_scale():
     points = grown(1e-3).points
     first = points["xyz"][points.pose == 0]
     near = points.names[:3]
     known = tuple((near[i], near[j], float(np.linalg.norm(first[i] - first[j]))) for i, j in ((0, 1), (0, 2), (1, 2)))
-    found = examine(grown(1e-3, distances_m=known), OF_LENGTHS, seed=0)
-    assert names(found) == ["arm_scale"]
+    assert names(examine(grown(1e-3, distances_m=known), OF_LENGTHS, seed=0)) == ["arm_scale"]
 
 
 def seen_by(bent: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Dataset:
@@ -176,15 +175,13 @@ def longer_across(xyz: np.ndarray, up: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("bent", [refracted, longer_across])
-def test_a_measuring_system_that_distorts_space_is_an_unknown_cause_there_and_no_error_of_the_arm(
-    bent: Callable[[np.ndarray, np.ndarray], np.ndarray],
-) -> None:
+def test_a_measuring_system_that_distorts_space_is_an_unknown_cause_there_and_no_error_of_the_arm(bent):
     found = examine(seen_by(bent), seed=0)
     assert (found.verdict, found.where[0].site) == ("unexplained", "measuring_system")
     assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
 
 
-def test_a_trackers_scale_that_drifts_is_an_unknown_cause_there_and_no_link_that_warms_up() -> None:
+def test_a_trackers_scale_that_drifts_is_an_unknown_cause_there_and_no_link_that_warms_up():
     """Its stand may seem to creep, too."""
     made = simulate(find_robot("panda"), kind="point", poses=40, noise=Noise(point_m=2e-5), seed=3).dataset
     longer = 2e-4 * np.log1p(20.0 * made.points.pose / len(made.poses))
@@ -194,20 +191,19 @@ def test_a_trackers_scale_that_drifts_is_an_unknown_cause_there_and_no_link_that
     assert {one.name for one in found.classes if one.probability > 0.5} - {"base"} == {"unknown"}
 
 
-def test_a_reflector_that_is_seen_from_the_side_is_an_unknown_cause_of_the_measuring_system_and_no_scatter() -> None:
+def test_a_reflector_that_is_seen_from_the_side_is_an_unknown_cause_of_the_measuring_system_and_no_scatter():
     made = simulate(find_robot("panda"), kind="point", poses=50, noise=Noise(point_m=2e-5), seed=8)
     R = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))
     points = made.dataset.points
     view = points["xyz"] / np.linalg.norm(points["xyz"], axis=1)[:, None]
     faces = np.einsum("ij,mjk->mik", R, made.dataset.flange()[points.pose, :3, :3]) @ [0.6, 0.0, 0.8]
-    farther = 4e-4 * (1.0 - np.abs((faces * view).sum(axis=1))) ** 2
-    xyz = points["xyz"] + farther[:, None] * view
+    xyz = points["xyz"] + (4e-4 * (1.0 - np.abs((faces * view).sum(axis=1))) ** 2)[:, None] * view
     found = examine(replace(made.dataset, points=replace(points, xyz=xyz)), seed=0)
     assert (found.where[0].site, found.where[0].coordinate) == ("measuring_system", "direction of view")
     assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
 
 
-def test_a_bearing_that_wobbles_twice_a_turn_is_an_unknown_cause_at_its_joint_and_no_error_of_lengths() -> None:
+def test_a_bearing_that_wobbles_twice_a_turn_is_an_unknown_cause_at_its_joint_and_no_error_of_lengths():
     made = simulate(find_robot("ur5"), kind="point", poses=40, noise=Noise(point_m=2e-5), seed=8)
     R = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))
     xyz, poses = made.dataset.points["xyz"], made.dataset.points.pose
@@ -220,14 +216,13 @@ def test_a_bearing_that_wobbles_twice_a_turn_is_an_unknown_cause_at_its_joint_an
     assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
 
 
-def test_a_bearing_that_runs_out_is_an_unknown_cause_at_its_joint_and_no_foundation_that_yields() -> None:
+def test_a_bearing_that_runs_out_is_an_unknown_cause_at_its_joint_and_no_foundation_that_yields():
     made = simulate(find_robot("panda"), kind="point", poses=50, noise=Noise(point_m=2e-5), seed=8)
     R = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))
     points = made.dataset.points
     turn = made.dataset.arm[1][points.pose, 0]
     runs_out = np.column_stack([1.5e-4 * np.cos(2.0 * turn), 5e-5 * np.sin(turn), 8e-5 * np.sin(2.0 * turn)])
-    xyz = points["xyz"] + runs_out @ R.T
-    found = examine(replace(made.dataset, points=replace(points, xyz=xyz)), seed=0)
+    found = examine(replace(made.dataset, points=replace(points, xyz=points["xyz"] + runs_out @ R.T)), seed=0)
     assert (found.where[0].site, found.where[0].coordinate) == ("panda_joint1", "angle of panda_joint1")
     assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
 
@@ -235,7 +230,7 @@ def test_a_bearing_that_runs_out_is_an_unknown_cause_at_its_joint_and_no_foundat
 WRONG_LENGTHS = {"elbow_joint.z": 0.005, "wrist_1_joint.x": -0.004, "wrist_3_joint.z": 0.0025}
 
 
-def test_several_links_of_wrong_lengths_are_not_for_certain_a_trackers_scale_that_no_tracker_has() -> None:
+def test_several_links_of_wrong_lengths_are_not_for_certain_a_trackers_scale_that_no_tracker_has():
     effects = {f"link_geometry:{name}": size for name, size in WRONG_LENGTHS.items()}
     made = simulate(find_robot("ur5"), kind="point", poses=40, noise=Noise(point_m=3e-5), effects=effects, seed=3)
     found = examine(made.dataset, OF_LENGTHS, seed=0)
@@ -246,7 +241,7 @@ def test_several_links_of_wrong_lengths_are_not_for_certain_a_trackers_scale_tha
     assert found.gap.after_m < 1.1 * found.gap.noise_floor_m
 
 
-def test_angles_that_are_biased_by_where_a_body_is_seen_from_are_no_noise_and_nothing_of_the_arm() -> None:
+def test_angles_that_are_biased_by_where_a_body_is_seen_from_are_no_noise_and_nothing_of_the_arm():
     noise = Noise(point_m=5e-5, angle_rad=1e-4, joint_rad=1e-5)
     made = simulate(find_robot("ur5e"), kind="pose", poses=60, noise=noise, seed=1).dataset
     measured, xyz = Rotation.from_quat(made.points["quaternion"]), made.points["xyz"]
@@ -271,18 +266,17 @@ def filmed() -> Dataset:
 def through(change: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Dataset:
     """What a camera sees whose pixels (m, 2) are changed with the share of the run (m, 1) that had passed."""
     seen, time_s = filmed().points, filmed().poses.time_s
-    assert time_s is not None
     share = (time_s / time_s.max())[seen.pose, None]
     return replace(filmed(), points=replace(seen, pixel=change(seen["pixel"], share)))
 
 
-def test_a_camera_that_warms_up_is_no_bracket_that_creeps_for_certain() -> None:
+def test_a_camera_that_warms_up_is_no_bracket_that_creeps_for_certain():
     """The sensor's chip moves behind the lens, quickly at first and then ever less."""
     found = examine(through(lambda pixel, share: pixel + [1.5, -0.8] * np.sqrt(np.tanh(8.0 * share))), IN_TIME, seed=0)
     assert (found.verdict, names(found)) == ("explained", ["camera_drift"])
 
 
-def test_a_focal_length_that_comes_and_goes_is_an_unknown_cause_at_the_camera_and_nothing_of_the_arm() -> None:
+def test_a_focal_length_that_comes_and_goes_is_an_unknown_cause_at_the_camera_and_nothing_of_the_arm():
     middle = np.array([640.0, 480.0])
     zoomed = through(lambda pixel, share: pixel + 3e-3 * np.sin(6.0 * share) * (pixel - middle))
     found = examine(zoomed, seed=0)
@@ -290,21 +284,20 @@ def test_a_focal_length_that_comes_and_goes_is_an_unknown_cause_at_the_camera_an
     assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
 
 
-def test_a_camera_that_stands_in_the_cell_may_as_well_have_a_stand_that_creeps() -> None:
+def test_a_camera_that_stands_in_the_cell_may_as_well_have_a_stand_that_creeps():
     mounts = [CellOptions(mount="flange"), CellOptions(mount="base", placed=False)]
     cells = [simulate(find_robot("ur5"), kind="camera", options=one, poses=8).dataset for one in mounts]
     assert [DRIFT.locations(cell) for cell in cells] == [("camera",), ()]
 
 
-def test_a_scanner_s_camera_has_the_laser_beside_it_also_where_it_sees_corners() -> None:
+def test_a_scanner_s_camera_has_the_laser_beside_it_also_where_it_sees_corners():
     made = simulate(find_robot("ur5"), kind="stripe+camera", poses=8).dataset
     assert DRIFT.locations(made) == ()
     corners, stripe = sorted(made.members, key=lambda one: one.data.kind)
-    apart = replace(made, members=(stripe, replace(corners, camera="another")))
-    assert DRIFT.locations(apart) == ("camera",)
+    assert DRIFT.locations(replace(made, members=(stripe, replace(corners, camera="another")))) == ("camera",)
 
 
-def test_of_a_camera_that_turns_neither_bracket_nor_camera_is_certain() -> None:
+def test_of_a_camera_that_turns_neither_bracket_nor_camera_is_certain():
     """All that tells is how the image is bent in its corners."""
 
     def turned(pixel: np.ndarray, share: np.ndarray) -> np.ndarray:

@@ -82,9 +82,7 @@ def test_what_closes_less_than_half_of_another_gap_hardly_carries_over(found):
 def test_a_scanner_is_transferred_with_its_own_parameters():
     """A stripe scanner's fourteen parameters stay as found; nothing but an unplaced target is fitted anew."""
     noise = {"noise": Noise(pixel_px=0.05)}
-    robot = find_robot("scorbot_er7")
-    made = simulate_as_asked(robot, poses=12, placed=False, seed=3, **noise)
-    whole = made.dataset
+    whole = simulate_as_asked(find_robot("scorbot_er7"), poses=12, placed=False, seed=3, **noise).dataset
     here = np.arange(len(whole.poses)) % 3 != 0
     validation = examine(whole.of_poses(here), OFFSETS, seed=1, validate=[whole.of_poses(~here)]).validation[0]
     assert validation.nominal_m > 5 * validation.calibrated_m
@@ -102,14 +100,9 @@ def test_what_drifted_is_taken_as_at_the_end_of_its_run_and_said_so():
 
 def test_campaigns_with_sessions_predict_and_are_predicted():
     both = simulate(
-        find_robot("scorbot_er7"),
-        kind="point",
-        poses=10,
-        noise=Noise(point_m=2e-5),
-        effects=OFFSET,
-        options=CellOptions(sessions=2),
-        seed=5,
-    ).dataset
+        find_robot("scorbot_er7"), kind="point", poses=10, noise=Noise(point_m=2e-5), effects=OFFSET,
+        options=CellOptions(sessions=2), seed=5,
+    ).dataset  # fmt: skip
     bounds = Parameter("base.x@session-1", "m", 2.5, 0.0, 5.0)
     both = replace(both, parameters={bounds.name: bounds})
     for here, there in ((both, campaign(2)), (campaign(2), both)):
@@ -121,14 +114,9 @@ def test_campaigns_with_sessions_predict_and_are_predicted():
 def monday():
     """A campaign before a standing camera."""
     return simulate(
-        find_robot("ur5"),
-        kind="camera",
-        poses=20,
-        points=15,
-        noise=Noise(pixel_px=0.05),
-        options=CellOptions(mount="base", placed=False),
-        seed=3,
-    )
+        find_robot("ur5"), kind="camera", poses=20, points=15, noise=Noise(pixel_px=0.05),
+        options=CellOptions(mount="base", placed=False), seed=3,
+    )  # fmt: skip
 
 
 def on_friday(made, **moved_by: float):

@@ -31,6 +31,10 @@ def turned(after: float, least: float) -> Evidence:
     return replace(CLEAN, gap=replace(GAP, rotations=RotationGap(1e-3, after * 1e-3, least * 1e-3, 1e-3)))
 
 
+SIX = np.eye(1, 20)[0] * 6.0
+"""Residuals, one of which is six standard deviations."""
+
+
 @pytest.mark.parametrize("of", ["positions", "rotations"])
 def test_a_gap_that_chance_makes_in_one_of_forty_sound_data_sets_needs_a_location(of):
     def gap(high, least):
@@ -50,8 +54,7 @@ def test_noise_of_centimetres_that_nobody_stated_is_a_wrong_description_of_the_c
 
 @pytest.mark.parametrize("numbers", [2, 3])
 def test_rows_of_normal_noise_are_as_large_as_their_median_lets_expect_and_a_few_large_ones_are_no_noise(numbers):
-    rng = np.random.default_rng(0)
-    white = rng.standard_normal((20_000, numbers))
+    white = np.random.default_rng(0).standard_normal((20_000, numbers))
     each = np.full(len(white), numbers)
 
     def spread(rows):
@@ -187,18 +190,14 @@ def test_noise_puts_one_row_in_a_million_beyond_the_limit_of_a_gross_error():
 
 
 def test_a_random_function_of_one_shape_has_the_likelihood_ratio_of_a_variance():
-    residuals = np.zeros(50)
-    residuals[0] = 6.0
-    ratio, size = likelihood_ratio(np.eye(1), residuals[:1])
+    ratio, size = likelihood_ratio(np.eye(1), SIX[:1])
     assert ratio == pytest.approx(36.0 - 1.0 - np.log(36.0), rel=1e-3)
     assert size == pytest.approx(np.sqrt(35.0), rel=0.15)
 
 
 def test_a_function_of_many_shapes_pays_for_each():
-    residuals = np.zeros(50)
-    residuals[0] = 6.0
-    few, _ = likelihood_ratio(np.eye(1), residuals[:1])
-    many, _ = likelihood_ratio(np.eye(20), residuals[:20])
+    few, _ = likelihood_ratio(np.eye(1), SIX[:1])
+    many, _ = likelihood_ratio(np.eye(20), SIX[:20])
     assert many < few - 10
 
 
@@ -213,9 +212,7 @@ def test_chance_has_the_likelihood_ratio_of_a_function_that_is_free_at_each_pose
 
 
 def test_a_function_is_no_larger_than_is_plausible():
-    residuals = np.zeros(50)
-    residuals[0] = 6.0
-    ratio, size = likelihood_ratio(np.eye(1), residuals[:1], 0.5)
+    ratio, size = likelihood_ratio(np.eye(1), SIX[:1], 0.5)
     assert size == 0.5
     assert ratio == pytest.approx(36.0 * 0.25 / 1.25 - np.log(1.25))
 
@@ -224,7 +221,6 @@ def test_a_function_is_no_larger_than_is_plausible():
 def test_the_interval_of_few_poses_holds_the_true_gap_nearly_as_often_as_that_of_many(poses, worlds, held):
     pose, hits = np.repeat(np.arange(poses), 3), []
     for seed in range(worlds):
-        errors = np.random.default_rng(seed).standard_normal((len(pose), 3))
-        low, high = interval(errors, pose, seed)
+        low, high = interval(np.random.default_rng(seed).standard_normal((len(pose), 3)), pose, seed)
         hits.append(low <= np.sqrt(3.0) <= high)
     assert np.mean(hits) > held

@@ -21,15 +21,9 @@ from robolaser.robot.kinematics import Robot
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=2e-5)
 FEW = (
-    "joint_offset",
-    "encoder_scale",
-    "joint_compliance",
-    "backlash",
-    "latency",
-    "base_shift",
-    "thermal_drift",
+    "joint_offset", "encoder_scale", "joint_compliance", "backlash", "latency", "base_shift", "thermal_drift",
     "laser_roll",
-)
+)  # fmt: skip
 TESTED = [kind for kind in EFFECTS if kind.name in FEW]
 """Enough of the library to see each kind of reason."""
 KINDS = ("camera", "point", "pose", "profile", "socket", "stripe")
@@ -135,8 +129,7 @@ def test_measured_flange_poses_speak_for_no_joint(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_part_is_missed_that_a_sensor_of_the_kind_cannot_have(kind):
-    dataset = only(recorded(kind), 3)
-    untestable = set(reasons(diagnosis_json(examine(dataset, EFFECTS, seed=0))))
+    untestable = set(reasons(diagnosis_json(examine(only(recorded(kind), 3), EFFECTS, seed=0))))
     assert ("laser_roll" in untestable) == (kind == "stripe")
     assert ("target_warp" in untestable) == (kind in {"stripe", "camera"})
     assert ("tracker_scale" in untestable) == (kind in {"point", "pose", "profile"})
@@ -149,8 +142,7 @@ def test_an_unplaced_target_is_survived():
 @pytest.mark.parametrize("kind", ["stripe", "point"])
 def test_one_point_a_pose_is_enough_for_an_answer(kind):
     dataset = recorded(kind, poses=30)
-    first = np.unique(dataset.points.pose, return_index=True)[1]
-    answer(replace(dataset, points=dataset.points.take(first)))
+    answer(replace(dataset, points=dataset.points.take(np.unique(dataset.points.pose, return_index=True)[1])))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -162,8 +154,7 @@ def test_noise_that_nobody_stated_is_estimated(kind):
 
 
 def test_perfect_data_leave_no_gap():
-    found = answer(recorded(noise=None, stated=Noise()))
-    assert found["gap_mm"]["after"] < 0.01
+    assert answer(recorded(noise=None, stated=Noise()))["gap_mm"]["after"] < 0.01
 
 
 def test_columns_that_say_nothing_are_passed_over():
@@ -202,8 +193,7 @@ def test_more_poses_than_are_needed_are_survived():
 def test_poses_that_are_all_alike_tell_nothing_and_others_are_named(kind):
     dataset = recorded(kind)
     rows = np.flatnonzero(dataset.points.pose == dataset.points.pose[0])
-    repeated = dataset.points.take(np.tile(rows, 14))
-    points = replace(repeated, pose=np.repeat(np.arange(14), len(rows)))
+    points = replace(dataset.points.take(np.tile(rows, 14)), pose=np.repeat(np.arange(14), len(rows)))
     q = np.tile(dataset.poses.q[dataset.points.pose[0]], (14, 1))
     found = answer(replace(dataset, poses=replace(dataset.poses, q=q), points=points), EFFECTS)
     assert found["sentence"].startswith("All 14 poses are alike")

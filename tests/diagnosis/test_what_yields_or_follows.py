@@ -25,7 +25,7 @@ THEIRS = [
 ]
 
 
-def test_what_the_library_makes_it_names() -> None:
+def test_what_the_library_makes_it_names():
     made = simulate(find_robot("panda"), kind="point", poses=30, effects={"settling:panda_joint2": 1e-3}, seed=3)
     (found,) = examine(made.dataset, seed=0).findings
     assert str(found.candidate_effect) == "settling at panda_joint2"
@@ -33,7 +33,7 @@ def test_what_the_library_makes_it_names() -> None:
 
 
 @pytest.mark.parametrize(("effect", "where", "size"), THEIRS)
-def test_what_other_formulas_make_it_names_first(effect: str, where: str, size: float) -> None:
+def test_what_other_formulas_make_it_names_first(effect, where, size):
     rng = np.random.default_rng(5)
     built = build(find_robot("panda"), Ranges(poses=(30, 34)), rng, moving=False)
     fault = FAULT_MODELS[effect].sample(where, size, built.cell.run, rng)
@@ -43,7 +43,7 @@ def test_what_other_formulas_make_it_names_first(effect: str, where: str, size: 
     assert found.probability > 0.9
 
 
-def test_a_trackers_scale_is_certainly_one_of_lengths_and_not_certainly_the_trackers() -> None:
+def test_a_trackers_scale_is_certainly_one_of_lengths_and_not_certainly_the_trackers():
     effects = {"tracker_scale:measuring_system": 5e-4}
     made = simulate(find_robot("panda"), kind="point", poses=40, effects=effects, seed=3)
     found = examine(made.dataset, SCALES + kinds("link_geometry", "joint_offset", "joint_compliance"), seed=0)
@@ -52,7 +52,7 @@ def test_a_trackers_scale_is_certainly_one_of_lengths_and_not_certainly_the_trac
     assert {each.name: each.probability for each in found.classes}["measuring_system"] > 0.99
 
 
-def test_a_small_scale_beside_a_large_effect_is_found_where_it_predicts_new_poses() -> None:
+def test_a_small_scale_beside_a_large_effect_is_found_where_it_predicts_new_poses():
     effects = {"joint_coupling:panda_joint2": 1.5e-3, "tracker_scale:measuring_system": 3e-5}
     noise = Noise(point_m=2e-5, joint_rad=1e-5)
     made = simulate(find_robot("panda"), kind="point", poses=24, noise=noise, effects=effects, seed=1)
@@ -72,9 +72,7 @@ def test_a_small_scale_beside_a_large_effect_is_found_where_it_predicts_new_pose
     ],
     ids=["a zero", "a reading with one period per turn"],
 )
-def test_what_yields_beside_a_far_larger_cause_at_its_joint_is_no_form_of_it(
-    effects: dict[str, float], classes: set[str]
-) -> None:
+def test_what_yields_beside_a_far_larger_cause_at_its_joint_is_no_form_of_it(effects, classes):
     """It explains fifty times less, and yet new poses are predicted much worse without it."""
     made = simulate(find_robot("panda"), kind="point", poses=50, noise=Noise(point_m=3e-5), effects=effects, seed=1)
     found = examine(made.dataset, ELASTIC + FOLLOWING, seed=0)
@@ -83,12 +81,11 @@ def test_what_yields_beside_a_far_larger_cause_at_its_joint_is_no_form_of_it(
     assert found.gap.after_m < 1.1 * found.gap.noise_floor_m
 
 
-def test_a_wrong_zero_beside_little_that_follows_another_joint_is_no_coupling() -> None:
+def test_a_wrong_zero_beside_little_that_follows_another_joint_is_no_coupling():
     """A coupled joint is off by its zero no farther than the other joint turns, times the ratio."""
     effects = {"joint_offset:panda_joint4": 2e-3}
     made = simulate(find_robot("panda"), kind="point", poses=40, noise=Noise(point_m=3e-5), effects=effects, seed=1)
     poses = made.dataset.poses
-    assert poses.q is not None
     q = poses.q.copy()
     q[:, 3] -= 6e-5 * np.tanh(3.0 * poses.q[:, 2])
     found = examine(replace(made.dataset, poses=replace(poses, q=q)), FOLLOWING, seed=0)
@@ -97,10 +94,9 @@ def test_a_wrong_zero_beside_little_that_follows_another_joint_is_no_coupling() 
     assert not any(name.startswith("joint_coupling") for name in sure)
 
 
-def test_what_yields_to_the_load_of_another_joint_is_an_unknown_cause_that_depends_on_that_load() -> None:
+def test_what_yields_to_the_load_of_another_joint_is_an_unknown_cause_that_depends_on_that_load():
     made = simulate(find_robot("ur5"), kind="point", poses=40, noise=Noise(point_m=2e-5), seed=8).dataset
     poses = made.poses
-    assert poses.q is not None
     q = poses.q.copy()
     q[:, 3] -= 5e-4 * np.cos(q[:, 1] + q[:, 2])
     found = examine(replace(made, poses=replace(poses, q=q)), ELASTIC + FOLLOWING, seed=0)

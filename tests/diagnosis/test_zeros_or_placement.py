@@ -19,15 +19,9 @@ SUSPECTS = ["joint_offset", "link_geometry", "encoder_scale", "joint_compliance"
 
 def diagnosed(effects: dict[str, float], seed: int) -> DiagnosisResult:
     made = simulate(
-        find_robot("so101"),
-        kind="camera",
-        poses=40,
-        points=12,
-        noise=Noise(pixel_px=0.3, joint_rad=5e-4),
-        effects=effects,
-        options=CellOptions(mount="base", placed=False),
-        seed=seed,
-    )
+        find_robot("so101"), kind="camera", poses=40, points=12, noise=Noise(pixel_px=0.3, joint_rad=5e-4),
+        effects=effects, options=CellOptions(mount="base", placed=False), seed=seed,
+    )  # fmt: skip
     return robolaser.diagnose(made.dataset, effects=SUSPECTS, seed=0)
 
 

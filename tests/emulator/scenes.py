@@ -47,8 +47,7 @@ def scene(
 def grey(scene: RenderedScene, T_base_camera: Array, *, lit: bool = True) -> Array:
     """The image without noise, speckle and saturation, (height, width)."""
     room, laser = scene.render(T_base_camera)
-    settings = scene.eye.settings
-    return settings.ambient_grey * room + lit * laser
+    return scene.eye.settings.ambient_grey * room + lit * laser
 
 
 def photograph(scene: RenderedScene, T_base_camera: Array, *, lit: bool = True, seed: int = 1) -> Image:

@@ -17,9 +17,7 @@ DIRECTION = np.array([1, 1, -1, 1, 1])
 
 @pytest.fixture
 def servos(tmp_path: Path) -> LssController:
-    lss = controller_of(load_cell(cell_folder(tmp_path, "lss")))
-    assert isinstance(lss, LssController)
-    return lss
+    return controller_of(load_cell(cell_folder(tmp_path, "lss")))
 
 
 def angles(servos: LssController, now_s: float) -> np.ndarray:

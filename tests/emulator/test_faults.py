@@ -65,8 +65,7 @@ def test_faults_that_are_not_there_change_nothing(arm: Callable[..., FaultyContr
 
 def test_a_fault_begins_with_the_command_that_was_named(arm: Callable[..., FaultyController]) -> None:
     one = arm("silent@3-4")
-    answered = [bool(one.receive(ASK, float(i))) for i in range(6)]
-    assert answered == [True, True, False, False, True, True]
+    assert [bool(one.receive(ASK, float(i))) for i in range(6)] == [True, True, False, False, True, True]
 
 
 def test_a_fault_begins_at_the_second_that_was_named(arm: Callable[..., FaultyController]) -> None:
@@ -90,8 +89,7 @@ def test_lost_bytes_are_missing_and_garbage_is_between_the_rest(arm: Callable[..
 
 
 def test_what_is_misheard_never_came_back_as_an_echo(arm: Callable[..., FaultyController]) -> None:
-    heard = arm("misheard:0.5").receive(b"X" * 100, 0.0)
-    assert 20 < len(heard) < 80
+    assert 20 < len(arm("misheard:0.5").receive(b"X" * 100, 0.0)) < 80
 
 
 def test_late_answers_come_after_the_next_question(arm: Callable[..., FaultyController]) -> None:

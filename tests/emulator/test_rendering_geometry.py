@@ -68,8 +68,7 @@ def test_seen_from_above_normals_point_at_who_looks(solid: Solid) -> None:
     start = np.add(aims[type(solid)], [0.0, 0.0, 0.3])
     direction = np.random.default_rng(3).uniform(-0.02, 0.02, (50, 3)) - [0.0, 0.0, 1.0]
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    distance = solid.hit(start, direction)
-    normal = solid.normal(start + distance[:, None] * direction)
+    normal = solid.normal(start + solid.hit(start, direction)[:, None] * direction)
     np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1.0)
     assert ((normal * direction).sum(axis=1) < 0).all()
 
@@ -91,8 +90,7 @@ def test_corners_of_the_board_show_where_they_truly_are(tilt: tuple[float, float
     assert len(true) > 40
     stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-4)
     start = (true + 0.4).reshape(-1, 1, 2).astype(np.float32)
-    found = cv2.cornerSubPix(image, start, (8, 8), (-1, -1), stop).reshape(-1, 2)
-    off = found - true
+    off = cv2.cornerSubPix(image, start, (8, 8), (-1, -1), stop).reshape(-1, 2) - true
     assert np.sqrt((off**2).mean()) < 0.05
     assert np.abs(off.mean(axis=0)).max() < 0.02
 

@@ -34,8 +34,7 @@ def test_the_light_is_centred_on_the_true_stripe(axis: str, bent: object) -> Non
     plain = replace(scene(*FLOOR, stripe_axis=axis), light=bent)
     true = true_stripe(plain, T).at[:, 0]
     assert np.isfinite(true).all()
-    off = (centroids(plain, T, true) - true)[ENDS:-ENDS]
-    assert np.nanmax(np.abs(off)) < 0.01
+    assert np.nanmax(np.abs((centroids(plain, T, true) - true)[ENDS:-ENDS])) < 0.01
 
 
 def test_on_a_ball_it_leans_to_the_bright_side_by_its_breadth_squared() -> None:

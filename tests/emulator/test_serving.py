@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 import serial
@@ -28,9 +27,7 @@ def counts(port: serial.SerialBase) -> str:
     return ask(port, "LISTPV POSITION").splitlines()[2]
 
 
-def test_a_client_opens_the_arm_drives_it_and_comes_back_and_bytes_come_at_the_speed_of_the_line(
-    tmp_path: Path,
-) -> None:
+def test_a_client_opens_the_arm_drives_it_and_comes_back_and_bytes_come_at_the_speed_of_the_line(tmp_path):
     with EmulatorProcess(cell_folder(tmp_path)) as emulated:
         assert emulated.camera is None
         with serial.serial_for_url(emulated.arm, 9600, timeout=LATE_S) as port:
@@ -46,7 +43,7 @@ def test_a_client_opens_the_arm_drives_it_and_comes_back_and_bytes_come_at_the_s
             assert time.monotonic() - began > 0.8 * len(answer) / 960
 
 
-def test_a_pulled_plug_ends_the_line(tmp_path: Path) -> None:
+def test_a_pulled_plug_ends_the_line(tmp_path):
     with (
         EmulatorProcess(cell_folder(tmp_path), faults=["cut@2"]) as emulated,
         serial.Serial(emulated.arm, 9600, timeout=LATE_S) as port,
@@ -58,7 +55,7 @@ def test_a_pulled_plug_ends_the_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("end", ["stdin", "term", "interrupt"])
-def test_it_ends_when_its_starter_ends_it(tmp_path: Path, end: str) -> None:
+def test_it_ends_when_its_starter_ends_it(tmp_path, end):
     process = subprocess.Popen(
         [sys.executable, "-m", "robolaser", "emulate", str(cell_folder(tmp_path))],
         stdin=subprocess.PIPE,
@@ -67,9 +64,7 @@ def test_it_ends_when_its_starter_ends_it(tmp_path: Path, end: str) -> None:
         text=True,
     )
     try:
-        assert process.stdout is not None
-        said = json.loads(process.stdout.readline())
-        arm = os.open(said["arm"], os.O_RDWR | os.O_NOCTTY)
+        arm = os.open(json.loads(process.stdout.readline())["arm"], os.O_RDWR | os.O_NOCTTY)
         if end != "stdin":
             process.send_signal(signal.SIGTERM if end == "term" else signal.SIGINT)
             process.wait(timeout=LATE_S)
@@ -82,9 +77,7 @@ def test_it_ends_when_its_starter_ends_it(tmp_path: Path, end: str) -> None:
 
 
 @pytest.mark.parametrize(("fault", "said"), [("lost:9", "more than 1"), ("flod", "Did you mean 'flood'")])
-def test_what_it_cannot_emulate_it_says_in_one_sentence(
-    tmp_path: Path, fault: str, said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_it_cannot_emulate_it_says_in_one_sentence(tmp_path, fault, said, capsys):
     assert main(["emulate", str(cell_folder(tmp_path)), "--fault", fault]) == 2
     told = capsys.readouterr().err
     assert said in told

@@ -25,6 +25,8 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 CELL, THINGS = EXAMPLES / "cell", EXAMPLES / "scan-cell"
 Q = np.array([0.1, -0.7, 1.2, -0.5, 0.2])
 PLAY = 0.004
+LEVEL = np.array([0.0, -0.9, 1.3, -0.4, 0.0])
+"""A posture from which the camera looks straight down."""
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +68,6 @@ def test_without_departures_the_arm_stands_where_its_model_says(description: Dat
     v = {name: np.array(item.nominal) for name, item in description.parameters.items()}
     turn = from_angles(v["w"], v["phi"], v["psi"], order="xyz")
     T_flange_camera = pose(turn, np.array([v[f"t_{axis}"] for axis in "xyz"]))
-    assert description.robot is not None
     T_base_flange = description.robot.forward(Q[None, None])[0, 0]
     here.follow(Q)
     np.testing.assert_allclose(here.T_base_camera, T_base_flange @ T_flange_camera, atol=1e-12)
@@ -101,15 +102,9 @@ def test_small_steps_bring_the_link_where_one_stride_does(description: Dataset, 
         np.testing.assert_allclose(went(many, *path), went(one, path[0], path[-1]), atol=1e-12)
 
 
-def _level(description: Dataset) -> Array:
-    """A posture from which the camera looks straight down."""
-    return np.array([0.0, -0.9, 1.3, -0.4, 0.0])
-
-
 def test_a_camera_without_a_laser_shows_the_board_where_opencv_projects_it(hobby: Path) -> None:
     cell = load_cell(hobby)
     board = cell.description.board
-    assert board is not None
     here = load_world(hobby / "world.toml", cell.description)
     truth = here.truth
     here.follow(from_table(hobby / "poses.csv", cell.robot)[0].q)
@@ -141,11 +136,11 @@ def test_while_nothing_moves_noise_is_new_and_speckle_stays(tmp_path: Path, desc
     noisy = world(description, tmp_path, "[light]\nspeckle = 0.3", "[floor]")
     rng = np.random.default_rng(0)
     for here in (still, noisy):
-        here.follow(_level(description))
+        here.follow(LEVEL)
     one, again = (still.photograph(rng, lit=True) for _ in range(2))
     np.testing.assert_array_equal(one, again)
     assert (noisy.photograph(rng, lit=True) != noisy.photograph(rng, lit=True)).mean() > 0.3
-    still.follow(_level(description) + 0.001)
+    still.follow(LEVEL + 0.001)
     assert (still.photograph(rng, lit=True) != one).any()
 
 
@@ -173,8 +168,7 @@ def test_the_truth_is_within_the_bounds_of_the_example() -> None:
 
 
 def test_the_stripe_passes_over_ball_and_step_of_the_other_example() -> None:
-    cell = load_cell(THINGS)
-    here = load_world(THINGS / "world.toml", cell.description)
+    here = load_world(THINGS / "world.toml", load_cell(THINGS).description)
     table = np.genfromtxt(THINGS / "poses.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
     q = np.stack([table[f"q_joint_{i}"] for i in range(1, 6)], axis=-1)
     solids = set()

@@ -56,8 +56,7 @@ def coverage(cell: Cell, rng: np.random.Generator, *, stated: Noise, **noise: fl
         e = shaken.missed().reshape(-1)
         step = -plain @ e
         found = likeliest(replace(shaken.dataset, noise=stated), sources, (e + free @ step).reshape(-1, 3), J)
-        white = found.whiten(free.T).T * scale
-        weighted = -scale * np.linalg.lstsq(white, found.whiten(e[None])[0])[0]
+        weighted = -scale * np.linalg.lstsq(found.whiten(free.T).T * scale, found.whiten(e[None])[0])[0]
         both = (standard_errors(said(J, found, weights=way), fixed=held)[~held] for way in (None, found))
         hits.append([np.abs(x) < 1.96 * std for x, std in zip((step, weighted), both, strict=True)])
     plain_share, weighted_share = np.mean(hits, axis=(0, 2))
@@ -103,8 +102,7 @@ def test_a_true_fit_to_real_errors_is_held_too():
     truth, rng = cell.truth(model), np.random.default_rng(22)
     sources, hits = error_sources(model, truth), []
     for _ in range(TRIALS):
-        seen = cell.shaken(rng, point=3e-4).model()
-        shaken = seen.dataset.points.xyz - cell.dataset.points.xyz
+        shaken = cell.shaken(rng, point=3e-4).model().dataset.points.xyz - cell.dataset.points.xyz
 
         def residuals(x, shaken=shaken):
             return (model.residuals(x) + shaken).reshape(len(x), -1)
@@ -180,8 +178,7 @@ GAUGE = ("f", "s_u", "s_v", "k")
 
 
 def test_a_well_posed_cell_has_the_gauge_of_the_focal_length_and_no_more():
-    cell = stripe_cell(np.random.default_rng(25), poses=40, points=10, robot="ur5")
-    assert found_in(cell) == [GAUGE]
+    assert found_in(stripe_cell(np.random.default_rng(25), poses=40, points=10, robot="ur5")) == [GAUGE]
 
 
 def test_a_tracker_has_no_gauge(tracked):
@@ -232,8 +229,7 @@ def test_zyz_angles_near_their_pole_are_named(phi):
     model = cell.model()
     x = model.parameters.nominal
     noise = known_noise(model, x, pixel=0.1, target=3e-5)
-    J = jacobian_matrix(model, x)
-    known = said(J, noise)
+    known = said(jacobian_matrix(model, x), noise)
     found = unidentifiable(known, model.parameters.names, model.parameters.width)
     assert ("w", "psi") in [each.parameters for each in found]
     std = standard_errors(known, fixed=np.isin(model.parameters.names, ["f"]))

@@ -49,14 +49,12 @@ def test_at_the_optimum_no_parameter_can_lower_the_residuals(fitted):
 def test_the_step_leads_back_to_the_optimum(fitted):
     away = fitted.x + 1e-6 * fitted.problem.scale * fitted.free
     there = Linearization(fitted.problem, away)
-    back = away + there.step(there.r)
-    apart = np.abs(back - fitted.x) / np.sqrt(np.diag(fitted.covariance) + 1e-30)
+    apart = np.abs((away + there.step(there.r)) - fitted.x) / np.sqrt(np.diag(fitted.covariance) + 1e-30)
     assert apart[fitted.free].max() < 1e-2
 
 
 def test_what_is_projected_no_parameter_can_imitate(fitted):
-    columns = np.random.default_rng(1).normal(size=(len(fitted.white), 3))
-    rest = fitted.project(columns)
+    rest = fitted.project(np.random.default_rng(1).normal(size=(len(fitted.white), 3)))
     np.testing.assert_allclose(fitted.J.T @ rest, 0.0, atol=1e-8 * np.linalg.norm(fitted.J))
 
 

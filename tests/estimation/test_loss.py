@@ -15,8 +15,7 @@ STARTS = np.arange(0, 120, 3)
 
 
 def fitted(residuals, loss):
-    problem = FunctionProblem(residuals, np.zeros(6), LOWER, UPPER, loss, axes=3)
-    return solve(problem, np.zeros((1, 6)))
+    return solve(FunctionProblem(residuals, np.zeros(6), LOWER, UPPER, loss, axes=3), np.zeros((1, 6)))
 
 
 @pytest.fixture(params=range(3))

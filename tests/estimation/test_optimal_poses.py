@@ -29,16 +29,9 @@ def cell(place: dict[str, float] = PLACE) -> Dataset:
         unit = "m" if name in "xyz" else "rad"
         parameters[f"target.{name}"] = Parameter(f"target.{name}", unit, value, value - 0.2, value + 0.2)
     return Dataset(
-        name="cell",
-        poses=Poses(()),
-        points=Points(np.empty(0, dtype=np.int64), ()),
-        robot=robot,
-        parameters=parameters,
-        bracket_quat=bracket,
-        image_px=IMAGE_PX,
-        board=Board(9, 7, 0.010),
-        placed=False,
-    )
+        name="cell", poses=Poses(()), points=Points(np.empty(0, dtype=np.int64), ()), robot=robot,
+        parameters=parameters, bracket_quat=bracket, image_px=IMAGE_PX, board=Board(9, 7, 0.010), placed=False,
+    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +51,6 @@ def cut(description: Dataset, q: Array, off_m: Array) -> float:
     T_flange_camera = pose(from_quaternion(np.array(description.bracket_quat)), shift)
     T_base_target = motion(v, "target")[0]
     T_base_target[:3, 3] += off_m
-    assert description.robot is not None
     T = inverse(description.robot.forward(q[None])[0] @ T_flange_camera) @ T_base_target
     corners = np.array([[0, 0, 0], [0.08, 0, 0], [0, 0.06, 0], [0.08, 0.06, 0]])
     x, y, z = np.moveaxis(apply(T[:, None], corners), -1, 0)
@@ -72,12 +64,10 @@ def test_from_every_planned_posture_the_whole_board_is_in_the_image(description:
 
 @pytest.mark.parametrize("direction", np.linspace(0.0, 2 * np.pi, 6, endpoint=False))
 def test_a_board_three_centimetres_off_is_cut_in_few_postures(description: Dataset, q: Array, direction: float) -> None:
-    off_m = 0.03 * np.array([np.cos(direction), np.sin(direction), 0.1])
-    assert cut(description, q, off_m) <= 0.1
+    assert cut(description, q, 0.03 * np.array([np.cos(direction), np.sin(direction), 0.1])) <= 0.1
 
 
 def test_planned_postures_lie_within_the_joint_limits(description: Dataset, q: Array) -> None:
-    assert description.robot is not None
     assert ((q > description.robot.lower) & (q < description.robot.upper)).all()
 
 
@@ -137,8 +127,7 @@ def test_few_blocks_chosen_by_exchange_are_nearly_the_best_of_all() -> None:
 
 
 def test_no_posture_is_chosen_twice() -> None:
-    chosen = most_telling(np.random.default_rng(1).normal(size=(12, 3, 5)), 12)
-    assert sorted(chosen) == list(range(12))
+    assert sorted(most_telling(np.random.default_rng(1).normal(size=(12, 3, 5)), 12)) == list(range(12))
 
 
 @pytest.mark.usefixtures("gives_up_early")

@@ -48,8 +48,7 @@ def test_at_the_optimum_of_all_rows_the_corrected_sample_stays(whole) -> None:
 def test_gradients_of_groups_add_up_to_that_of_all_rows(whole) -> None:
     problem, x, _ = whole
     x = x + 1e-3 * problem.scale * ~problem.fixed
-    groups = problem.model.dataset.points.pose % 3
-    parts, all_rows = gradients(problem, x, groups), gradients(problem, x)[0]
+    parts, all_rows = gradients(problem, x, problem.model.dataset.points.pose % 3), gradients(problem, x)[0]
     np.testing.assert_allclose(parts.sum(axis=0), all_rows, rtol=1e-9, atol=1e-12 * np.abs(all_rows).max())
 
 

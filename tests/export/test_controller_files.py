@@ -1,8 +1,11 @@
-"""What a service technician types into a controller, and what the drivers of Universal Robots read."""
+"""What a technician types into a controller, what drivers of Universal Robots read, and LeRobot's zeros."""
 
 import csv
 import io
+import json
+import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +14,9 @@ from calibrated import bent
 
 from robolaser.calibration.result import Calibration
 from robolaser.data.stated_noise import Noise
+from robolaser.errors import DataError
 from robolaser.export.controller_table import NUMBERS, controller_table, flange_by_table, link, link_parameters
+from robolaser.export.into import zeros_into
 from robolaser.export.ur_calibration import LINKS, flange_by_ur_calibration, ur_calibration
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, rot_x, rot_y, rot_z
 from robolaser.robot.by_name import find_robot
@@ -146,3 +151,46 @@ def test_a_gripper_whose_fingers_follow_each_other_takes_no_table_from_the_arm(f
     robot = Robot.from_urdf(text, flange="tool0", joints=data.robot.joints)
     sizes = {"joint_offset:elbow_joint.offset": 0.002, "link_geometry:wrist_1_joint.x": 0.0005}
     assert controller_table(bent(replace(data, robot=robot), sizes)) == controller_table(found)
+
+
+SERVO = {"id": 3, "drive_mode": 0, "homing_offset": -562, "range_min": 868, "range_max": 3094}
+CALIBRATION = {"elbow_flex": SERVO, "gripper": {**SERVO, "id": 6}}
+PLAY = {"effect": "backlash", "where": "elbow_flex", "parameters": {}}
+
+
+def offset(value: float, where: str = "elbow_flex") -> dict[str, Any]:
+    return {"effect": "joint_offset", "where": where, "parameters": {"offset": {"value": value}}}
+
+
+def read_degrees(actual: int, servo: dict[str, int]) -> float:
+    """As LeRobot reads a count, by motors/feetech/feetech.py and motors/motors_bus.py."""
+    return (actual - servo["homing_offset"] - (servo["range_min"] + servo["range_max"]) / 2) * 360 / 4095
+
+
+@pytest.mark.parametrize("angle", [0.05, -0.05])
+def test_lerobot_then_reads_what_the_joint_was_found_to_be_at(angle: float) -> None:
+    written = zeros_into(json.dumps(CALIBRATION), [offset(angle), PLAY], "my_arm.json")
+    changed = json.loads(written.text)
+    before, after = (read_degrees(1800, one["elbow_flex"]) for one in (CALIBRATION, changed))
+    assert after - before == pytest.approx(math.degrees(angle), abs=360 / 4096)
+    assert written.contains == (("joint_offset", "elbow_flex"),)
+    assert written.lacks == (("backlash", "elbow_flex"),)
+    changed["elbow_flex"]["homing_offset"] = SERVO["homing_offset"]
+    assert changed == CALIBRATION
+
+
+@pytest.mark.parametrize(
+    ("text", "effects", "match"),
+    [
+        ("{", [offset(0.05)], "no calibration file of LeRobot"),
+        ('{"elbow_flex": {"deep": ' + "[" * 100_000, [offset(0.05)], "no calibration file of LeRobot"),
+        ('{"elbow_flex": {"id": 3}}', [offset(0.05)], "homing_offset"),
+        (json.dumps(CALIBRATION), [offset(0.05, "shoulder_pan")], "lacks shoulder_pan"),
+        (json.dumps(CALIBRATION), [{**offset(0.05), "parameters": {}}], "joint_offset of elbow_flex has no offset"),
+        (json.dumps(CALIBRATION), [PLAY], "no joint with a wrong zero"),
+        (json.dumps({"elbow_flex": {**SERVO, "homing_offset": -2040}}), [offset(0.05)], "would become -2073"),
+    ],
+)
+def test_what_cannot_be_written_is_refused(text: str, effects: list[dict[str, Any]], match: str) -> None:
+    with pytest.raises(DataError, match=match):
+        zeros_into(text, effects, "my_arm.json")

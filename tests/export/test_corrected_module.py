@@ -56,8 +56,7 @@ def made(warm=False):
     dataset = simulate(find_robot("ur5"), kind="point", poses=8, options=CellOptions(speed=0.1), seed=3).dataset
     if not warm:
         return dataset
-    poses = replace(dataset.poses, temperature_c=np.linspace(21.0, 34.0, 8) ** 1.1)
-    return replace(dataset, poses=poses)
+    return replace(dataset, poses=replace(dataset.poses, temperature_c=np.linspace(21.0, 34.0, 8) ** 1.1))
 
 
 def found(effects, dataset):
@@ -117,8 +116,7 @@ def test_corrected_py_has_every_effect_of_the_arm_as_the_model_has_it(effects, w
 
 
 def test_poses_in_a_batch_are_those_of_one_after_the_other(tmp_path):
-    calibration = found(AT_REST, made())
-    module, q = loaded(calibration), made().poses.q
+    module, q = loaded(found(AT_REST, made())), made().poses.q
     one_by_one = [module["forward"](q[i], before=q[i - 1], time_s=made().poses.time_s[i]) for i in range(1, len(q))]
     batch = module["forward"](q[1:], before=q[:-1], time_s=made().poses.time_s[1:])
     np.testing.assert_allclose(batch, one_by_one, rtol=0, atol=1e-12)

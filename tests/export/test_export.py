@@ -70,8 +70,7 @@ def test_the_optical_frame_sees_u_along_x_and_v_along_y(calibration):
     points = calibration.model.dataset.points
     values = values_of(calibration)
     seen = seen_in_camera(calibration)
-    T_optical_camera = inverse(at["scanner_camera_optical"]) @ at["scanner_camera"]
-    x, y, z = apply(T_optical_camera, seen).T
+    x, y, z = apply(inverse(at["scanner_camera_optical"]) @ at["scanner_camera"], seen).T
     flat = undistort(metric(points.pixel[None], values), values["k"])[0]
     np.testing.assert_allclose(np.stack([x / z, y / z], axis=-1), flat / values["f"], atol=1e-9)
 
@@ -104,8 +103,7 @@ def test_tools_sit_where_the_model_has_them():
 
 
 def test_a_robot_that_has_such_frames_already_keeps_them():
-    first = stripe(robot=arm())
-    again = stripe(robot=Robot.from_urdf(robot_urdf(first), flange="flange"))
+    again = stripe(robot=Robot.from_urdf(robot_urdf(stripe(robot=arm())), flange="flange"))
     at = frames(robot_urdf(again))
     np.testing.assert_allclose(inverse(at["flange"]) @ at["scanner_camera_2"], mount(again), atol=1e-9)
 
@@ -148,8 +146,7 @@ def test_opencv_projects_as_the_calibrated_lens_does(axis, k):
 
 
 def test_the_camera_file_is_what_ros_reads():
-    text = camera_yaml(stripe(name='two\nlines: "and" \U0001f600'))
-    lines = text.splitlines()
+    lines = camera_yaml(stripe(name='two\nlines: "and" \U0001f600')).splitlines()
     assert lines[0].startswith("#")
     assert "image_width: 640" in lines
     assert "image_height: 480" in lines
@@ -170,19 +167,14 @@ def test_a_tracker_has_no_camera():
 @pytest.fixture(scope="module", params=["flange", "base"])
 def camera(request):
     made = simulate(
-        find_robot("ur5"),
-        kind="camera",
-        poses=8,
-        points=12,
-        options=CellOptions(mount=request.param, placed=False),
-        seed=3,
-    )
+        find_robot("ur5"), kind="camera", poses=8, points=12,
+        options=CellOptions(mount=request.param, placed=False), seed=3,
+    )  # fmt: skip
     return calibrate(made.dataset)
 
 
 def test_a_cameras_frame_in_the_urdf_is_where_the_model_has_it(camera):
-    values = values_of(camera)
-    T = motion(values, "hand_eye")[0]
+    T = motion(values_of(camera), "hand_eye")[0]
     at = frames(robot_urdf(camera))
     rides = camera.model.dataset.options.mount == "flange"
     carrier = camera.model.dataset.robot.flange if rides else "world"

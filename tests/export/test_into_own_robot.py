@@ -2,7 +2,6 @@
 
 import json
 import xml.etree.ElementTree as ET
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,15 +23,11 @@ def effect(name: str, where: str, **numbers: float) -> dict[str, Any]:
 
 
 FOUND = [
-    effect("viscous_friction", "lift", factor=0.5),
-    effect("rotor_inertia", "lift", inertia=0.02),
-    effect("droop", "lift", compliance=0.05),
-    effect("lag", "lift", time=0.06),
-    effect("dead_time", "lift", delay=0.03),
-    effect("dead_zone", "lift", half_width=0.01),
-    effect("offset", "lift", angle=0.02),
-    effect("clock_shift", "timing", delay=0.002),
-]
+    effect("viscous_friction", "lift", factor=0.5), effect("rotor_inertia", "lift", inertia=0.02),
+    effect("droop", "lift", compliance=0.05), effect("lag", "lift", time=0.06),
+    effect("dead_time", "lift", delay=0.03), effect("dead_zone", "lift", half_width=0.01),
+    effect("offset", "lift", angle=0.02), effect("clock_shift", "timing", delay=0.002),
+]  # fmt: skip
 MJCF = """
 <mujoco><!-- mine --><option timestep="0.001" gravity="0 0 0"/>
 <worldbody><body name="arm"><joint name="lift" axis="0 1 0"/>
@@ -46,14 +41,14 @@ def written() -> ET.Element:
     return ET.fromstring(motion_into(MJCF, FOUND, "arm.xml").text)
 
 
-def test_joints_get_friction_and_inertia(written: ET.Element) -> None:
+def test_joints_get_friction_and_inertia(written):
     (joint,) = written.iter("joint")
     assert float(joint.get("damping", 0)) == 0.5
     assert float(joint.get("armature", 0)) == 0.02
     assert float(joint.get("frictionloss", 0)) == pytest.approx(20.0 * 0.01)
 
 
-def test_servos_get_gains_and_a_delay(written: ET.Element) -> None:
+def test_servos_get_gains_and_a_delay(written):
     (servo,) = written.iter("position")
     assert float(servo.get("kp", 0)) == pytest.approx(20.0)
     assert float(servo.get("kv", 0)) == pytest.approx(1.2)
@@ -69,7 +64,7 @@ def test_servos_get_gains_and_a_delay(written: ET.Element) -> None:
         ('class="inner"', ["droop"], 20.0, 0.5),
     ],
 )
-def test_a_servo_keeps_its_lag_and_the_gains_of_its_class(servo: str, effects: list[str], kp: float, kv: float) -> None:
+def test_a_servo_keeps_its_lag_and_the_gains_of_its_class(servo, effects, kp, kv):
     defaults = '<default><position kp="3" kv="0.2"/><default class="inner"><position kp="8"/></default></default>'
     text = MJCF.replace('joint="lift" kp="5"', f'joint="lift" {servo}').replace("<worldbody>", f"{defaults}<worldbody>")
     text = motion_into(text, [one for one in FOUND if one["effect"] in effects], "arm.xml").text
@@ -86,9 +81,7 @@ def test_a_servo_keeps_its_lag_and_the_gains_of_its_class(servo: str, effects: l
         ("", {"upper": 1.2}, "-7.0 1.2"),
     ],
 )
-def test_a_limit_that_was_found_leaves_the_other_end_of_the_servos_range(
-    servo: str, ends: dict[str, float], expected: str
-) -> None:
+def test_a_limit_that_was_found_leaves_the_other_end_of_the_servos_range(servo, ends, expected):
     mujoco = pytest.importorskip("mujoco")
     text = MJCF.replace('kp="5"', f'kp="5" {servo}').replace('axis="0 1 0"', 'axis="0 1 0" range="-2 2"')
     copy = motion_into(text, [effect("range_limit", "lift", **ends)], "arm.xml").text
@@ -96,25 +89,25 @@ def test_a_limit_that_was_found_leaves_the_other_end_of_the_servos_range(
     assert mujoco.MjModel.from_xml_string(copy).actuator_ctrlrange[0].tolist() == [*map(float, expected.split())]
 
 
-def test_a_dead_zone_replaces_friction_that_the_file_guessed() -> None:
+def test_a_dead_zone_replaces_friction_that_the_file_guessed():
     text = MJCF.replace('axis="0 1 0"', 'axis="0 1 0" frictionloss="0.9"')
     written = motion_into(text, [effect("dead_zone", "lift", half_width=0.01)], "arm.xml")
     (joint,) = ET.fromstring(written.text).iter("joint")
     assert float(joint.get("frictionloss", 0)) == pytest.approx(5.0 * 0.01)
 
 
-def test_a_joint_that_rises_under_load_is_no_stiffness_of_a_servo() -> None:
+def test_a_joint_that_rises_under_load_is_no_stiffness_of_a_servo():
     written = motion_into(MJCF, [effect("droop", "lift", compliance=-0.1)], "arm.xml")
     assert written.lacks == (("droop", "lift"),)
     assert 'kp="5"' in written.text
 
 
-def test_text_where_a_gain_should_be_is_named() -> None:
+def test_text_where_a_gain_should_be_is_named():
     with pytest.raises(RobotError, match=r"arm\.xml: kp of lift is 'stiff'; expected a number"):
         motion_into(MJCF.replace('kp="5"', 'kp="stiff"'), FOUND, "arm.xml")
 
 
-def test_mujoco_moves_the_copy_late_and_slowly() -> None:
+def test_mujoco_moves_the_copy_late_and_slowly():
     mujoco = pytest.importorskip("mujoco", minversion="3.5")  # actuators have no delay before
 
     def after(text: str, seconds: float) -> float:
@@ -131,20 +124,20 @@ def test_mujoco_moves_the_copy_late_and_slowly() -> None:
     assert after(copy, 2.0) == pytest.approx(0.5, abs=0.011)  # the dead zone
 
 
-def test_what_a_file_has_no_place_for_is_said() -> None:
+def test_what_a_file_has_no_place_for_is_said():
     copy = motion_into(MJCF, FOUND, "arm.xml")
     assert set(copy.lacks) == {("offset", "lift"), ("clock_shift", "timing")}
     assert len(copy.contains) == len(FOUND) - 2
 
 
 @pytest.mark.parametrize("where", ["tool", "timing", "joints", "base"])
-def test_what_is_at_no_joint_is_lacking_also_where_it_is_alone(where: str) -> None:
+def test_what_is_at_no_joint_is_lacking_also_where_it_is_alone(where):
     assert motion_into(MJCF, [effect("torque_constant", where, factor=0.1)], "arm.xml").lacks == (
         ("torque_constant", where),
     )
 
 
-def test_an_actuator_of_another_kind_is_said_to_take_no_servo() -> None:
+def test_an_actuator_of_another_kind_is_said_to_take_no_servo():
     general = MJCF.replace('<position joint="lift" kp="5"/>', '<general joint="lift" gainprm="5"/>')
     copy = motion_into(general, FOUND, "arm.xml")
     assert ("lag", "lift") in copy.lacks
@@ -152,7 +145,7 @@ def test_an_actuator_of_another_kind_is_said_to_take_no_servo() -> None:
     assert motion_into(MJCF, FOUND, "arm.xml").remarks == ()
 
 
-def test_a_simulator_that_holds_commands_gets_a_row_less_of_delay() -> None:
+def test_a_simulator_that_holds_commands_gets_a_row_less_of_delay():
     found = [
         effect("lag", "lift", time=0.06),
         effect("dead_time", "lift", delay=0.015),
@@ -164,21 +157,19 @@ def test_a_simulator_that_holds_commands_gets_a_row_less_of_delay() -> None:
     assert [one["parameters"] for one in less_hold(found, 0.0)] == [one["parameters"] for one in found]
 
 
-def test_a_urdf_takes_friction() -> None:
+def test_a_urdf_takes_friction():
     robot = find_robot("ur5")
     copy = motion_into(robot.urdf, [effect("viscous_friction", "elbow_joint", factor=3.0)], "ur5.urdf")
     (joint,) = [one for one in ET.fromstring(copy.text).findall("joint") if one.get("name") == "elbow_joint"]
-    dynamics = joint.find("dynamics")
-    assert dynamics is not None
-    assert float(dynamics.get("damping", 0)) == 3.0
+    assert float(joint.find("dynamics").get("damping", 0)) == 3.0
 
 
-def test_another_robot_is_refused() -> None:
+def test_another_robot_is_refused():
     with pytest.raises(RobotError, match="none of the joints"):
         motion_into(find_robot("ur5").urdf, FOUND, "ur5.urdf")
 
 
-def test_placements_of_joints_go_into_the_users_urdf(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_placements_of_joints_go_into_the_users_urdf(tmp_path, capsys):
     arm = find_robot("ur5")
     data = simulate(arm, kind="point", poses=30, effects={"joint_offset:elbow_joint": 0.01}, seed=1).dataset
     robolaser.calibrate(data, effects=["joint_offset:elbow_joint"]).save(tmp_path / "why")
@@ -186,8 +177,7 @@ def test_placements_of_joints_go_into_the_users_urdf(tmp_path: Path, capsys: pyt
     mine.write_text(arm.urdf.replace("<robot", "<!-- mine --><robot", 1), encoding="utf-8")
     asked = ["export", str(tmp_path / "why"), "--into", str(mine), "--output", str(tmp_path / "new.urdf")]
     assert main([*asked, "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert said["contains"] == [["joint_offset", "elbow_joint"]]
+    assert json.loads(capsys.readouterr().out)["contains"] == [["joint_offset", "elbow_joint"]]
     new = Robot.from_urdf((tmp_path / "new.urdf").read_text(encoding="utf-8"), flange=arm.flange)
     q = np.zeros((1, 1, 6))
     turned = q + 0.01 * np.eye(6)[2]
@@ -196,7 +186,7 @@ def test_placements_of_joints_go_into_the_users_urdf(tmp_path: Path, capsys: pyt
     assert "--force" in capsys.readouterr().err
 
 
-def test_a_robot_that_shares_only_other_joints_gets_no_copy(tmp_path: Path) -> None:
+def test_a_robot_that_shares_only_other_joints_gets_no_copy(tmp_path):
     arm = find_robot("ur5")
     data = simulate(arm, kind="point", poses=30, effects={"joint_offset:elbow_joint": 0.01}, seed=1).dataset
     found = robolaser.calibrate(data, effects=["joint_offset:elbow_joint"])
@@ -207,11 +197,10 @@ def test_a_robot_that_shares_only_other_joints_gets_no_copy(tmp_path: Path) -> N
         placements_into(other, corrected, found.to_dict()["effects"], "other.urdf")
 
 
-def test_a_replay_that_mujoco_refuses_leaves_no_copy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_replay_that_mujoco_refuses_leaves_no_copy(tmp_path, capsys):
     pytest.importorskip("mujoco")
     log, arm = tmp_path / "log", find_robot("ur5e")
-    made = ["simulate", "--robot", "ur5e", "--sensor", "motion", "--output", str(log), "--quiet"]
-    assert main(made) == 0
+    assert main(["simulate", "--robot", "ur5e", "--sensor", "motion", "--output", str(log), "--quiet"]) == 0
     found = effect("viscous_friction", "elbow_joint", factor=3.0)
     found = {"format": "robolaser-diagnosis/1", "kind": "motion", "effects": [found]}
     (tmp_path / "diagnosis.json").write_text(json.dumps(found), encoding="utf-8")

@@ -9,16 +9,9 @@ from robolaser.model.sensors.camera_projection import project
 from robolaser.parameters import as_batch
 
 TRUTH = {
-    "fx": 1600.0,
-    "fy": 1590.0,
-    "cx": 640.0,
-    "cy": 520.0,
-    "k1": -0.35,
-    "k2": 0.15,
-    "p1": 2e-3,
-    "p2": -1e-3,
+    "fx": 1600.0, "fy": 1590.0, "cx": 640.0, "cy": 520.0, "k1": -0.35, "k2": 0.15, "p1": 2e-3, "p2": -1e-3,
     "k3": 0.0,
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("known", [("k1", "k2"), ("p1", "p2"), ("k1", "k2", "p1", "p2", "k3")])

@@ -5,12 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from robolaser.errors import EstimationError
-from robolaser.geometry.hand_eye import (
-    LEAST_TURN,
-    hand_eye_by_travel,
-    robot_world_hand_eye,
-    turn_about_second_axis,
-)
+from robolaser.geometry.hand_eye import LEAST_TURN, hand_eye_by_travel, robot_world_hand_eye, turn_about_second_axis
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 
 
@@ -39,8 +34,7 @@ def test_several_bodies_share_one_world() -> None:
 def test_what_is_known_is_held(known: str) -> None:
     rng = np.random.default_rng(2)
     A, X, Z = motions(5, rng), motions(1, rng), motions(1, rng)[0]
-    given = {"X": X} if known == "X" else {"Z": Z}
-    found_X, found_Z = robot_world_hand_eye(A, inverse(Z) @ A @ X, **given)
+    found_X, found_Z = robot_world_hand_eye(A, inverse(Z) @ A @ X, **{"X": X} if known == "X" else {"Z": Z})
     np.testing.assert_allclose(found_X, X, atol=1e-9)
     np.testing.assert_allclose(found_Z, Z, atol=1e-9)
 

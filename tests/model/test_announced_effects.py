@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from installed import installed
 
 from robolaser.errors import PluginError
 from robolaser.model.effects import DECLARED, EFFECTS, GROUP
@@ -52,11 +53,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
 
     def put(code: str, *, package: str = "worn-arms", attribute: str = "Worn") -> Path:
         module = package.replace("-", "_") + "_effects"
-        (tmp_path / f"{module}.py").write_text(code, encoding="utf-8")
-        info = tmp_path / f"{package.replace('-', '_')}-1.0.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n", encoding="utf-8")
-        (info / "entry_points.txt").write_text(f"[robolaser.effects]\nworn = {module}:{attribute}\n", encoding="utf-8")
+        installed(tmp_path, module, code, f"[robolaser.effects]\nworn = {module}:{attribute}\n", package)
         monkeypatch.syspath_prepend(tmp_path)
         monkeypatch.delitem(sys.modules, module, raising=False)
         return tmp_path
@@ -64,7 +61,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
     return put
 
 
-def test_it_is_listed_among_ours_though_its_module_is_imported_first(install: Install) -> None:
+def test_it_is_listed_among_ours_though_its_module_is_imported_first(install):
     folder = install(WORKING)
     asked = "import worn_arms_effects, robolaser; print([kind.name for kind in robolaser.EFFECTS])"
     environment = os.environ | {"PYTHONPATH": str(folder)}
@@ -75,9 +72,8 @@ def test_it_is_listed_among_ours_though_its_module_is_imported_first(install: In
     assert "'backlash'" in said
 
 
-def test_a_class_in_a_script_joins_the_library_only_where_it_is_asked_for() -> None:
-    made = type("Mine", (Effect,), {"name": "mine", "__module__": "__main__"})
-    assert made not in EFFECTS
+def test_a_class_in_a_script_joins_the_library_only_where_it_is_asked_for():
+    assert type("Mine", (Effect,), {"name": "mine", "__module__": "__main__"}) not in EFFECTS
 
 
 @pytest.mark.parametrize(
@@ -87,17 +83,11 @@ def test_a_class_in_a_script_joins_the_library_only_where_it_is_asked_for() -> N
         ("Worn = 1 / 0", "Worn", "ZeroDivisionError"),
         ("", "Worn", "AttributeError"),
         ("Worn = 3", "Worn", "it is 3, not a subclass of Effect"),
-        (
-            "from robolaser.model.effects.effect import Effect as Worn",
-            "Worn",
-            "name, title, reference, stage, apply",
-        ),
+        ("from robolaser.model.effects.effect import Effect as Worn", "Worn", "name, title, reference, stage, apply"),
         (WORKING.replace("    stage:", "    ignored:"), "Worn", "does not define stage"),
     ],
 )
-def test_a_broken_package_is_named_with_what_went_wrong(
-    install: Install, code: str, attribute: str, reason: str
-) -> None:
+def test_a_broken_package_is_named_with_what_went_wrong(install, code, attribute, reason):
     install(code, attribute=attribute)
     with pytest.raises(PluginError) as said:
         others()
@@ -105,14 +95,14 @@ def test_a_broken_package_is_named_with_what_went_wrong(
     assert reason in str(said.value)
 
 
-def test_a_name_of_another_package_is_taken(install: Install) -> None:
+def test_a_name_of_another_package_is_taken(install):
     install(WORKING)
     install(WORKING, package="loose-arms")
     with pytest.raises(PluginError, match=r"worn-arms .* but loose-arms has one of that name"):
         others()
 
 
-def test_a_broken_package_ends_a_command_with_a_sentence(install: Install) -> None:
+def test_a_broken_package_ends_a_command_with_a_sentence(install):
     folder = install("Worn = 1 / 0")
     ended = subprocess.run(
         [sys.executable, "-c", "import sys, robolaser.cli; sys.exit(robolaser.cli.main())", "list", "effects"],

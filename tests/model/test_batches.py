@@ -113,8 +113,7 @@ def test_held_out_poses_are_predicted_by_fits_of_all_others(dataset, small_batch
     errors = held_out(problem, x, folds).errors
     for fold in range(min(2, folds.count)):
         out = folds.of_row == fold
-        end = solve(problem, x[None], tol=TOLERANCE / 10, kept=~out[None])
-        whole = model.residuals(end.x)[0]
+        whole = model.residuals(solve(problem, x[None], tol=TOLERANCE / 10, kept=~out[None]).x)[0]
         expected = (model.blocks.relocated(whole) if folds.whole else whole)[out]
         assert np.linalg.norm(errors[out] - expected) < 0.05 * np.linalg.norm(expected)
 

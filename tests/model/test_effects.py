@@ -204,9 +204,7 @@ def test_one_candidate_changes_as_it_does_in_a_population(effect: type[Effect]) 
         np.testing.assert_allclose(model.residuals(x), alone, rtol=0, atol=rounding(model, 1e-15))
 
 
-def test_one_pose_changes_as_it_does_among_many_unless_it_depends_on_the_trajectory(
-    effect: type[Effect],
-) -> None:
+def test_one_pose_changes_as_it_does_among_many_unless_it_depends_on_the_trajectory(effect: type[Effect]) -> None:
     for model in [] if effect.depends_on_trajectory else homes(effect):
         x = candidates(model)
         chosen = np.arange(len(model.dataset.poses)) == 2
@@ -220,7 +218,6 @@ def test_one_pose_changes_as_it_does_among_many_unless_it_depends_on_the_traject
 def test_in_another_run_it_acts_or_says_why_not(effect: type[Effect]) -> None:
     for model in homes(effect):
         dataset = model.dataset
-        assert dataset.poses.time_s is not None
         later = replace(dataset, poses=replace(dataset.poses, time_s=dataset.poses.time_s + 1.0))
         (candidate,) = model.effects
         found = candidate.at(model.parameters.values(candidates(model)[:1]))

@@ -55,8 +55,7 @@ def test_a_yielding_base_lets_the_arm_sink_on_the_side_to_which_it_reaches(datas
         moved[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2), exp_so3(1e-5 * run.loads.overturning_moment)
     )
     _, first_moment = run.loads.carried
-    reach = first_moment[:, 0, :2]
-    side = (reach * T[:, :2, 3]).sum(axis=1)
+    side = (first_moment[:, 0, :2] * T[:, :2, 3]).sum(axis=1)
     assert (np.sign(moved[:, 2, 3] - T[:, 2, 3]) == -np.sign(side)).all()
 
 
@@ -72,8 +71,7 @@ def test_horizontal_axes_are_two_across_gravity(down: list[float]) -> None:
     axes = horizontal_axes(np.array(down))
     np.testing.assert_allclose(axes @ axes.T, np.eye(2), atol=1e-15)
     np.testing.assert_allclose(axes @ down, 0, atol=1e-14)
-    upright = horizontal_axes(np.array([0, 0, -9.81]))
-    np.testing.assert_array_equal(upright, np.eye(3)[:2])
+    np.testing.assert_array_equal(horizontal_axes(np.array([0, 0, -9.81])), np.eye(3)[:2])
 
 
 def test_a_bracket_sinks_downwards_and_bows_to_the_moment_of_what_hangs_on_it(dataset: Dataset) -> None:

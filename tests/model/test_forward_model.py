@@ -1,7 +1,6 @@
 """The paper's chain: its frames, its gauge, its poles, its limit cases."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -41,7 +40,7 @@ def values(**changes: float) -> Values:
 
 
 @pytest.mark.parametrize("c", [0.5, 1.3])
-def test_scaling_f_with_pitch_and_k_changes_no_point(made: Simulated, c: float) -> None:
+def test_scaling_f_with_pitch_and_k_changes_no_point(made, c):
     model = Model(made.dataset)
     x = truth_of(made, model)
     scaled = x.copy()
@@ -54,7 +53,7 @@ def test_scaling_f_with_pitch_and_k_changes_no_point(made: Simulated, c: float) 
 
 
 @pytest.mark.parametrize("axis", ["u", "v"])
-def test_a_point_follows_the_contracts_formula(axis: str) -> None:
+def test_a_point_follows_the_contracts_formula(axis):
     v = values(k=0.0)
     u_m, v_m = (100.3 - 320) * 7e-6, (301.9 - 240) * 7.4e-6
     flat = undistort(metric(np.array([[[100.3, 301.9]]]), v), v["k"])
@@ -65,7 +64,7 @@ def test_a_point_follows_the_contracts_formula(axis: str) -> None:
 
 
 @pytest.mark.parametrize("b", [0.14, -0.14])
-def test_points_lie_on_the_sheet_for_either_sign_of_baseline_and_tilt(b: float) -> None:
+def test_points_lie_on_the_sheet_for_either_sign_of_baseline_and_tilt(b):
     v = values(b=b, theta=-0.3 if b < 0 else 0.3)
     pixel = RNG.uniform([0, 0], [640, 480], (1, 50, 2))
     point = intersect(rays(undistort(metric(pixel, v), v["k"]), v["f"], "u"), laser_plane(v))
@@ -75,7 +74,7 @@ def test_points_lie_on_the_sheet_for_either_sign_of_baseline_and_tilt(b: float) 
 
 @pytest.mark.parametrize("axis", ["u", "v"])
 @pytest.mark.parametrize("k", [0.0, 900.0, -900.0])
-def test_projection_undoes_triangulation(axis: str, k: float) -> None:
+def test_projection_undoes_triangulation(axis, k):
     v = values(k=k)
     pixel = RNG.uniform([250, 190], [390, 290], (1, 50, 2))
     point = intersect(rays(undistort(metric(pixel, v), v["k"]), v["f"], axis), laser_plane(v))
@@ -86,7 +85,7 @@ def test_projection_undoes_triangulation(axis: str, k: float) -> None:
     assert np.isnan(seen[0, ~ahead]).all()
 
 
-def test_zyz_angles_are_the_papers_matrix() -> None:
+def test_zyz_angles_are_the_papers_matrix():
     w, phi, psi = 0.3, -0.4, 0.7
     c, s = np.cos, np.sin
     paper = np.array(
@@ -99,7 +98,7 @@ def test_zyz_angles_are_the_papers_matrix() -> None:
     np.testing.assert_allclose(from_angles(*map(np.array, (w, phi, psi)), order="zyz"), paper, atol=1e-15)
 
 
-def test_the_bracket_turns_before_the_small_angles(made: Simulated) -> None:
+def test_the_bracket_turns_before_the_small_angles(made):
     model = Model(made.dataset)
     v = model.parameters.values(truth_of(made, model))
     R = from_quaternion(np.array(made.dataset.bracket_quat)) @ from_angles(v["w"], v["phi"], v["psi"])
@@ -107,7 +106,7 @@ def test_the_bracket_turns_before_the_small_angles(made: Simulated) -> None:
     np.testing.assert_allclose(model.blocks.sensor.in_cell(v, model.perturb(v)).mount[:, 0], pose(R, t), atol=1e-15)
 
 
-def test_measured_flange_poses_do_as_well_as_joint_angles(made: Simulated) -> None:
+def test_measured_flange_poses_do_as_well_as_joint_angles(made):
     dataset = made.dataset
     T = dataset.flange()
     bare = replace(dataset, robot=None, poses=replace(dataset.poses, q=None, qd=None, T_base_flange=T))
@@ -115,7 +114,7 @@ def test_measured_flange_poses_do_as_well_as_joint_angles(made: Simulated) -> No
     np.testing.assert_allclose(Model(bare).residuals(x), Model(dataset).residuals(x), atol=1e-14)
 
 
-def test_an_unplaced_target_follows_in_closed_form(made: Simulated) -> None:
+def test_an_unplaced_target_follows_in_closed_form(made):
     T_target_base = pose(from_angles(*(np.array(a) for a in (0.1, -0.2, 0.7))), np.array([0.3, -0.1, 0.2]))
     dataset = made.dataset
     own = replace(dataset, placed=False, points=replace(dataset.points, xyz=apply(T_target_base, dataset.points.xyz)))
@@ -135,9 +134,7 @@ def test_an_unplaced_target_follows_in_closed_form(made: Simulated) -> None:
         (None, r"^There are no points"),
     ],
 )
-def test_without_points_the_way_to_some_is_named_where_there_is_one(
-    made: Simulated, tmp_path: Path, files: tuple[str, ...] | None, said: str
-) -> None:
+def test_without_points_the_way_to_some_is_named_where_there_is_one(made, tmp_path, files, said):
     folder = tmp_path / "my cell"
     folder.mkdir()
     for file in files or ():

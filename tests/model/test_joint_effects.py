@@ -39,8 +39,7 @@ def moving(values: list[float], joint: int = 2) -> Dataset:
 def lag(dataset: Dataset, play: float = PLAY, start: float = 0.0) -> Array:
     """How far joint 3 is ahead of its reading."""
     q = dataset.poses.q[None]
-    bent = Backlash("joint_3", np.array([play]), np.array([start])).apply(q, Run(dataset))
-    return (bent - q)[0, :, 2]
+    return (Backlash("joint_3", np.array([play]), np.array([start])).apply(q, Run(dataset)) - q)[0, :, 2]
 
 
 def anywhere(seed: int, poses: int = 8) -> Array:
@@ -53,8 +52,7 @@ def test_after_long_moves_a_joint_hangs_back_by_half_the_play_on_the_side_it_cam
 
 def test_a_move_within_the_play_leaves_the_link_where_it_is() -> None:
     back = moving([0.0, 0.5, 0.5 - 0.3 * PLAY, 0.5 - 0.6 * PLAY])
-    where = back.poses.q[:, 2] + lag(back)
-    np.testing.assert_allclose(where[1:], 0.5 - PLAY / 2, atol=1e-15)
+    np.testing.assert_allclose((back.poses.q[:, 2] + lag(back))[1:], 0.5 - PLAY / 2, atol=1e-15)
 
 
 def test_a_joint_that_does_not_move_keeps_its_side() -> None:
@@ -94,8 +92,7 @@ def test_an_arm_gives_way_downwards() -> None:
     dataset = arm(anywhere(5, poses=30))
     for joint in range(2, 5):
         sag = yielding(joint, 1e-4).apply(dataset.poses.q[None], Run(dataset))
-        weight = dataset.robot.gravity_torques(dataset.poses.q)
-        assert ((sag[0] - dataset.poses.q) * weight).sum() < 0
+        assert ((sag[0] - dataset.poses.q) * dataset.robot.gravity_torques(dataset.poses.q)).sum() < 0
 
 
 def test_a_payload_is_borne_as_its_energy_says() -> None:
@@ -111,8 +108,7 @@ def test_a_weight_at_the_flange_that_nobody_wrote_down_sinks_the_arm_as_one_writ
     q = anywhere(6)
     bare, loaded = arm(q), arm(q, payload_kg=np.full(8, 2.0))
     unwritten = yielding(3, 1e-4, payload=2.0 * 1e-4).apply(q[None], Run(bare))
-    written = yielding(3, 1e-4).apply(q[None], Run(loaded))
-    np.testing.assert_allclose(unwritten, written, atol=1e-15)
+    np.testing.assert_allclose(unwritten, yielding(3, 1e-4).apply(q[None], Run(loaded)), atol=1e-15)
 
 
 def test_a_hardening_gear_gives_way_less_the_more_it_bears_and_a_softening_one_more() -> None:
@@ -129,8 +125,7 @@ def test_a_hardening_gear_gives_way_less_the_more_it_bears_and_a_softening_one_m
 @pytest.mark.parametrize("cycles", [10.0, 50.0, 160.0])
 def test_a_transmissions_error_comes_again_after_each_cycle(cycles: float) -> None:
     turn = 2 * np.pi / cycles
-    q = np.array([0.1, 0.1 + turn, 0.1 - 3 * turn])
-    dataset = moving(q.tolist())
+    dataset = moving(np.array([0.1, 0.1 + turn, 0.1 - 3 * turn]).tolist())
     wave = TransmissionError("joint_3", 3e-4 * ONE, -1e-4 * ONE, 1e-4 * ONE, 2e-4 * ONE, cycles * ONE)
     error = (wave.apply(dataset.poses.q[None], Run(dataset)) - dataset.poses.q)[0, :, 2]
     phase = cycles * 0.1
@@ -246,7 +241,6 @@ def test_a_joint_is_coupled_with_its_neighbours_up_to_two_joints_away() -> None:
 def test_no_spring_stands_for_what_rounding_alone_makes_of_a_vertical_joint() -> None:
     dataset = arm(np.random.default_rng(1).uniform(-1.0, 1.0, (8, 5)))
     soft = {"compliance": np.array([1e-3]), "payload": np.zeros(1), "hardening": np.zeros(1)}
-    assert dataset.robot is not None
     base, shoulder, *_ = dataset.robot.joints
     assert JointCompliance(base, **soft).parts(Run(dataset)) == ()
     (spring,) = JointCompliance(shoulder, **soft).parts(Run(dataset))

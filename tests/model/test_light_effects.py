@@ -44,8 +44,7 @@ def distorted(points: Array, *coefficients: float) -> Array:
 def test_a_decentred_lens_agrees_with_opencv_to_first_order(run: Run) -> None:
     x = image()
     for p in ((1e-4, 0.0), (0.0, 1e-4), (5e-5, -8e-5)):
-        numbers = [np.array([-one / F]) for one in p]
-        ours = TangentialDistortion("camera", *numbers).apply(x, run) - x
+        ours = TangentialDistortion("camera", *[np.array([-one / F]) for one in p]).apply(x, run) - x
         theirs = x - distorted(x, 0.0, 0.0, *p)
         np.testing.assert_allclose(ours, theirs, atol=2e-3 * np.abs(theirs).max())
 
@@ -97,8 +96,7 @@ def test_a_drifting_sheet_is_one_of_another_angle_that_keeps_its_baseline(datase
     values = nominal(dataset)
     drifted = LaserDrift("laser", angle=np.array([2e-3]), tau=np.array([0.3])).apply(laser_plane(values), run)[0]
     for row, pose in enumerate(dataset.points.pose):
-        share = 1 - np.exp(-run.progress[pose] / 0.3)
-        turned = values | {"theta": values["theta"] + 2e-3 * share}
+        turned = values | {"theta": values["theta"] + 2e-3 * (1 - np.exp(-run.progress[pose] / 0.3))}
         np.testing.assert_allclose(drifted[row], laser_plane(turned)[0, 0], atol=1e-15)
 
 

@@ -15,7 +15,7 @@ from robolaser.model.noise.likelihood import NoiseLikelihood, PoseErrors, conden
 from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.sensors import scanner_geometry
-from robolaser.model.sensors.stripe import Stripe, board_errors, pixel_moves
+from robolaser.model.sensors.stripe import board_errors, pixel_moves
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -25,8 +25,7 @@ def states(cell: Cell, **noise: float) -> Cell:
 
 
 def dense(noise: NoiseModel) -> np.ndarray:
-    m = len(noise.sources[0].group)
-    return np.array(noise.seen_through(np.eye(3 * m)))
+    return np.array(noise.seen_through(np.eye(3 * len(noise.sources[0].group))))
 
 
 @pytest.fixture(scope="module")
@@ -34,8 +33,7 @@ def repeated() -> NoiseModel:
     """Noise at three nested levels: a row's, a point's, a pose's."""
     cell = stripe_cell(np.random.default_rng(3), poses=4, points=3, repeats=2, robot="scorbot_er7")
     model = cell.model()
-    sizes = {"pixel": 0.2, "target": 5e-5, "joint": 3e-4}
-    return NoiseModel(error_sources(model, cell.truth(model)), sizes)
+    return NoiseModel(error_sources(model, cell.truth(model)), {"pixel": 0.2, "target": 5e-5, "joint": 3e-4})
 
 
 def test_whitened_noise_is_independent_and_of_unit_variance(repeated):
@@ -88,7 +86,6 @@ class TestOnABoard:
 
     def effect(self, cell: Cell) -> np.ndarray:
         model = cell.model()
-        assert isinstance(model.blocks.sensor, Stripe)
         values = model.parameters.values(cell.truth(model)[None])
         perturb = model.perturb(values)
         return pixel_moves(model.dataset, values, model.flange(values, perturb), perturb)
@@ -192,18 +189,14 @@ def sizes_of(cell: Cell, rng: np.random.Generator, count: int, **noise: float) -
 
 @pytest.mark.parametrize(
     ("noise", "other"),
-    [
-        ({"point": 3e-5, "joint": 2e-4}, ("probe",)),
-        ({"point": 1e-4, "joint": 0.0}, ("joint", "probe")),
-    ],
+    [({"point": 3e-5, "joint": 2e-4}, ("probe",)), ({"point": 1e-4, "joint": 0.0}, ("joint", "probe"))],
 )
 def test_injected_tracker_noise_is_found_again(noise, other):
     cell = tracker_cell(np.random.default_rng(7), poses=40, robot="scorbot_er7")
     found = sizes_of(cell, np.random.default_rng(8), 12, **noise)
     for name, size in noise.items():
         if size > 0:
-            rms = float(np.sqrt(np.mean(found[name] ** 2)))
-            assert rms == pytest.approx(size, rel=0.1), name
+            assert float(np.sqrt(np.mean(found[name] ** 2))) == pytest.approx(size, rel=0.1), name
     for name in other:
         scale = 0.5 if name == "joint" else 1.0  # an arm's length
         assert np.sqrt(np.mean(found[name] ** 2)) * scale < 0.5 * max(noise["point"], 0.6 * noise["joint"])
@@ -219,8 +212,7 @@ def test_injected_stripe_noise_is_found_again_beside_stated_pixels():
 
 def test_noise_beyond_what_is_stated_is_found_at_the_level_of_the_pose():
     cell = states(tracker_cell(np.random.default_rng(11), poses=40, robot="scorbot_er7"), point_m=1e-5)
-    shaken = states(cell.shaken(np.random.default_rng(12), point=1e-5, joint=1e-3), point_m=1e-5)
-    model = shaken.model()
+    model = states(cell.shaken(np.random.default_rng(12), point=1e-5, joint=1e-3), point_m=1e-5).model()
     noise = noise_of(model, cell.truth(model))
     assert noise.sigmas["point"] == 1e-5
     assert "point" not in noise.estimated
@@ -231,8 +223,7 @@ def test_fitted_numbers_do_not_make_the_noise_seem_small():
     cell = tracker_cell(np.random.default_rng(13), poses=5, robot="scorbot_er7")  # 45 residuals, 15 parameters
     cell = states(cell, joint_rad=0.0)
     found = sizes_of(cell, np.random.default_rng(14), 40, point=1e-4)
-    total = found["point"] ** 2 + found["probe"] ** 2
-    assert np.mean(total) == pytest.approx(1e-8, rel=0.2)
+    assert np.mean(found["point"] ** 2 + found["probe"] ** 2) == pytest.approx(1e-8, rel=0.2)
 
 
 def test_likelihood_slopes_are_those_of_finite_differences(repeated):
@@ -299,8 +290,7 @@ def test_the_score_test_promises_at_least_half_of_what_stated_noise_gains_by_gro
     stated = {"target": (3e-5, "stated")}
     noise, cost = likelihood.likeliest({**stated, "pixel": (0.1, "stated")})
     promised = likelihood.gain_of_growth(noise, ["pixel"])
-    gain = cost - likelihood.likeliest(stated, {"pixel": 0.1})[1]
-    assert promised > 0.5 * gain - 1e-3
+    assert promised > 0.5 * (cost - likelihood.likeliest(stated, {"pixel": 0.1})[1]) - 1e-3
     assert (promised > 4.0) == (grown > 1.0)
 
 

@@ -16,10 +16,7 @@ from robolaser.simulation import simulate
 
 SEED = 3
 RNG = np.random.default_rng(SEED)
-CELLS = {
-    "stripe": {"kind": "stripe"},
-    "stripe along v": {"kind": "stripe", "stripe_axis": "v"},
-}
+CELLS = {"stripe": {"kind": "stripe"}, "stripe along v": {"kind": "stripe", "stripe_axis": "v"}}
 
 
 @pytest.fixture(autouse=True)
@@ -39,16 +36,14 @@ def candidates(model: Model, count: int = 6) -> Array:
     return model.parameters.nominal + near * model.parameters.width
 
 
-def test_a_populations_cost_is_the_sum_of_its_squared_residuals(dataset: Dataset) -> None:
+def test_a_populations_cost_is_the_sum_of_its_squared_residuals(dataset):
     model = Model(dataset)
     x = candidates(model)
     np.testing.assert_allclose(model.cost(x), np.square(model.residuals(x)).sum(axis=(1, 2)), rtol=1e-12)
 
 
 @pytest.mark.parametrize("at_once", [1, 100, 10**9])
-def test_how_many_candidates_are_evaluated_at_once_changes_no_digit(
-    at_once: int, dataset: Dataset, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_how_many_candidates_are_evaluated_at_once_changes_no_digit(at_once, dataset, monkeypatch):
     model = Model(dataset)
     x = candidates(model, 20)
     J = model.cost(x)
@@ -56,7 +51,7 @@ def test_how_many_candidates_are_evaluated_at_once_changes_no_digit(
     np.testing.assert_array_equal(model.cost(x), J)
 
 
-def test_rows_may_come_in_any_order() -> None:
+def test_rows_may_come_in_any_order():
     model = Model(simulate(find_robot("scorbot_er7"), poses=5, points=6, seed=1).dataset)
     order = RNG.permutation(len(model.dataset.points))
     mixed = Model(replace(model.dataset, points=model.dataset.points.take(order)))
@@ -66,7 +61,7 @@ def test_rows_may_come_in_any_order() -> None:
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
-def test_so_many_candidates_so_many_answers_however_many_rows(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_so_many_candidates_so_many_answers_however_many_rows(count, monkeypatch):
     model = Model(simulate(find_robot("scorbot_er7"), poses=5, points=6, seed=1).dataset)
     x = candidates(model, 3)
     whole = model.residuals(x)
@@ -75,15 +70,15 @@ def test_so_many_candidates_so_many_answers_however_many_rows(count: int, monkey
     assert model.cost(x[:count]).shape == (count,)
 
 
-def test_candidates_at_a_pole_cost_infinitely_much_and_spoil_no_other() -> None:
+def test_candidates_at_a_pole_cost_infinitely_much_and_spoil_no_other():
     model = Model(simulate(find_robot("scorbot_er7"), poses=5, points=6, seed=1).dataset)
     x = candidates(model, 3)
     where = model.parameters.columns(["k", "theta", "s_v", "v_0"])
-    x[1, where] = 0.0, 0.0, 1.0, model.dataset.points.pixel[0, 1]  # type: ignore[index]
+    x[1, where] = 0.0, 0.0, 1.0, model.dataset.points.pixel[0, 1]
     assert np.isinf(model.cost(x)).tolist() == [False, True, False]
 
 
-def test_points_are_carried_by_the_frame_of_their_row() -> None:
+def test_points_are_carried_by_the_frame_of_their_row():
     T = pose(exp_so3(RNG.normal(size=(2, 4, 3))), RNG.normal(size=(2, 4, 3)))
     of_row, points = RNG.integers(0, 4, 9), RNG.normal(size=(1, 9, 3))
     np.testing.assert_allclose(carry(T, of_row, points), apply(T[:, of_row], points), rtol=0, atol=1e-14)

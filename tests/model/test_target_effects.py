@@ -1,8 +1,11 @@
+"""Printed targets: true to their plane, but longer, bowed, in steps or askew; and lengths of who measures them."""
+
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from robolaser import Plan, calibrate
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3
@@ -11,6 +14,7 @@ from robolaser.model.effects.stripe_bias import StripeBias
 from robolaser.model.effects.target_plane import plane_of
 from robolaser.model.effects.target_scale import TargetScale
 from robolaser.model.effects.target_warp import TargetWarp
+from robolaser.model.effects.tracker_scale import TrackerScale
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -55,8 +59,7 @@ def test_a_target_in_the_round_has_no_plane_to_bow(dataset: Dataset, kind: type)
     ball = np.random.default_rng(3).normal(size=(60, 3))
     round_ = of(dataset, 0.2 * ball / np.linalg.norm(ball, axis=1, keepdims=True)).dataset
     assert kind.missing(round_) == "the target points do not lie in one plane, nor in parallel ones"
-    line = of(dataset, np.outer(np.linspace(0, 1, 20), [1.0, 2.0, 0.0])).dataset
-    assert kind.locations(line) == ()
+    assert kind.locations(of(dataset, np.outer(np.linspace(0, 1, 20), [1.0, 2.0, 0.0])).dataset) == ()
 
 
 def test_a_scaled_grid_grows_in_its_plane_from_its_centre(dataset: Dataset) -> None:
@@ -104,3 +107,26 @@ def test_a_target_that_stands_higher_or_askew_keeps_its_form(dataset: Dataset) -
     xyz = sheet()
     askew = warped(z=1e-3, x=2e-3, y=-1e-3).apply(xyz[None], of(dataset, xyz))[0]
     assert plane_of(askew).flatness < 1e-10
+
+
+SCALE = 3e-4
+
+
+def test_a_tracker_that_reads_too_long_is_found_by_an_arm_whose_links_are_known() -> None:
+    made = simulate(find_robot("ur5"), kind="point", poses=25, effects={"tracker_scale": SCALE}, seed=1)
+    found = calibrate(made.dataset, Plan(effects=("tracker_scale",)))
+    assert found.value("tracker_scale.measuring_system.scale") == pytest.approx(SCALE, rel=0.05)
+
+
+def test_only_what_reads_lengths_has_a_scale() -> None:
+    for kind, reason in (("stripe", "no lengths of its own"), ("socket", "target")):
+        assert reason in TrackerScale.missing(simulate(find_robot("ur5"), kind=kind, poses=6, seed=1).dataset)
+
+
+def test_lengths_that_read_too_long_are_shortened() -> None:
+    points = np.random.default_rng(1).normal(size=(1, 5, 3))
+    dataset = simulate(find_robot("ur5"), kind="point", poses=6, seed=1).dataset
+
+    np.testing.assert_allclose(
+        TrackerScale("measuring_system", np.array([SCALE])).apply(points, Run(dataset)) * (1 + SCALE), points
+    )

@@ -181,8 +181,7 @@ def _recorded(world: World, series: int, seconds: float, seed: int, rate_hz: int
     for number in range(series):
         amplitude = rng.uniform(0.2, 0.5, (4, len(JOINTS))) / np.arange(1, 5)[:, None]
         rate = 2.0 * np.pi * rng.uniform(0.05, 0.5, (4, len(JOINTS)))
-        phase = rng.uniform(0.0, 2.0 * np.pi, (4, len(JOINTS)))
-        angle = rate * time[:, None, None] + phase
+        angle = rate * time[:, None, None] + rng.uniform(0.0, 2.0 * np.pi, (4, len(JOINTS)))
         pause = 0.5 - 0.5 * np.cos(np.pi * np.clip(time / 1.0, 0.0, 1.0))[:, None]
         middle = rng.uniform(-0.4, 0.4, len(JOINTS)) + np.array([0.0, 0.7, 0.6, 0.0])
         command = middle + pause * (amplitude * np.sin(angle)).sum(axis=1)

@@ -29,8 +29,7 @@ def of_one_kind(log: MotionLog, rows: str) -> MotionLog:
     """Without what other kinds of rows are made of."""
     none = np.full_like(log.q, np.nan)
     made_of = {"tracking": "command", "torque": "tau", "load": "load"}
-    left = {name: none for kind, name in made_of.items() if kind != rows}
-    return replace(log, **left)
+    return replace(log, **{name: none for kind, name in made_of.items() if kind != rows})
 
 
 @pytest.fixture(params=EFFECTS)
@@ -46,8 +45,7 @@ def test_it_has_words_a_source_and_a_class(effect: MotionEffect) -> None:
 
 
 def test_its_rivals_are_effects_on_the_same_rows(effect: MotionEffect) -> None:
-    known = {one.name for one in MOTION_EFFECTS if one.rows == effect.rows}
-    assert set(effect.rivals) <= known
+    assert set(effect.rivals) <= {one.name for one in MOTION_EFFECTS if one.rows == effect.rows}
 
 
 def test_it_is_found_where_it_is_simulated(effect: MotionEffect) -> None:

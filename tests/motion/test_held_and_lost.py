@@ -52,7 +52,7 @@ def the_effect(found: MotionDiagnosis) -> tuple[str, str, float]:
 
 
 @pytest.mark.parametrize("loss", LOSSES)
-def test_a_lag_is_as_long_where_rows_are_lost(loss: str) -> None:
+def test_a_lag_is_as_long_where_rows_are_lost(loss):
     found = diagnose_motion(LOSSES[loss](cached_arm(lag_s=LAG_S)), seed=0)
     assert the_effect(found) == ("lag", "lift", pytest.approx(LAG_S, rel=0.005))
     (gap,) = found.fit.gaps
@@ -60,13 +60,13 @@ def test_a_lag_is_as_long_where_rows_are_lost(loss: str) -> None:
     assert "Errors of lift" in MotionResult(found).files()["report.html"]
 
 
-def test_readings_that_meet_no_command_but_at_the_ends_are_said_to_be_none() -> None:
+def test_readings_that_meet_no_command_but_at_the_ends_are_said_to_be_none():
     log = cached_arm(lag_s=LAG_S)
     with pytest.raises(DataError, match="meet only in rows at the ends of series"):
         diagnose_motion(replace(log, q=np.where(np.arange(len(log))[:, None] > 2, np.nan, log.q)), seed=0)
 
 
-def test_holes_hide_no_lag_behind_a_dead_time() -> None:
+def test_holes_hide_no_lag_behind_a_dead_time():
     """0.4 s in which nobody knows the commands are no part of a motion."""
     log = late_arm(lag_s=0.03, delay_s=0.03)
     found = diagnose_motion(log.of_rows(~holes(log)), seed=0).fit.findings
@@ -81,27 +81,21 @@ def held(values: np.ndarray, rows: int = 2) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("quantity", "rows", "said"),
-    [
-        ("q", 3, "only repeat"),
-        ("command", 3, "between them they are interpolated"),
-    ],
+    ("quantity", "rows", "said"), [("q", 3, "only repeat"), ("command", 3, "between them they are interpolated")]
 )
-def test_readings_that_repeat_add_no_delay_and_commands_that_repeat_shorten_no_lag(
-    quantity: str, rows: int, said: str
-) -> None:
+def test_readings_that_repeat_add_no_delay_and_commands_that_repeat_shorten_no_lag(quantity, rows, said):
     log = cached_arm(lag_s=LAG_S)
     found = diagnose_motion(replace(log, **{quantity: held(getattr(log, quantity), rows)}), seed=0)
     assert the_effect(found) == ("lag", "lift", pytest.approx(LAG_S, rel=0.005))
     assert any(said in remark for remark in found.remarks)
 
 
-def test_a_sound_arm_whose_commands_are_written_less_often_has_no_gap() -> None:
+def test_a_sound_arm_whose_commands_are_written_less_often_has_no_gap():
     log = cached_arm()
     assert diagnose_motion(replace(log, command=held(log.command)), seed=0).verdict == "no_gap"
 
 
-def test_one_joint_that_is_read_half_as_often_is_not_late() -> None:
+def test_one_joint_that_is_read_half_as_often_is_not_late():
     log = cached_arm()
     q = log.q.copy()
     q[:, 2] = held(log.q)[:, 2]
@@ -117,7 +111,7 @@ def dry() -> MotionLog:
 
 
 @pytest.mark.parametrize("quantity", ["q", "tau"])
-def test_torques_or_angles_that_repeat_make_no_other_friction(quantity: str) -> None:
+def test_torques_or_angles_that_repeat_make_no_other_friction(quantity):
     log = replace(dry(), **{quantity: held(getattr(dry(), quantity))})
     found = {tuple(one.at.pair): one.numbers for one in diagnose_motion(log, seed=0).fit.findings}
     assert set(found) == {("viscous_friction", "lift"), ("coulomb_friction", "elbow")}
@@ -125,20 +119,20 @@ def test_torques_or_angles_that_repeat_make_no_other_friction(quantity: str) -> 
     assert found["coulomb_friction", "elbow"]["torque"][0] == pytest.approx(4.0, rel=0.01)
 
 
-def test_a_second_encoder_that_repeats_is_not_read_at_another_instant() -> None:
+def test_a_second_encoder_that_repeats_is_not_read_at_another_instant():
     log = record(World(spring={"lift": 2e4}), series=5, seconds=4.0, seed=5)
     none = np.full_like(log.q, np.nan)
     found = diagnose_motion(replace(log, command=none, tau=none, load=held(log.load)), seed=0)
     assert the_effect(found)[:2] == ("gear_spring", "lift")
 
 
-def test_rounded_readings_of_a_slow_joint_are_all_read() -> None:
+def test_rounded_readings_of_a_slow_joint_are_all_read():
     log = cached_arm(lag_s=LAG_S)
     coarse = replace(log, q=0.0015 * np.round(log.q / 0.0015), time_s=2.0 * log.time_s)
     assert np.array_equal(coarse.as_read.q, coarse.q)
 
 
-def test_readings_of_a_joint_that_sticks_and_slips_are_all_read() -> None:
+def test_readings_of_a_joint_that_sticks_and_slips_are_all_read():
     log, rng = cached_arm(), np.random.default_rng(0)
     rests = np.repeat(rng.normal(size=len(log)).cumsum(), rng.integers(3, 12, len(log)))[: len(log)]
     slipping = replace(log, q=np.where(np.arange(len(JOINTS)) == 1, rests[:, None], log.q))

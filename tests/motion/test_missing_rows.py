@@ -63,8 +63,7 @@ def test_delays_of_a_servo_and_of_clocks_add_up(names: tuple[str, str]) -> None:
 def test_a_dead_time_stays_one_where_rows_are_dropped() -> None:
     late = record(World(delay_s=0.035), series=8, seconds=2.5, seed=3, rate_hz=50)
     late = replace(late, tau=np.full_like(late.q, np.nan))
-    some = late.of_rows(np.random.default_rng(0).random(len(late)) > 0.07)
-    fit = diagnose_motion(some, seed=0).fit
+    fit = diagnose_motion(late.of_rows(np.random.default_rng(0).random(len(late)) > 0.07), seed=0).fit
     assert {one.at.pair[0] for one in fit.findings} == {"dead_time"}
     assert [one.numbers["delay"][0] for one in fit.findings] == pytest.approx([0.035] * len(JOINTS), abs=1e-3)
     assert fit.gaps[0].whole("after") < 2.0 * fit.gaps[0].whole("noise_floor")

@@ -37,12 +37,10 @@ def typed(folder: Path, source: str, *more: str) -> int:
 
 def imported(folder: Path, source: str, *more: str) -> MotionLog:
     assert typed(folder, source, *more) == 0
-    log = robolaser.load(folder / "log")
-    assert isinstance(log, MotionLog)
-    return log
+    return robolaser.load(folder / "log")
 
 
-def test_a_table_with_any_names(folder: Path) -> None:
+def test_a_table_with_any_names(folder):
     names = ["ms", *(f"goal{j}" for j in range(4)), *(f"is{j}" for j in range(4))]
     table = np.column_stack([1e3 * TIME, np.degrees(TOLD), np.degrees(READ)])
     np.savetxt(folder / "log.csv", table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
@@ -57,7 +55,7 @@ def test_a_table_with_any_names(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["npz", "mat"])
-def test_arrays_in_the_robots_order(folder: Path, kind: str) -> None:
+def test_arrays_in_the_robots_order(folder, kind):
     arrays = {"t": TIME, "position": READ, "target": TOLD}
     if kind == "npz":
         np.savez(folder / "log.npz", **arrays)
@@ -69,9 +67,9 @@ def test_arrays_in_the_robots_order(folder: Path, kind: str) -> None:
 
 
 @pytest.mark.parametrize("wrap", [list, lambda names: {"motors": names}], ids=["version 3", "version 2"])
-def test_a_data_set_of_lerobot(folder: Path, wrap: object) -> None:
+def test_a_data_set_of_lerobot(folder, wrap):
     names = [f"{joint}.pos" for joint in JOINTS]
-    feature = {"names": wrap(names)}  # type: ignore[operator]
+    feature = {"names": wrap(names)}
     (folder / "set" / "meta").mkdir(parents=True)
     (folder / "set" / "data" / "chunk-000").mkdir(parents=True)
     (folder / "set" / "meta" / "info.json").write_text(
@@ -92,9 +90,7 @@ def test_a_data_set_of_lerobot(folder: Path, wrap: object) -> None:
 
 @pytest.mark.parametrize("row", ["1,[0]", "1,0]", "1", '1,{"pan": 0}'])
 @pytest.mark.parametrize("of", ["positions", "angles"])
-def test_a_damaged_folder_ends_with_its_name(
-    folder: Path, row: str, of: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_damaged_folder_ends_with_its_name(folder, row, of, capsys):
     files = {"joint_list.txt": "pan", "control.csv": f"timestamp,{of}\n{row}", "state_motor.csv": f"timestamp,q\n{row}"}
     (folder / "log-a" / "meta").mkdir(parents=True)
     for name, text in files.items():
@@ -107,22 +103,20 @@ def test_a_damaged_folder_ends_with_its_name(
         assert "log-a is damaged" in capsys.readouterr().err
 
 
-def test_a_unit_that_no_file_says_is_asked_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_unit_that_no_file_says_is_asked_for(folder, capsys):
     np.savez(folder / "log.npz", t=TIME, position=READ)
     assert typed(folder, "log.npz", "--column", "q=position") == 2
     assert "--units deg" in capsys.readouterr().err
     assert not (folder / "log").exists()
 
 
-def test_a_column_that_is_not_there_is_answered_with_the_nearest(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_column_that_is_not_there_is_answered_with_the_nearest(folder, capsys):
     np.savez(folder / "log.npz", t=TIME, position=READ)
     assert typed(folder, "log.npz", "--units", "rad", "--column", "q=positon") == 1
     assert "position[0]" in capsys.readouterr().err
 
 
-def test_a_table_of_universal_robots_rtde_says_its_units_itself(folder: Path) -> None:
+def test_a_table_of_universal_robots_rtde_says_its_units_itself(folder):
     arrays = {"timestamp": TIME + 17.0}
     for name, values in (("target_q", TOLD), ("actual_q", READ), ("actual_qd", 2.0 * READ), ("actual_current", -READ)):
         arrays |= {f"{name}_{j}": each for j, each in enumerate(values.T)}
@@ -137,7 +131,7 @@ def test_a_table_of_universal_robots_rtde_says_its_units_itself(folder: Path) ->
 
 
 @pytest.mark.parametrize("unit", ["percent", "ticks"])
-def test_lerobots_calibration_makes_angles_of_what_servos_count(folder: Path, unit: str) -> None:
+def test_lerobots_calibration_makes_angles_of_what_servos_count(folder, unit):
     ends = [(1000, 3000), (800, 3300), (1200, 2600), (900, 3100)]
     servos = {
         joint: {"id": j, "drive_mode": int(j == 2), "homing_offset": 5, "range_min": low, "range_max": high}
@@ -155,14 +149,14 @@ def test_lerobots_calibration_makes_angles_of_what_servos_count(folder: Path, un
     assert np.allclose(log.command, TOLD)
 
 
-def test_per_cent_without_a_calibration_file_is_asked_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_per_cent_without_a_calibration_file_is_asked_for(folder, capsys):
     np.savez(folder / "log.npz", t=TIME, position=READ)
     assert typed(folder, "log.npz", "--column", "q=position", "--units", "percent") == 2
     assert "--set calibration=FILE" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(not (DATA / "raw-sage").is_dir(), reason="published logs are not on this machine")
-def test_sages_own_files_are_read_as_they_were_published(tmp_path: Path) -> None:
+def test_sages_own_files_are_read_as_they_were_published(tmp_path):
     whole = robolaser.load(DATA / "sage-so101-a")
     arm = ["--robot", str(DATA / "sage-so101-a" / "robot.urdf"), "--flange", "gripper_frame_link"]
     asked = [str(DATA / "raw-sage"), *arm, "--sensor", "motion", "--output", str(tmp_path / "log"), "--quiet"]
@@ -177,7 +171,7 @@ def test_sages_own_files_are_read_as_they_were_published(tmp_path: Path) -> None
     assert np.allclose(log.time_s, whole.time_s[rows], atol=1e-5)
 
 
-def test_series_that_would_share_a_name_stay_apart(folder: Path) -> None:
+def test_series_that_would_share_a_name_stay_apart(folder):
     columns = {f"q_{joint}": READ[:, j] for j, joint in enumerate(JOINTS)}
     for day in ("monday", "tuesday"):
         (folder / day).mkdir()
@@ -188,18 +182,15 @@ def test_series_that_would_share_a_name_stay_apart(folder: Path) -> None:
     assert (len(log), log.series) == (2 * len(TIME), ("log", "log_2"))
 
 
-def test_series_that_are_numbered_by_large_numbers_stay_apart(folder: Path) -> None:
+def test_series_that_are_numbered_by_large_numbers_stay_apart(folder):
     both = {f"q_{joint}": np.tile(READ[:, j], 2) for j, joint in enumerate(JOINTS)}
     begun = np.repeat([1_700_000_001, 1_700_000_002], len(TIME))
     np.savez(folder / "log.npz", time_s=np.tile(TIME, 2), series=begun, **both)
-    log = imported(folder, "log.npz", "--units", "rad")
-    assert log.series == ("log_1700000001", "log_1700000002")
+    assert imported(folder, "log.npz", "--units", "rad").series == ("log_1700000001", "log_1700000002")
 
 
 @pytest.mark.parametrize("column", ["series", "time_s"])
-def test_a_row_without_a_series_or_a_time_is_refused(
-    folder: Path, capsys: pytest.CaptureFixture[str], column: str
-) -> None:
+def test_a_row_without_a_series_or_a_time_is_refused(folder, capsys, column):
     columns = {"time_s": TIME.copy(), "series": np.ones(len(TIME))}
     columns |= {f"q_{joint}": READ[:, j] for j, joint in enumerate(JOINTS)}
     columns[column][7] = np.nan
@@ -209,7 +200,7 @@ def test_a_row_without_a_series_or_a_time_is_refused(
     assert not (folder / "log").exists()
 
 
-def test_series_keep_their_names_in_tables(folder: Path) -> None:
+def test_series_keep_their_names_in_tables(folder):
     columns = {"time_s": np.tile(TIME, 2), **{f"q_{joint}": np.tile(READ[:, j], 2) for j, joint in enumerate(JOINTS)}}
     days = pa.table({"series": np.repeat(["läuft", "am 2."], len(TIME)), "dt": np.repeat(0.02, 80), **columns})
     pq.write_table(days, folder / "log.parquet")
@@ -237,15 +228,13 @@ READINGS = {f"q_{joint}": READ[:, j] for j, joint in enumerate(JOINTS)}
         ({"time_s": TIME, **{name: 99.0 * each for name, each in READINGS.items()}}, [], "Are these degrees"),
     ],
 )
-def test_what_would_be_no_log_is_not_written(
-    folder: Path, arrays: dict[str, np.ndarray], more: list[str], said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    np.savez(folder / "log.npz", **arrays)  # type: ignore[arg-type]
+def test_what_would_be_no_log_is_not_written(folder, arrays, more, said, capsys):
+    np.savez(folder / "log.npz", **arrays)
     assert typed(folder, "log.npz", "--units", "rad", *more) != 0
     assert said in capsys.readouterr().err
     assert not (folder / "log").exists()
 
 
-def test_a_scalar_beside_the_columns_is_of_no_series(folder: Path) -> None:
+def test_a_scalar_beside_the_columns_is_of_no_series(folder):
     np.savez(folder / "log.npz", time_s=TIME, series=np.repeat([1, 2], 20), dt=[0.02], **READINGS)
     assert imported(folder, "log.npz", "--units", "rad").series == ("log_1", "log_2")

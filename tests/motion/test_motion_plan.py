@@ -3,7 +3,6 @@
 import json
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -41,12 +40,9 @@ def size_of(plan: MotionPlan, effect: str, where: str) -> float | None:
         ("payload", "tool", ("command", "load")),
     ],
 )
-def test_twice_the_planned_size_is_found_or_taken_for_what_the_plan_names(
-    effect: str, where: str, others: tuple[str, ...]
-) -> None:
+def test_twice_the_planned_size_is_found_or_taken_for_what_the_plan_names(effect, where, others):
     plan = plan_of_motions()
     size = size_of(plan, effect, where)
-    assert size is not None
     log = simulated(seconds=2.5, rate_hz=50.0, series=6, seed=4, effects={f"{effect}:{where}": 2.0 * size})
     log = replace(log, **{name: np.full_like(log.q, np.nan) for name in others})
     found = diagnose_motion(log, seed=0).fit.findings
@@ -55,20 +51,19 @@ def test_twice_the_planned_size_is_found_or_taken_for_what_the_plan_names(
     assert told & {f"{effect} at {where}", *map(str, alike)}
 
 
-def test_an_arm_that_never_moves_shows_no_friction() -> None:
-    still = replace(commands_only(MOTIONS), command=np.zeros_like(MOTIONS.command) + 0.3)
-    plan = plan_motion(still)
+def test_an_arm_that_never_moves_shows_no_friction():
+    plan = plan_motion(replace(commands_only(MOTIONS), command=np.zeros_like(MOTIONS.command) + 0.3))
     assert all(one.size is None for one in plan.limits if one.at.effect.cause == "friction")
 
 
-def test_play_is_not_distinguished_from_a_dead_zone_by_the_servos_own_encoder() -> None:
+def test_play_is_not_distinguished_from_a_dead_zone_by_the_servos_own_encoder():
     plan = plan_of_motions()
     alike = next(one.alike for one in plan.limits if str(one.at) == "play at lift")
     assert "dead_zone at lift" in map(str, alike)
     assert any("behind the gear" in words for words in plan.next_motions)
 
 
-def test_a_clock_is_not_distinguished_from_servos_that_are_late_unless_the_arm_is_moved_by_hand() -> None:
+def test_a_clock_is_not_distinguished_from_servos_that_are_late_unless_the_arm_is_moved_by_hand():
     plan = plan_of_motions()
     (clock,) = [
         one for one in plan.limits if str(one.at) == "clock_shift at timing" and one.at.effect.rows == "tracking"
@@ -77,20 +72,18 @@ def test_a_clock_is_not_distinguished_from_servos_that_are_late_unless_the_arm_i
     assert any(words.startswith("Move the arm by hand") for words in plan.next_motions)
 
 
-def test_slower_motions_show_less_of_a_delay() -> None:
+def test_slower_motions_show_less_of_a_delay():
     slow = replace(MOTIONS, time_s=5.0 * MOTIONS.time_s)
     fast, late = (size_of(plan, "dead_time", "pan") for plan in (plan_of_motions(), plan_motion(slow)))
-    assert fast is not None
-    assert late is not None
     assert late > 1.5 * fast
 
 
-def test_readings_change_nothing() -> None:
+def test_readings_change_nothing():
     """Whatever an arm did, its plan is that of its commands."""
     assert plan_motion(replace(commands_only(MOTIONS), q=MOTIONS.q + 0.1)).to_dict() == plan_of_motions().to_dict()
 
 
-def test_the_command_plans_from_commands_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_plans_from_commands_alone(tmp_path, capsys):
     written(commands_only(MOTIONS), tmp_path / "log")
     assert main(["plan", str(tmp_path / "log"), "--json"]) == 0
     assert "dead_zone" in {one["effect"] for one in json.loads(capsys.readouterr().out)["limits"]}

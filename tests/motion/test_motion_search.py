@@ -41,12 +41,12 @@ class FewRounds:
         return [Fitted(effects, (), (), score, np.array([squares])) for effects, score, squares in models]
 
 
-def test_an_effect_stays_without_which_no_model_is_possible() -> None:
+def test_an_effect_stays_without_which_no_model_is_possible():
     (found,) = side_by_side(FewRounds().fit, [search([FRICTION, LINK], 0.01)])
     assert set(found.model.effects) == {FRICTION, LINK}
 
 
-def test_a_mass_on_a_joint_s_axis_is_certain_as_a_kind_and_may_be_either_link_s() -> None:
+def test_a_mass_on_a_joint_s_axis_is_certain_as_a_kind_and_may_be_either_link_s():
     effects = {"link_inertia:elbow_joint.mass": 0.8}
     log = simulated(seconds=20.0, rate_hz=50.0, robot=find_robot("ur5"), effects=effects, seed=1)
     none = np.full_like(log.q, np.nan)
@@ -60,8 +60,8 @@ def test_a_mass_on_a_joint_s_axis_is_certain_as_a_kind_and_may_be_either_link_s(
 
 @pytest.mark.parametrize(("seconds", "rate_hz"), [(5.0, 100.0), (10.0, 50.0)])
 def test_a_model_of_fewer_numbers_that_leaves_more_is_not_certain_where_both_are_within_the_error_of_models(
-    seconds: float, rate_hz: float
-) -> None:
+    seconds, rate_hz
+):
     effects = {"link_inertia:elbow_joint.mass": 0.8}
     log = simulated(seconds=seconds, rate_hz=rate_hz, robot=find_robot("ur5"), effects=effects, seed=1)
     none = np.full_like(log.q, np.nan)
@@ -70,7 +70,7 @@ def test_a_model_of_fewer_numbers_that_leaves_more_is_not_certain_where_both_are
     assert "link_inertia" in {one["effect"], *(name for name, _ in one["indistinguishable_from"])}
 
 
-def test_a_dead_time_of_less_than_half_a_row_is_no_longer_lag() -> None:
+def test_a_dead_time_of_less_than_half_a_row_is_no_longer_lag():
     log = simulated(seconds=2.5, series=12, robot=find_robot("ur5e"), effects={"dead_time:elbow_joint": 0.003}, seed=4)
     log = replace(log, tau=np.full_like(log.q, np.nan), load=np.full_like(log.q, np.nan))
     (one,) = robolaser.diagnose(log, seed=0).to_dict()["effects"]
@@ -89,20 +89,17 @@ def test_a_dead_time_of_less_than_half_a_row_is_no_longer_lag() -> None:
         ("link_inertia", 1, ("mass", 1.0), ""),
     ],
 )
-def test_what_no_such_rows_distinguish_is_no_likelier_than_the_other(
-    name: str, joint: int, number: tuple[str, float], twin: str
-) -> None:
+def test_what_no_such_rows_distinguish_is_no_likelier_than_the_other(name, joint, number, twin):
     log = simulated(seconds=1.0, series=1)
     candidates = [At(one, JOINTS[joint], joint) for one in MOTION_EFFECTS if not one.form and one.name != "clock_shift"]
     at = next(at for at in candidates if at.effect.name == name)
-    numbers = {number[0]: (number[1], 1e-4, "")}
-    found = SelectedEffect(at, 0.99, 0.0, None, (), numbers)  # type: ignore[arg-type]
+    found = SelectedEffect(at, 0.99, 0.0, None, (), {number[0]: (number[1], 1e-4, "")})
     found = _with_twin(found, candidates, log)
     assert found.probability == (0.5 if twin else 0.99)
     assert [rival.effect.name for rival in found.rivals] == ([twin] if twin else [])
 
 
-def test_a_tool_whose_centre_is_off_its_flange_is_a_payload_or_a_change_of_the_last_link() -> None:
+def test_a_tool_whose_centre_is_off_its_flange_is_a_payload_or_a_change_of_the_last_link():
     effects = {"payload:tool": 1.0, "payload:tool.mass_x": 0.2, **dict.fromkeys(LAST_TURNS, 0.04)}
     log = simulated(seconds=5.0, rate_hz=50.0, series=6, effects=effects, seed=1)
     none = np.full_like(log.q, np.nan)

@@ -44,8 +44,7 @@ def test_a_joint_that_stops_has_a_limit_on_that_side_only() -> None:
 def test_a_limit_on_one_side_is_named() -> None:
     at = At(LIMIT, "elbow", 0)
     numbers = {"lower": (-np.inf, 0.0, "rad"), "upper": (0.7, 1e-4, "rad")}
-    one = SelectedEffect(at, 0.99, 0.0, None, (), numbers, np.ones(1))  # type: ignore[arg-type]
-    assert not one.is_on_bound
+    assert not SelectedEffect(at, 0.99, 0.0, None, (), numbers, np.ones(1)).is_on_bound
 
 
 def test_a_joint_that_stands_while_it_is_sent_elsewhere_shows_no_effect() -> None:
@@ -67,8 +66,7 @@ def test_errors_of_joints_that_cancel_at_the_flange_are_none_there() -> None:
     cancelling, together = (np.stack([error, side * error], axis=1) for side in (-1.0, 1.0))
     robot = SimpleNamespace(jacobian=lambda q: np.full((1, 50, 6, 2), 0.4))
     log = SimpleNamespace(robot=robot, q=cancelling, command=np.zeros((50, 2)), run=np.arange(50) // 10)
-    gap = KindGap("tracking", "rad", *np.zeros((4, 2)), 50)
-    found, levers = at_flange(log, gap, cancelling, together, 1)  # type: ignore[arg-type]
+    found, levers = at_flange(log, KindGap("tracking", "rad", *np.zeros((4, 2)), 50), cancelling, together, 1)
     assert (found["nominal"], found["calibrated"]) == pytest.approx((0.0, 0.0), abs=1e-9)
     low, high = found["after_ci95"]
     assert low < found["after"] < high
@@ -97,10 +95,8 @@ def test_an_effect_that_explains_less_than_is_left_beside_it_is_not_certain(gain
     before, after = 10.0 * before / before.std(), after / after.std()
     gap = KindGap("tracking", "rad", np.array([10.0]), np.array([10.0]), np.array([1.0]), np.array([1e-3]), 400)
     at = At(next(one for one in TRACKING if one.name == "dead_zone"), "elbow", 0)
-    numbers = {"half_width": (0.02, 1e-4, "rad")}
-    finding = SelectedEffect(at, 0.99, 0.0, None, (), numbers, np.array([gained]))  # type: ignore[arg-type]
-    part = KindDiagnosis(gap, (at,), (finding,), run, before, after, {}, np.zeros(1))
-    (shown,) = part.shown
+    finding = SelectedEffect(at, 0.99, 0.0, None, (), {"half_width": (0.02, 1e-4, "rad")}, np.array([gained]))
+    (shown,) = KindDiagnosis(gap, (at,), (finding,), run, before, after, {}, np.zeros(1)).shown
     assert (shown.probability >= 0.9) is certain
 
 
@@ -111,7 +107,7 @@ def test_a_small_share_of_a_gap_is_explained_only_if_it_is_a_few_times_the_noise
     before, after = 10.0 * before / before.std(), left * after / after.std()
     gap = KindGap("torque", "Nm", np.array([10.0]), np.array([10.0]), np.array([left]), np.array([0.1]), 400)
     at = At(next(one for one in TRACKING if one.name == "dead_zone"), "elbow", 0)
-    finding = SelectedEffect(at, 0.99, 0.0, None, (), {"half_width": (0.02, 1e-4, "rad")}, np.array([99.0]))  # type: ignore[arg-type]
+    finding = SelectedEffect(at, 0.99, 0.0, None, (), {"half_width": (0.02, 1e-4, "rad")}, np.array([99.0]))
     assert KindDiagnosis(gap, (at,), (finding,), run, before, after, {}, np.zeros(1)).verdict == verdict
 
 
@@ -121,8 +117,7 @@ def test_a_gap_is_not_explained_by_what_is_less_likely_than_an_unknown_cause(non
     run, before, after = np.repeat(np.arange(4), 100), rng.normal(size=(400, 1)), 0.1 * rng.normal(size=(400, 1))
     gap = KindGap("torque", "Nm", np.array([1.0]), np.array([1.0]), np.array([0.1]), np.array([0.1]), 400)
     at = At(next(one for one in TRACKING if one.name == "dead_zone"), "elbow", 0)
-    numbers = {"half_width": (0.02, 1e-4, "rad")}
-    finding = SelectedEffect(at, 0.4, none, None, (), numbers, np.array([0.99]))  # type: ignore[arg-type]
+    finding = SelectedEffect(at, 0.4, none, None, (), {"half_width": (0.02, 1e-4, "rad")}, np.array([0.99]))
     assert KindDiagnosis(gap, (at,), (finding,), run, before, after, {}, np.zeros(1)).verdict == verdict
 
 

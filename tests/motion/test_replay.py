@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,9 +15,7 @@ from robolaser.motion.replay import replay
 pytest.importorskip("mujoco", minversion="3.5")  # actuators have no delay before
 
 
-def test_the_copy_follows_the_real_arm_and_the_original_does_not(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_copy_follows_the_real_arm_and_the_original_does_not(tmp_path, capsys):
     world = World(feeds_forward=False, bandwidth=25.0, delay_s=0.03)
     seen = written(record(world, series=8, seconds=2.5, seed=3, rate_hz=50), tmp_path / "seen")
     unseen = written(record(world, series=2, seconds=8.0, seed=9), tmp_path / "unseen")
@@ -35,9 +32,7 @@ def test_the_copy_follows_the_real_arm_and_the_original_does_not(
     assert sum(one["after_rad"] for one in errors.values()) < 0.5 * sum(one["before_rad"] for one in errors.values())
 
 
-def test_a_copy_that_holds_commands_is_no_later_than_the_arm_that_held_them(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_copy_that_holds_commands_is_no_later_than_the_arm_that_held_them(tmp_path, capsys):
     driven = mjcf(World()).split("<actuator>")[0] + "<actuator>{}</actuator></mujoco>"
     real, mine = (
         driven.format("".join(f'<position joint="{name}" kp="40000" kv="{kv}"/>' for name in JOINTS))
@@ -71,7 +66,7 @@ def held(model: str, log: MotionLog) -> MotionLog:
     return replace(log, q=readings + noise, tau=none, load=none).of_rows(np.isin(np.arange(len(log)), kept))
 
 
-def test_a_log_without_a_driven_joint_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_log_without_a_driven_joint_is_refused(tmp_path, capsys):
     seen = written(record(World(), series=2, seconds=3.0, seed=3), tmp_path / "seen")
     (tmp_path / "arm.urdf").write_text(urdf(), encoding="utf-8")
     (tmp_path / "mine.xml").write_text("<mujoco><worldbody/></mujoco>", encoding="utf-8")
@@ -81,7 +76,7 @@ def test_a_log_without_a_driven_joint_is_refused(tmp_path: Path, capsys: pytest.
     assert "no actuator" in capsys.readouterr().err
 
 
-def test_an_actuator_of_a_tendon_takes_no_joint_s_commands(tmp_path: Path) -> None:
+def test_an_actuator_of_a_tendon_takes_no_joint_s_commands(tmp_path):
     log = record(World(), series=1, seconds=1.0, seed=3)
     driven = "".join(f'<position joint="{name}" kp="4000" kv="40"/>' for name in JOINTS)
     arm = mjcf(World()).split("<actuator>")[0]
@@ -91,7 +86,7 @@ def test_an_actuator_of_a_tendon_takes_no_joint_s_commands(tmp_path: Path) -> No
     assert replay(tmp_path / "hand.xml", log) == replay(tmp_path / "arm.xml", log)
 
 
-def test_a_driven_joint_that_was_never_read_has_no_error(tmp_path: Path) -> None:
+def test_a_driven_joint_that_was_never_read_has_no_error(tmp_path):
     log = record(World(), series=1, seconds=1.0, seed=3)
     driven = "".join(f'<position joint="{name}" kp="4000" kv="40"/>' for name in JOINTS)
     (tmp_path / "arm.xml").write_text(
@@ -104,7 +99,7 @@ def test_a_driven_joint_that_was_never_read_has_no_error(tmp_path: Path) -> None
     assert all(np.isfinite(errors[name]) for name in JOINTS[1:])
 
 
-def test_a_simulation_that_diverges_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_simulation_that_diverges_is_refused(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # MuJoCo writes its log there
     driven = "".join(f'<position joint="{name}" kp="1e12"/>' for name in JOINTS)
     (tmp_path / "arm.xml").write_text(

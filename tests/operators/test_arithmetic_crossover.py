@@ -13,8 +13,7 @@ from robolaser.operators.arithmetic_crossover import arithmetic
 
 @pytest.fixture
 def parents():
-    rng = np.random.default_rng(1)
-    return rng.uniform(LOWER, UPPER, (2, 3000, 5))
+    return np.random.default_rng(1).uniform(LOWER, UPPER, (2, 3000, 5))
 
 
 def cross(problem, parents, prob, seed=2):

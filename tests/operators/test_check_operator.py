@@ -79,8 +79,7 @@ def test_whole_operators_pass_and_serve(operator):
 
 
 def test_the_default_selection_of_pymoos_genetic_algorithm_passes():
-    tournament = TournamentSelection(func_comp=comp_by_cv_and_fitness)
-    found = check_operator(tournament, algorithms=("GA",))
+    found = check_operator(TournamentSelection(func_comp=comp_by_cv_and_fitness), algorithms=("GA",))
     assert found.algorithms["GA"] == (WORKS, "")
 
 

@@ -54,8 +54,7 @@ def test_a_negative_number_of_elites_is_refused():
 
 def test_with_several_objectives_elites_are_of_the_first_front():
     algorithm = NSGA2(pop_size=12, survival=ElitistReplacement(3), selection=RouletteSelection())
-    found = minimize(Bowl(n_obj=2), algorithm, ("n_gen", 5), seed=1)
-    F = found.pop.get("F")
+    F = minimize(Bowl(n_obj=2), algorithm, ("n_gen", 5), seed=1).pop.get("F")
     assert not any(np.all(other <= elite) and np.any(other < elite) for elite in F[:1] for other in F[:3])
 
 

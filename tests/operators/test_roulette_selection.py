@@ -25,8 +25,7 @@ def selected(J, n, n_parents=2, G=None):
 def test_frequencies_are_the_shares_of_fitness():
     J = np.array([1.0, 2.0, 0.5, 8.0, 3.0])
     counts = np.bincount(selected(J, 20_000).ravel(), minlength=5)
-    expected = 40_000 * (1.0 / J) / (1.0 / J).sum()
-    assert stats.chisquare(counts, expected).pvalue > 0.01
+    assert stats.chisquare(counts, 40_000 * (1.0 / J) / (1.0 / J).sum()).pvalue > 0.01
 
 
 def test_the_first_and_the_second_parent_are_drawn_independently():
@@ -50,8 +49,7 @@ def test_a_perfect_individual_leaves_nothing_to_the_others():
     "J", [[INF, INF, INF], [NAN, INF, NAN], [-INF, -INF, -INF], [-3.0, -3.0, -3.0], [0.0, 0.0, 0.0]]
 )
 def test_where_all_are_alike_all_have_the_same_chance(J):
-    counts = np.bincount(selected(J, 3000).ravel(), minlength=3)
-    assert stats.chisquare(counts).pvalue > 0.01
+    assert stats.chisquare(np.bincount(selected(J, 3000).ravel(), minlength=3)).pvalue > 0.01
 
 
 @pytest.mark.filterwarnings("error")

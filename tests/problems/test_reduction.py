@@ -142,8 +142,7 @@ def test_a_laser_may_sit_on_the_other_side(placed: bool) -> None:
     problem = ReducedCalibration(Model(free))
     _, x = truth_of(made, problem)
     assert problem.model.cost(problem.completed(x))[0] < 1e-16
-    mirrored = replace(free, bracket_quat=_turned_about_the_sheets_normal(made))
-    other = ReducedCalibration(Model(mirrored))
+    other = ReducedCalibration(Model(replace(free, bracket_quat=_turned_about_the_sheets_normal(made))))
     completed = other.completed(x)
     assert other.model.cost(completed)[0] < 1e-14
     assert completed[0, other.model.parameters.columns(["b"])[0]] < 0
@@ -186,7 +185,6 @@ def test_poles_cost_infinitely_and_are_completed_within_the_bounds(placed: bool)
     whole = problem.model.parameters
     x = np.tile(whole.nominal[whole.columns(problem.names)], (2, 1))
     pole = dict(zip(problem.names, range(problem.n_var), strict=True))
-    assert made.dataset.points.pixel is not None
     x[1, pole["theta"]], x[1, pole["v_0"]] = 0.0, made.dataset.points.pixel[0, 1]
     completed = problem.completed(x)
     assert ((completed >= whole.lower) & (completed <= whole.upper)).all()
@@ -204,7 +202,6 @@ def test_a_data_set_asks_the_same_in_memory_and_in_its_folder(tmp_path):
     costs = [problem.evaluate(problem.xl[None]).item() for problem in asked]
     assert costs == [costs[0]] * 3
     given = {"data": dataset, "folder": folder, "text": str(folder)}
-    runs = compare(given, ["de"], seeds=1, budget=60, jobs=1).to_frame()
-    assert runs["best"].nunique() == 1
+    assert compare(given, ["de"], seeds=1, budget=60, jobs=1).to_frame()["best"].nunique() == 1
     with pytest.raises(UsageError, match=r"are called 'cell'"):
         compare([dataset, other], ["de"], seeds=1, budget=60)

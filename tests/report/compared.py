@@ -100,20 +100,11 @@ def made(
                 )  # fmt: skip
     busy = sum(run.seconds for run in runs)
     return BenchmarkResult(
-        problems=tuple(problems),
-        solvers={name: SPEEDS[name][0] for name in names},
-        know_budget=frozenset({"rcga"} & {*names}),
-        refused=refused,
-        seeds=tuple(range(1, seeds + 1)),
-        budget=str(BUDGET),
-        target=None,
-        time_limit_s=20.0,
-        runs=tuple(runs),
-        made=tuple(runs),
-        engine="this machine",
-        workers=2,
-        seconds=0.53 * busy,
-    )
+        problems=tuple(problems), solvers={name: SPEEDS[name][0] for name in names},
+        know_budget=frozenset({"rcga"} & {*names}), refused=refused, seeds=tuple(range(1, seeds + 1)),
+        budget=str(BUDGET), target=None, time_limit_s=20.0, runs=tuple(runs), made=tuple(runs),
+        engine="this machine", workers=2, seconds=0.53 * busy,
+    )  # fmt: skip
 
 
 def large():

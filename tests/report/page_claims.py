@@ -96,8 +96,7 @@ def said(text):
 
 def charts(page):
     """The specifications of a page's charts."""
-    read = page if isinstance(page, Reader) else Reader(page)
-    return [one for one in _embedded(read) if "layer" in one]
+    return [one for one in _embedded(page if isinstance(page, Reader) else Reader(page)) if "layer" in one]
 
 
 def scenes(page):
@@ -111,8 +110,7 @@ def _embedded(read):
 
 def titled(text):
     """The specifications of a page's charts by their titles."""
-    titles = re.findall(r'<figure class="chart">\s*<h3>(.*?)</h3>', text)
-    return dict(zip(titles, charts(text), strict=True))
+    return dict(zip(re.findall(r'<figure class="chart">\s*<h3>(.*?)</h3>', text), charts(text), strict=True))
 
 
 def sound_charts(text):

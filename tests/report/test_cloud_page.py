@@ -6,14 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from page_claims import (
-    HOSTILE,
-    Reader,
-    hovered,
-    is_whole,
-    sound_charts,
-    titled,
-)
+from page_claims import HOSTILE, Reader, hovered, is_whole, sound_charts, titled
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scan"))
 

@@ -5,14 +5,7 @@ import re
 import numpy as np
 import pytest
 from compared import MADE, all_fail, judged
-from page_claims import (
-    is_logarithmic,
-    is_whole,
-    rows,
-    said,
-    sound_charts,
-    titled,
-)
+from page_claims import is_logarithmic, is_whole, rows, said, sound_charts, titled
 
 import robolaser
 from robolaser.report.comparison.page import document

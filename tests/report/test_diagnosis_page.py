@@ -8,16 +8,7 @@ import numpy as np
 import pytest
 from calibrated import arm, stripe
 from diagnosed import MADE, of
-from page_claims import (
-    is_logarithmic,
-    is_whole,
-    rows,
-    said,
-    scenes,
-    series,
-    sound_charts,
-    titled,
-)
+from page_claims import is_logarithmic, is_whole, rows, said, scenes, series, sound_charts, titled
 
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine

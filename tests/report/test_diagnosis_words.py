@@ -92,10 +92,7 @@ def with_credible_set():
         (lambda: doubted(geometric()), "These poses do not show which of these single effects are the cause."),
         (one_member_reported, "by the arm's geometry (joint offset of perturb, and 1 more)"),
         (lambda: doubted(geometric(), of_class=0.5), "no cause is certain; most probable is the arm's geometry (50 %)"),
-        (
-            with_credible_set,
-            "The cause is joint offset of perturb or encoder scale of perturb. These poses do",
-        ),
+        (with_credible_set, "The cause is joint offset of perturb or encoder scale of perturb. These poses do"),
         (first_certain, "Certain individually: the zero of perturb is wrong. These poses do"),
         (
             lambda: doubted(of(stripe(robot=arm(), effects=GEOMETRIC[:1]))),
@@ -125,9 +122,7 @@ def test_a_remaining_gap_is_not_said_to_close_where_its_place_is_not_found():
     one = doubted(geometric(), of_class=0.07)
     unknown = CauseClass("unknown", 0.8, None, one.gap.after_m, site="base")
     told = resaid(replace(one, verdict="unexplained", classes=(unknown, *one.classes), where=())).sentence
-    assert told.startswith(
-        "The gap is real, but its cause, at the base, is probably not an effect of the library. The eff"
-    )
+    assert told.startswith("The gap is real, but its cause, at the base, is probably not an effect of the library. The")
 
 
 @pytest.mark.parametrize(
@@ -136,8 +131,7 @@ def test_a_remaining_gap_is_not_said_to_close_where_its_place_is_not_found():
 def test_scatter_that_counts_as_noise_is_said_to_be_within_its_limit(is_stated, limit):
     one = geometric()
     source = NoiseSource(LARGEST_SCATTER["rad"], "rad", "estimated", of_poses=True)
-    scatter = Repeatability({"joint": source}, 4e-4, is_stated)
-    said = sentence("no_gap", (), (), (), one.gap, scatter)
+    said = sentence("no_gap", (), (), (), one.gap, Repeatability({"joint": source}, 4e-4, is_stated))
     assert f"This is within {limit} and counts as noise." in said
 
 
@@ -211,9 +205,7 @@ def test_uncertain_effects_of_a_class_have_one_advice_together_with_what_is_cert
 
 
 def test_a_parameter_on_its_bound_is_said_with_its_sign():
-    diagnosis = geometric()
-    first = diagnosis.findings[0]
-    on_bound = replace(first, parameters={"offset": Estimate(-0.1, None, "rad", "lower")})
+    on_bound = replace(geometric().findings[0], parameters={"offset": Estimate(-0.1, None, "rad", "lower")})
     assert caveats(on_bound)[0].startswith("offset ended on its lower bound, -5.73°")
     assert doubt(on_bound.parameters["offset"]) == "on its lower bound"
 
@@ -231,8 +223,7 @@ def test_a_bound_that_is_natural_has_no_larger_cause():
 def test_a_sensor_parameter_on_its_bound_is_to_be_seen_to():
     diagnosis = geometric()
     k = diagnosis.model.parameters.names.index("t_x")
-    upper = diagnosis.model.parameters.upper[k]
-    x = np.where(np.arange(len(diagnosis.x)) == k, upper, diagnosis.x)
+    x = np.where(np.arange(len(diagnosis.x)) == k, diagnosis.model.parameters.upper[k], diagnosis.x)
     assert any(one.startswith("t_x ended on its upper bound") for one in to_do(replace(diagnosis, x=x)))
     assert not any("bound" in one for one in to_do(diagnosis))
 

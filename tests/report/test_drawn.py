@@ -29,8 +29,7 @@ def compared():
 
 
 def scanned():
-    points = np.random.default_rng(0).uniform(size=(200, 3))
-    shapes = [dots(points, FITTED, size=2.0)]
+    shapes = [dots(np.random.default_rng(0).uniform(size=(200, 3)), FITTED, size=2.0)]
     return Document("cloud", "scanned", "", "Points.", "", [], [Section("Cloud", [Scene("t", "c", "a", shapes)])])
 
 
@@ -165,8 +164,7 @@ def test_a_click_on_a_mark_shows_its_pose_and_its_image_in_the_scene(browser, sh
     made = replace(calibration, model=replace(calibration.model, dataset=dataset))
     pages["with images"] = render(calibration_document(made))
     tab, complaints = shown("with images")
-    figure = tab.locator("figure.chart", has_text="Errors of each pose")
-    figure.locator(".mark-symbol path").nth(3).click()
+    tab.locator("figure.chart", has_text="Errors of each pose").locator(".mark-symbol path").nth(3).click()
     assert tab.locator("figure.scene select").input_value() == "pose p3"
     assert tab.locator(".photo img").get_attribute("alt") == "Image of pose p3"
     assert tab.locator(".photo img").evaluate("image => image.decode().then(() => image.naturalWidth)") > 100

@@ -1,7 +1,6 @@
 """Each effect is drawn against what it depends on, with the error that it explains and what it leaves."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,17 +19,14 @@ EFFECTS = {"backlash:elbow_joint": 0.002, "joint_compliance:shoulder_lift_joint"
 
 @pytest.fixture(scope="module")
 def why() -> DiagnosisResult:
-    noise = Noise(point_m=3e-5)
-    made = simulate("ur5", kind="point", poses=28, noise=noise, effects=EFFECTS, seed=1)
+    made = simulate("ur5", kind="point", poses=28, noise=Noise(point_m=3e-5), effects=EFFECTS, seed=1)
     found = robolaser.diagnose(made.dataset, effects=["backlash", "joint_compliance"])
     with only():
         assert found["files"] == []
     return found
 
 
-def test_each_pose_shows_the_error_of_the_joint_that_was_simulated(why: DiagnosisResult) -> None:
-    assert why.diagnosis is not None
-    assert why.diagnosis.weighed is not None
+def test_each_pose_shows_the_error_of_the_joint_that_was_simulated(why):
     weighed = why.diagnosis.weighed
     found = {str(one.candidate_effect): explained_error(weighed.final, one) for one in weighed.evidence}
     play, spring = found["backlash at elbow_joint"], found["joint_compliance at shoulder_lift_joint"]
@@ -41,19 +37,17 @@ def test_each_pose_shows_the_error_of_the_joint_that_was_simulated(why: Diagnosi
     np.testing.assert_allclose(np.abs(play.moves[play.x != 0.0]), 1e-3, rtol=0.1)
 
 
-def test_an_encoder_is_drawn_against_its_angle_although_its_error_grows_along_the_run() -> None:
+def test_an_encoder_is_drawn_against_its_angle_although_its_error_grows_along_the_run():
     run = simulate("ur5", kind="point", poses=40, noise=Noise(point_m=3e-5), seed=1).dataset
     q = run.poses.q.copy()
     run = replace(run, poses=replace(run.poses, time_s=1.0 + np.sin(q[:, 2])))
     q[:, 2] += 2e-3 * np.sin(q[:, 2])
     found = robolaser.diagnose(replace(run, poses=replace(run.poses, q=q)), effects=["encoder_eccentricity"])
-    assert found.diagnosis is not None
-    assert found.diagnosis.weighed is not None
     (one,) = found.diagnosis.weighed.evidence
     assert explained_error(found.diagnosis.weighed.final, one).coordinate.name == "angle of elbow_joint"
 
 
-def test_the_chart_of_an_effect_is_found_by_its_name_and_place(why: DiagnosisResult, tmp_path: Path) -> None:
+def test_the_chart_of_an_effect_is_found_by_its_name_and_place(why, tmp_path):
     assert str(why.plot("backlash", "elbow_joint")) == "Backlash of elbow_joint"
     assert str(why.plot("joint_compliance")) == "Joint compliance of shoulder_lift_joint"
     with pytest.raises(UsageError, match="backlash"):
@@ -64,7 +58,7 @@ def test_the_chart_of_an_effect_is_found_by_its_name_and_place(why: DiagnosisRes
     assert "What each effect explains" in (tmp_path / "why" / "report.html").read_text(encoding="utf-8")
 
 
-def test_without_an_arm_there_is_no_such_chart() -> None:
+def test_without_an_arm_there_is_no_such_chart():
     seen = simulate("ur5", kind="camera", poses=12, points=20, noise=Noise(pixel_px=0.1), seed=2).dataset
     measured = Poses(seen.poses.names, T_base_flange=np.asarray(seen.flange()))
     found = robolaser.diagnose(replace(seen, robot=None, poses=measured), effects=[], seed=0)
@@ -79,14 +73,10 @@ def test_without_an_arm_there_is_no_such_chart() -> None:
         ("point", "link_compliance:elbow_joint", 3e-5, Noise(point_m=2e-5), ""),
     ],
 )
-def test_what_moves_no_joint_is_seen_in_the_points(
-    kind: str, effect: str, size: float, noise: Noise, coordinate: str
-) -> None:
+def test_what_moves_no_joint_is_seen_in_the_points(kind, effect, size, noise, coordinate):
     points = {"stripe": 6, "camera": 12}.get(kind)
     seen = simulate("ur5", kind=kind, poses=16, points=points, noise=noise, effects={effect: size}, seed=3).dataset
     found = robolaser.diagnose(seen, effects=[effect.partition(":")[0]], seed=0).diagnosis
-    assert found is not None
-    assert found.weighed is not None
     (evidence,) = (
         one for one in found.weighed.evidence if str(one.candidate_effect).startswith(effect.partition(":")[0])
     )
@@ -98,12 +88,10 @@ def test_what_moves_no_joint_is_seen_in_the_points(
         assert np.square(one.rival[1]).mean() < 0.2 * np.square(one.moves).mean()
 
 
-def test_an_effect_that_cannot_be_distinguished_is_drawn_beside_the_one_that_was_found() -> None:
+def test_an_effect_that_cannot_be_distinguished_is_drawn_beside_the_one_that_was_found():
     noise = Noise(point_m=3e-5)
     made = simulate("ur5", kind="point", poses=25, noise=noise, effects={"joint_offset:wrist_1_joint": 0.003}, seed=1)
     found = robolaser.diagnose(made.dataset, effects=["joint_offset", "link_geometry"], seed=0)
-    assert found.diagnosis is not None
-    assert found.diagnosis.weighed is not None
     assert any(one.alternatives for one in found.diagnosis.weighed.evidence)
     with only():
         spec = str(found.plot("joint_offset", "wrist_1_joint").spec)

@@ -109,8 +109,7 @@ def test_charts_of_thousands_of_points_stay_small():
     points = few.model.dataset.points
     again = np.tile(np.arange(len(points)), 100)
     model = replace(few.model, dataset=replace(few.model.dataset, points=points.take(again)))
-    many = replace(few, model=model, residuals=few.residuals[again], held_out=few.held_out[again])
-    is_small(page(many))
+    is_small(page(replace(few, model=model, residuals=few.residuals[again], held_out=few.held_out[again])))
 
 
 def test_a_page_is_written_without_noise_or_held_out_poses():
@@ -118,8 +117,7 @@ def test_a_page_is_written_without_noise_or_held_out_poses():
     dataset = replace(bare.model.dataset, noise=type(bare.model.dataset.noise)(), source="", licence="")
     noise = {"pixel": 0.1, "target": 5e-5, "flange": 1e-5, "flange_turn": 1e-5}
     bare = replace(bare, model=replace(bare.model, dataset=dataset), noise=noise, history=None, held_out=None)
-    text = page(bare)
-    assert "unknown" in text
+    assert "unknown" in page(bare)
 
 
 def test_the_same_calibration_gives_the_same_page(calibrations, pages):

@@ -67,5 +67,4 @@ def test_its_errors_are_lengths_and_its_words_its_own(calibration):
 
 
 def test_it_is_drawn_in_a_diagnosis(calibration):
-    text = render(diagnosis_document(of(with_effects(calibration, ()), "unexplained")))
-    assert len(scenes(text)) == 1
+    assert len(scenes(render(diagnosis_document(of(with_effects(calibration, ()), "unexplained"))))) == 1

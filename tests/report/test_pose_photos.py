@@ -54,8 +54,7 @@ def test_a_scanners_miss_leads_to_the_pixel_of_the_known_point(axis):
     model, x = calibration.model, calibration.x
     errors = model.in_metres(x, model.residuals(x[None])[0])
     cell = CellPoses(model, x)
-    of_pose = model.dataset.points.pose
-    in_camera = apply(inverse(cell.camera)[of_pose], cell.known)
+    in_camera = apply(inverse(cell.camera)[model.dataset.points.pose], cell.known)
     predicted = project(in_camera[None], cell.values, axis)[0]
     np.testing.assert_allclose(model.dataset.points.pixel + cell.misses(errors), predicted, atol=0.02)
 

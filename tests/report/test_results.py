@@ -1,4 +1,4 @@
-"""What `calibrate`, `diagnose` and `compare` give in Python."""
+"""What `calibrate`, `diagnose` and `compare` give in Python, what changed between two of them, and the arm in them."""
 
 import copy
 import json
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import jsonschema
+import numpy as np
 import pytest
 from calibrated import KINDS
 from few_files import only
@@ -15,6 +16,7 @@ from few_files import only
 import robolaser
 from robolaser.cli import main
 from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.errors import OutputError, UsageError
 from robolaser.motion import simulation
 from robolaser.motion.log import MotionLog
@@ -61,19 +63,19 @@ def is_copied(result: Result) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_calibration_of_every_sensor_is_pickled_and_copied_with_its_files(kind: str) -> None:
+def test_a_calibration_of_every_sensor_is_pickled_and_copied_with_its_files(kind):
     found = CalibrationResult.of(KINDS[kind]())
     found.files()
     is_copied(found)
 
 
-def test_a_diagnosis_of_a_moving_arm_is_pickled_and_copied(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_diagnosis_of_a_moving_arm_is_pickled_and_copied(monkeypatch):
     monkeypatch.setattr(simulation, "DURATION_S", 5.0)
     log = simulation.simulate_motion(find_robot("ur5e"), series=1, seed=1)
     is_copied(robolaser.diagnose(log, ["offset", "torque_constant", "payload"]))
 
 
-def test_a_scan_that_begins_is_pickled(dataset: Dataset, tmp_path: Path) -> None:
+def test_a_scan_that_begins_is_pickled(dataset, tmp_path):
     robolaser.calibrate(dataset).save(tmp_path)
     scan = prepare(read_calibration(tmp_path), dataset)
     there = pickle.loads(pickle.dumps(scan))
@@ -97,7 +99,7 @@ def draws_its_charts(result: Result) -> None:
             result.plot(unknown)
 
 
-def test_a_calibration_reads_like_its_file_and_is_read_back_as_the_same(tmp_path: Path, dataset: Dataset) -> None:
+def test_a_calibration_reads_like_its_file_and_is_read_back_as_the_same(tmp_path, dataset):
     found = robolaser.calibrate(dataset, effects=["laser_roll"], seed=2)
     keeps_its_contract(found, "calibration", tmp_path)
     assert len(str(found).splitlines()) <= 28
@@ -120,7 +122,7 @@ def test_a_calibration_reads_like_its_file_and_is_read_back_as_the_same(tmp_path
     assert {"rms_m", "parameters"} < set(dir(read))
 
 
-def test_a_diagnosis_reads_like_its_file_and_is_read_back_as_the_same(tmp_path: Path) -> None:
+def test_a_diagnosis_reads_like_its_file_and_is_read_back_as_the_same(tmp_path):
     cell = simulate("scorbot_er7", kind="point", poses=20, effects={"joint_offset:joint_2": 0.01}, seed=1).dataset
     why = robolaser.diagnose(cell, effects=["joint_offset", "target_scale"], seed=1)
     with only("corrected.py", "robot_corrected.urdf"):
@@ -133,9 +135,7 @@ def test_a_diagnosis_reads_like_its_file_and_is_read_back_as_the_same(tmp_path: 
 
 
 @pytest.mark.parametrize("kind", ["point", "motion"])
-def test_without_a_seed_python_says_what_the_command_says(
-    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_a_seed_python_says_what_the_command_says(tmp_path, kind, monkeypatch):
     monkeypatch.setattr(simulation, "DURATION_S", 5.0)
     data = tmp_path / "data"
     typed = ["simulate", "--robot", "scorbot_er7", "--sensor", kind, "--output", str(data)]
@@ -166,7 +166,7 @@ def is_the_same(read: Any, made: Any, folder: Path, kind: str) -> None:
     assert written == again
 
 
-def test_a_loaded_result_replaces_all_files_of_an_earlier_one(tmp_path: Path, dataset: Dataset) -> None:
+def test_a_loaded_result_replaces_all_files_of_an_earlier_one(tmp_path, dataset):
     shifted = simulate("scorbot_er7", kind="point", poses=20, effects={"joint_offset:joint_2": 0.01}, seed=1).dataset
     with only("robot_corrected.urdf"):
         robolaser.calibrate(shifted, effects=["joint_offset:joint_2"]).save(tmp_path / "one")
@@ -176,7 +176,7 @@ def test_a_loaded_result_replaces_all_files_of_an_earlier_one(tmp_path: Path, da
     assert not (tmp_path / "one" / "robot_corrected.urdf").exists()
 
 
-def test_a_json_file_of_another_name_is_a_result_without_the_files_beside_it(tmp_path: Path, dataset: Dataset) -> None:
+def test_a_json_file_of_another_name_is_a_result_without_the_files_beside_it(tmp_path, dataset):
     robolaser.calibrate(dataset).save(tmp_path)
     (tmp_path / "calibration.json").rename(tmp_path / "monday.json")
     robolaser.calibrate(dataset, effects=["laser_roll"]).save(tmp_path)
@@ -187,20 +187,16 @@ def test_a_json_file_of_another_name_is_a_result_without_the_files_beside_it(tmp
     assert robolaser.load_calibration(tmp_path / "saved").effects == []
 
 
-def test_a_saved_arm_needs_only_what_the_schema_requires(tmp_path: Path, dataset: Dataset) -> None:
+def test_a_saved_arm_needs_only_what_the_schema_requires(tmp_path, dataset):
     made = robolaser.calibrate(dataset)
     made.save(tmp_path)
     contents = made.to_dict()
     del contents["model"]["joints"], contents["model"]["gravity"]
     (tmp_path / "calibration.json").write_text(json.dumps(contents))
-    robot = robolaser.load_calibration(tmp_path).robot
-    assert robot is not None
-    assert robot.joints == dataset.robot.joints
+    assert robolaser.load_calibration(tmp_path).robot.joints == dataset.robot.joints
 
 
-def test_a_diagnosis_of_a_moving_arm_keeps_its_table_when_it_is_read_back(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_diagnosis_of_a_moving_arm_keeps_its_table_when_it_is_read_back(tmp_path, monkeypatch):
     monkeypatch.setattr(simulation, "DURATION_S", 5.0)
     robolaser.diagnose(simulation.simulate_motion(find_robot("ur5e"), seed=1), ["offset"]).save(tmp_path / "found")
     robolaser.load_diagnosis(tmp_path / "found").save(tmp_path / "again")
@@ -208,7 +204,7 @@ def test_a_diagnosis_of_a_moving_arm_keeps_its_table_when_it_is_read_back(
     assert table == again
 
 
-def test_a_path_is_a_data_set_and_a_name_is_an_effect(tmp_path: Path, dataset: Dataset) -> None:
+def test_a_path_is_a_data_set_and_a_name_is_an_effect(tmp_path, dataset):
     robolaser.save(dataset, tmp_path / "cell")
     roll = next(kind for kind in robolaser.EFFECTS if kind.name == "laser_roll")
     values = {
@@ -235,12 +231,12 @@ def test_a_path_is_a_data_set_and_a_name_is_an_effect(tmp_path: Path, dataset: D
         (lambda data: robolaser.simulate("ur5ee"), "Did you mean 'ur5e'"),
     ],
 )  # fmt: skip
-def test_a_natural_mistake_ends_in_a_sentence(mistake: Any, sentence: str, dataset: Dataset) -> None:
+def test_a_natural_mistake_ends_in_a_sentence(mistake, sentence, dataset):
     with pytest.raises(robolaser.RobolaserError, match=re.escape(sentence)):
         mistake(dataset)
 
 
-def test_the_package_lists_its_public_names() -> None:
+def test_the_package_lists_its_public_names():
     assert set(robolaser.__all__) < set(dir(robolaser))
     assert all(getattr(robolaser, name) is not None for name in dir(robolaser))
     assert re.match(r"\d", robolaser.__version__)
@@ -256,3 +252,54 @@ def test_a_comparison_is_a_result_too(tmp_path):
         tmp_path,
     )
     assert re.match("[01]/1 runs", told[0][0])
+
+
+def measured(offset: float, seed: int) -> robolaser.Dataset:
+    noise, effects = Noise(point_m=3e-5), {"joint_offset:elbow_joint": offset}
+    return simulate("ur5", kind="point", poses=25, noise=noise, effects=effects, seed=seed).dataset
+
+
+def test_what_moved_is_told_in_standard_errors(tmp_path):
+    with only("robot_corrected.urdf"):
+        monday, friday = (
+            robolaser.calibrate(measured(offset, seed), effects=["joint_offset:elbow_joint"], weights="noise", seed=0)
+            for offset, seed in ((0.001, 1), (0.003, 2))
+        )
+    found = monday.compare(friday)
+    rows = {row["name"]: row for row in found["rows"]}
+    offset = rows["joint_offset.elbow_joint.offset"]
+    assert offset["change"] == pytest.approx(0.002, rel=0.1)
+    assert offset["errors"] > 20.0
+    assert "standard errors" in repr(found)
+    assert 0.3 < rows["flange of the corrected arm"]["change"] < 1.2  # mm: 2 mrad at some 0.4 m
+    assert "joint_offset.elbow_joint.offset" in set(found.to_frame()["name"])
+    monday.save(tmp_path / "monday")
+    assert robolaser.load_calibration(tmp_path / "monday").compare(friday)["rows"] == found["rows"]
+
+
+def test_a_saved_diagnosis_has_the_arm_that_it_had_when_it_was_made(tmp_path):
+    noise, effects = Noise(point_m=5e-5), {"joint_offset:elbow_joint": 4e-3}
+    dataset = simulate(find_robot("ur5"), kind="point", poses=20, noise=noise, effects=effects, seed=1).dataset
+    with only("robot_corrected.urdf"):
+        made = robolaser.diagnose(dataset, effects=["joint_offset"], seed=0)
+        made.save(tmp_path / "found")
+    found = robolaser.load_diagnosis(tmp_path / "found")
+    q = dataset.poses.q
+    np.testing.assert_allclose(found.robot.forward(q), made.robot.forward(q), atol=1e-9)
+    assert np.abs(made.robot.forward(q) - dataset.robot.forward(q)).max() > 1e-3
+    assert "robot" in dir(found)
+
+
+def test_poses_may_have_fewer_axes():
+    robot = find_robot("ur5")
+    q = np.random.default_rng(0).uniform(-1.0, 1.0, (5, 6))
+    (T,), (J,) = robot.forward(q[None]), robot.jacobian(q[None])
+    np.testing.assert_array_equal(robot.forward(q), T)
+    np.testing.assert_array_equal(robot.forward(q[2].tolist()), T[2])
+    np.testing.assert_array_equal(robot.jacobian(q), J)
+    np.testing.assert_array_equal(robot.jacobian(q[2].tolist()), J[2])
+
+
+def test_a_value_too_few_is_said():
+    with pytest.raises(UsageError, match="5 joint values for each pose, but ur5 has 6 joints"):
+        find_robot("ur5").forward(np.zeros((3, 5)))

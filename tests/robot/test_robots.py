@@ -77,17 +77,9 @@ def test_an_unknown_robot_is_met_with_its_likely_name(tmp_path):
 
 def test_a_robot_of_an_absent_package_says_what_to_install():
     entry = RobotEntry(
-        name="marvin",
-        title="Marvin",
-        maker="Sirius",
-        aliases=(),
-        source="",
-        licence="",
-        urdf="marvin.urdf",
-        flange="head",
-        joints=(),
-        package="example-robots-nobody-has",
-    )
+        name="marvin", title="Marvin", maker="Sirius", aliases=(), source="", licence="", urdf="marvin.urdf",
+        flange="head", joints=(), package="example-robots-nobody-has",
+    )  # fmt: skip
     with pytest.raises(DependencyMissing, match=r"pip install --upgrade 'robolaser\[robots\]'"):
         entry.path()
 
@@ -138,22 +130,11 @@ def test_every_urdf_of_the_optional_package_is_read_or_refused_politely():
 
 
 CALLED = {
-    "UR5e": "ur5e",
-    "ur 5e": "ur5e",
-    "universal robots ur5e": "ur5e",
-    "Universal Robots UR3": "ur3",
-    "lbr iiwa 14 r820": "iiwa14",
-    "KUKA LBR iiwa 7 R800": "iiwa7",
-    "franka research 3": "fr3",
-    "Franka Emika Panda": "panda",
-    "kinova gen3": "gen3",
-    "irb 120": "irb120",
-    "kr6 r900": "kr6",
-    "KR 6 R900-sixx": "kr6",
-    "xarm lite6": "lite6",
-    "viperx 300s": "vx300s",
-    "SCORBOT-ER VII": "scorbot_er7",
-}
+    "UR5e": "ur5e", "ur 5e": "ur5e", "universal robots ur5e": "ur5e", "Universal Robots UR3": "ur3",
+    "lbr iiwa 14 r820": "iiwa14", "KUKA LBR iiwa 7 R800": "iiwa7", "franka research 3": "fr3",
+    "Franka Emika Panda": "panda", "kinova gen3": "gen3", "irb 120": "irb120", "kr6 r900": "kr6",
+    "KR 6 R900-sixx": "kr6", "xarm lite6": "lite6", "viperx 300s": "vx300s", "SCORBOT-ER VII": "scorbot_er7",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("typed", CALLED)
@@ -193,8 +174,7 @@ def test_an_arm_reaches_as_far_as_its_data_sheet_says(name):
 def test_a_ur_reaches_beyond_its_wrist_as_far_as_its_data_sheet_says(name, millimetres):
     joints = 1e3 * find_robot(name).joint_frames(np.zeros((1, 1, 6)))[0, 0, :, :3, 3]
     upper_arm_and_forearm = np.linalg.norm((joints[3] - joints[1])[[0, 2]])
-    behind_the_wrist = abs((joints[4] - joints[3])[2])
-    assert upper_arm_and_forearm < millimetres < upper_arm_and_forearm + behind_the_wrist
+    assert upper_arm_and_forearm < millimetres < upper_arm_and_forearm + abs((joints[4] - joints[3])[2])
 
 
 def test_rows_of_its_maker_give_the_ur5_of_ros():

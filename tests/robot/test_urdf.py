@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
-from robolaser.errors import (
-    DataError,
-    RobolaserError,
-    RobotError,
-)
+from robolaser.errors import DataError, RobolaserError, RobotError
 from robolaser.geometry.rigid_motion import exp_so3, pose, rot_x, rot_y, rot_z
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
@@ -75,18 +71,10 @@ WRONG = {
     "not XML": ("pose,q_joint_1\n1,2\n", RobotError, "line 1, column 1"),
     "lone surrogate": (edited('"tool0"/>\n    <limit', '"\ud800"/>\n    <limit'), RobotError, "surrogates"),
     "another root": ("<sdf><model/></sdf>", RobotError, "<sdf>"),
-    "xacro": (
-        '<robot xmlns:xacro="x"><xacro:arm/></robot>',
-        RobotError,
-        "xacro arm.urdf > robot.urdf",
-    ),
+    "xacro": ('<robot xmlns:xacro="x"><xacro:arm/></robot>', RobotError, "xacro arm.urdf > robot.urdf"),
     "expression": (edited('"0 0 0.5"', '"0 0 ${h}"'), RobotError, "Expand the file with xacro"),
     "document type": (f"<!DOCTYPE robot>{ARM[21:]}", RobotError, "line 1: it declares a document type"),
-    "entity bomb": (
-        '<!DOCTYPE r [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><robot name="&b;"/>',
-        RobotError,
-        "refuses",
-    ),
+    "entity bomb": ('<!DOCTYPE r [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><robot name="&b;"/>', RobotError, "refuses"),
     "foreign entity": ('<!DOCTYPE r [<!ENTITY a SYSTEM "/etc/passwd">]><robot>&a;</robot>', RobotError, "refuses"),
     "deep nesting": ("<robot>" + "<a>" * 5000 + "</a>" * 5000 + "</robot>", RobotError, "nested"),
     "huge": ("<robot>" + " " * ROBOT_BYTES + "</robot>", RobotError, "bytes"),
@@ -192,8 +180,7 @@ def test_more_joints_than_any_arm_has_are_refused():
     text = f"<robot>{links}{joints}</robot>"
     with pytest.raises(RobotError, match="more than 100 moving joints"):
         Robot.from_urdf(text, flange="l299")
-    robot = Robot.from_urdf(text, flange="l100")
-    assert not robot.gravity_torques(np.zeros((1, 100))).any()
+    assert not Robot.from_urdf(text, flange="l100").gravity_torques(np.zeros((1, 100))).any()
 
 
 def test_files_are_read_with_or_without_a_byte_order_mark(tmp_path):

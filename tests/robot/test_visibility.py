@@ -90,11 +90,9 @@ def test_spread_out_postures_come_first() -> None:
 def test_the_camera_looks_away_from_the_arm(name: str) -> None:
     robot = _robot_or_skip(name)
     T = robot.forward(random_configurations(robot, 20, np.random.default_rng(3))[None])[0]
-    q = random_configurations(robot, 20, np.random.default_rng(3))
-    frames = robot.joint_frames(q[None])[0]
+    frames = robot.joint_frames(random_configurations(robot, 20, np.random.default_rng(3))[None])[0]
     view = T[:, :3, :3] @ from_quaternion(np.array(facing_outward(robot)))[:, 2]
-    last = robot.chain[-1]
-    axis = frames[:, -1, :3, :3] @ robot.axes[last]
+    axis = frames[:, -1, :3, :3] @ robot.axes[robot.chain[-1]]
     np.testing.assert_allclose(np.abs((view * axis).sum(axis=-1)), 1.0, atol=1e-5)
 
 
@@ -110,8 +108,7 @@ def test_the_ball_comes_to_its_place_from_many_sides(robot: Robot) -> None:
     ball = np.array([0.03, -0.02, 0.12])
     goals = within_reach(robot, ball, 2, rng)
     q, goal = reaching(robot, ball, goals, wanted=8, rng=rng)
-    seat = apply(robot.forward(q[None])[0], ball)
-    np.testing.assert_allclose(seat, goals[goal], atol=1e-11)
+    np.testing.assert_allclose(apply(robot.forward(q[None])[0], ball), goals[goal], atol=1e-11)
     assert set(goal[:8]) == {0, 1}
     assert ((q > robot.lower) & (q < robot.upper)).all()
     turned = inverse(robot.forward(q[None])[0, :1]) @ robot.forward(q[None])[0]

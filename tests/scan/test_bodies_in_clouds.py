@@ -45,13 +45,8 @@ def test_sizes_are_found_within_their_own_doubt(seed):
 
 
 def test_a_size_that_differs_from_the_known_one_is_told_not_bent():
-    found = measure(
-        scene(np.random.default_rng(7), step=0.0103, radius=0.0185),
-        step_m=STEP,
-        sphere_m=RADIUS,
-    )
-    errors = [body.error_m for body in found.primitives[1:]]
-    np.testing.assert_allclose(errors, [3e-4, 5e-4], atol=3e-5)
+    found = measure(scene(np.random.default_rng(7), step=0.0103, radius=0.0185), step_m=STEP, sphere_m=RADIUS)
+    np.testing.assert_allclose([body.error_m for body in found.primitives[1:]], [3e-4, 5e-4], atol=3e-5)
 
 
 def test_clouds_whose_scatter_nobody_knows_are_measured_too():
@@ -77,8 +72,7 @@ def test_what_is_not_there_is_not_found(sizes, said):
 
 
 def test_no_body_is_found_in_a_handful_of_points():
-    few = scene(np.random.default_rng(4))[:10]
-    found = measure(few, plane=True, step_m=STEP, sphere_m=RADIUS)
+    found = measure(scene(np.random.default_rng(4))[:10], plane=True, step_m=STEP, sphere_m=RADIUS)
     assert not found.primitives
     assert len(found.missing) == 3
 

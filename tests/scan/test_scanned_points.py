@@ -120,8 +120,7 @@ def test_effects_of_ones_own_are_scanned_too(data, tmp_path):
     part = scan.cloud.parts[0]
     part = replace(part, scanner=replace(part.scanner, effects=(Smudge("camera", np.array([1e-5])),)))
     smudged = np.concatenate([positions_of(piece) for piece in Cloud((part,)).pieces()])
-    stripes = np.concatenate([read() for read in part.source.pieces])
-    wanted = part.scanner.in_base(cloud.as_points(stripes))
+    wanted = part.scanner.in_base(cloud.as_points(np.concatenate([read() for read in part.source.pieces])))
     np.testing.assert_allclose(smudged, wanted[np.isfinite(wanted).all(axis=1)], atol=2e-6)
     assert len(smudged) > 1000
     assert len(smudged) != len(straight) or np.abs(smudged - straight).max() > 1e-5

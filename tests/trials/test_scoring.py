@@ -12,15 +12,10 @@ CLASSES = {"joint_offset": "arm_geometry", "backlash": "transmission", "outliers
 
 def true(effect="joint_offset", where="joint_2", misfit=900.0, rivals=(), size=1e-3, sites=None, also_right=()):
     return {
-        "effect": effect,
-        "where": where,
-        "misfit": misfit,
-        "rivals": [list(rival) for rival in rivals],
-        "values": {"offset": size},
-        "sites": sites or [where],
-        "classes": [CLASSES.get(effect, "transmission")],
+        "effect": effect, "where": where, "misfit": misfit, "rivals": [list(rival) for rival in rivals],
+        "values": {"offset": size}, "sites": sites or [where], "classes": [CLASSES.get(effect, "transmission")],
         "also_right": [list(place) for place in also_right],
-    }
+    }  # fmt: skip
 
 
 def found(effect="joint_offset", where="joint_2", probability=0.99, alike=(), value=1e-3, std=1e-5):

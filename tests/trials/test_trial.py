@@ -184,8 +184,7 @@ def test_the_same_seed_makes_the_same_trial_to_the_bit(made, tmp_path):
     ],
 )
 def test_what_cannot_be_is_said_in_a_sentence(typed, code, message, trial, tmp_path, capsys):
-    words = [word.format(trial=trial, new=tmp_path / "new") for word in typed]
-    assert main(["challenge", *words]) == code
+    assert main(["challenge", *[word.format(trial=trial, new=tmp_path / "new") for word in typed]]) == code
     assert message in capsys.readouterr().err
 
 

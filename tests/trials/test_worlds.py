@@ -51,8 +51,7 @@ def detectability(built, *faults):
 
 
 def test_every_effect_that_a_scanner_sees_has_a_world_and_some_worlds_have_no_effect(built):
-    library = {kind.name for kind in EFFECTS}
-    assert not set(UNMODELLED) & library
+    assert not set(UNMODELLED) & {kind.name for kind in EFFECTS}
     assert not set(UNMODELLED) & set(MODELLED)
     assert {kind.name for kind in EFFECTS if kind.locations(built.blank)} <= {*MODELLED, OUTLIERS}
 

@@ -135,8 +135,8 @@ def scene(tilt_deg: tuple[float, float, float], middle: tuple[float, float, floa
     """A board with its middle at a position in the camera [m], rotated about x, y and z."""
     R = Rotation.from_euler("xyz", tilt_deg, degrees=True).as_matrix()
     size = (changes.get("columns", 7), changes.get("rows", 6))
-    half = SQUARE * np.array([size[0] - 1, size[1] - 1, 0]) / 2  # type: ignore[operator]
-    return Scene(R, np.array(middle) - R @ half, **changes)  # type: ignore[arg-type]
+    half = SQUARE * np.array([size[0] - 1, size[1] - 1, 0]) / 2
+    return Scene(R, np.array(middle) - R @ half, **changes)
 
 
 def session(**changes: object) -> list[Scene]:

@@ -44,8 +44,7 @@ def test_colours_that_allow_one_frame_fix_it_however_the_camera_rolls(columns, r
 
 
 @pytest.mark.parametrize(
-    ("columns", "rows", "ways"),
-    [(*size, 2) for size in TWO_WAYS] + [(*size, 4) for size in FOUR_WAYS],
+    ("columns", "rows", "ways"), [(*size, 2) for size in TWO_WAYS] + [(*size, 4) for size in FOUR_WAYS]
 )
 def test_colours_that_allow_several_frames_give_each_of_them(columns, rows, ways):
     one = seen(columns, rows, 30)

@@ -24,8 +24,7 @@ def stripe(peak: float) -> np.ndarray:
 
 def picture(colour: tuple[float, float, float], peak: float, bits: int = 8, noise: float = 1.0) -> np.ndarray:
     """A textured surface in white light with a stripe of a colour (blue, green, red), as its file has it."""
-    room = 110 * TEXTURE[..., None] * np.ones(3)
-    light = room + stripe(peak)[..., None] * np.asarray(colour)
+    light = (110 * TEXTURE[..., None] * np.ones(3)) + stripe(peak)[..., None] * np.asarray(colour)
     light += noise * np.random.default_rng(1).standard_normal(light.shape)
     top = (1 << bits) - 1
     return np.clip(np.rint(light * top / 255), 0, top).astype(np.uint8 if bits == 8 else np.uint16)
@@ -40,8 +39,7 @@ def shots(tmp_path, *images: np.ndarray, off: np.ndarray | None = None) -> PoseI
 
 def missed(taken: PoseImages, channel: str) -> tuple[int, float]:
     """How many rows show the stripe, and the error of its centre [px]."""
-    camera = CameraImages.of(taken.files, SIZE)
-    (found,) = StripeSearch(camera, "v", channel).traces(taken)
+    (found,) = StripeSearch(CameraImages.of(taken.files, SIZE), "v", channel).traces(taken)
     off = found["u"] - ACROSS[np.rint(found["v"]).astype(int)]
     near = np.abs(off) < 3
     return int(near.sum()), float(np.sqrt(np.mean(off[near] ** 2))) if near.any() else np.inf

@@ -38,6 +38,12 @@ def misplaced(found: Extraction, scenes: list[Scene]) -> list[np.ndarray]:
     return errors
 
 
+def assert_near(found: Extraction, scenes: list[Scene], *, more_than: int = 0, within_m: float = 2e-4) -> None:
+    for error, one in zip(misplaced(found, scenes), scenes, strict=True):
+        assert len(error) > more_than
+        assert error.max() < within_m, one
+
+
 @pytest.fixture(scope="module")
 def scenes():
     return session()
@@ -54,9 +60,7 @@ def found(images):
 
 
 def test_every_point_shows_its_place_on_the_board(found, scenes):
-    for error, one in zip(misplaced(found, scenes), scenes, strict=True):
-        assert len(error) > 60
-        assert error.max() < 1.2e-4, one
+    assert_near(found, scenes, more_than=60, within_m=1.2e-4)
     np.testing.assert_array_equal(found.points.xyz[:, 2], 0.0)
 
 
@@ -92,9 +96,7 @@ def test_a_camera_mounted_turned_sees_the_same_places(quarters, images, scenes, 
         pixel = found.points.pixel
         pixel[:] = np.stack([width - 1 - pixel[:, 1], pixel[:, 0]], axis=-1)
         lying = not lying
-    for error in misplaced(found, scenes[:3]):
-        assert len(error) > 60
-        assert error.max() < 2e-4
+    assert_near(found, scenes[:3], more_than=60)
 
 
 def test_where_the_plate_ends_the_stripe_is_no_longer_on_the_board(scenes, tmp_path):
@@ -103,8 +105,7 @@ def test_where_the_plate_ends_the_stripe_is_no_longer_on_the_board(scenes, tmp_p
     assert {frame.skipped for frame in found.frames} == {""}
     assert found.points.xyz[:, 1].max() < 0.0605
     assert found.points.xyz[:, 1].max() > 0.055
-    for error in misplaced(found, on_edge):
-        assert error.max() < 2e-4
+    assert_near(found, on_edge)
 
 
 def test_a_mirror_image_of_the_stripe_is_not_followed(scenes, tmp_path):
@@ -117,18 +118,13 @@ def test_a_mirror_image_of_the_stripe_is_not_followed(scenes, tmp_path):
 
 
 def test_a_board_that_the_stripe_runs_across_is_found(tmp_path):
-    tilts = [(4, 12, 5), (15, -10, 190), (-10, 16, 100)]
-    crossed = [scene(tilt, (0.02, 0, 0.19)) for tilt in tilts]
-    found = extracted(written(crossed, tmp_path))
-    for error in misplaced(found, crossed):
-        assert len(error) > 20
-        assert error.max() < 2e-4
+    crossed = [scene(tilt, (0.02, 0, 0.19)) for tilt in [(4, 12, 5), (15, -10, 190), (-10, 16, 100)]]
+    assert_near(extracted(written(crossed, tmp_path)), crossed, more_than=20)
 
 
 def test_squares_under_the_stripe_bias_no_point(tmp_path):
     """The stripe runs through the corners; what the squares' edges bite is left out."""
-    tilts = [(4, 8, 5), (12, -10, -4), (-10, 12, 8)]
-    crossing = [scene(tilt, (0.03, 0, 0.165), light=150) for tilt in tilts]
+    crossing = [scene(tilt, (0.03, 0, 0.165), light=150) for tilt in [(4, 8, 5), (12, -10, -4), (-10, 12, 8)]]
     found = extracted(written(crossing, tmp_path))
     for k, one in enumerate(crossing):
         here = found.points.pose == k
@@ -167,8 +163,7 @@ def test_an_image_of_another_size_is_named(images):
 
 def test_a_real_recording_keeps_board_robot_and_sheet_together():
     rows = list(csv.DictReader((REAL / "poses.csv").read_text().splitlines()))[:4]
-    images = [(row["pose"], REAL / row["image"]) for row in rows]
-    found = extracted(images, (1280, 1024))
+    found = extracted([(row["pose"], REAL / row["image"]) for row in rows], (1280, 1024))
     assert {frame.skipped for frame in found.frames} == {""}
     assert all(80 <= frame.points <= 250 for frame in found.frames)
     camera = np.array([[2399.0, 0, 640], [0, 2406, 520], [0, 0, 1]])
@@ -183,8 +178,7 @@ def test_a_real_recording_keeps_board_robot_and_sheet_together():
         flanges.append(Rotation.from_quat([float(row[name]) for name in ("qx", "qy", "qz", "qw")]))
         points.append(turns[-1].apply(found.points.xyz[found.points.pose == k]) + np.ravel(shift))
     together = np.concatenate(points) - np.mean(np.concatenate(points), axis=0)
-    off_sheet = together @ np.linalg.svd(together, full_matrices=False)[2][2]
-    assert np.sqrt(np.mean(off_sheet**2)) < 3e-4
+    assert np.sqrt(np.mean((together @ np.linalg.svd(together, full_matrices=False)[2][2]) ** 2)) < 3e-4
     for turn, flange in zip(turns[1:], flanges[1:], strict=True):
         seen, driven = (turn * turns[0].inv()).magnitude(), (flange.inv() * flanges[0]).magnitude()
         assert abs(seen - driven) < np.radians(2)
@@ -196,9 +190,7 @@ def test_flange_turns_keep_a_square_boards_frame_through_a_large_roll(tmp_path):
     scenes = [scene(tilt, (-0.014, 0, 0.18), columns=6, rows=6) for tilt in tilts]
     flange = np.stack([one.R.T for one in scenes])
     found = extracted(written(scenes, tmp_path), board=Board(6, 6, SQUARE), turns=list(flange))
-    for error in misplaced(found, scenes):
-        assert len(error) > 60
-        assert error.max() < 2e-4
+    assert_near(found, scenes, more_than=60)
 
 
 def on_a_table(thickness):
@@ -222,8 +214,7 @@ def test_the_stripe_on_the_table_beside_a_thick_board_is_no_point_of_it_and_that
     low, high = -SQUARE - 0.002, SQUARE * np.array([7, 6]) + 0.002
     assert set(found.points.pose) == {0, 1, 2}
     assert np.all((found.points.xyz[:, :2] > low) & (found.points.xyz[:, :2] < high))
-    for error in misplaced(found, thick):
-        assert error.max() < 1e-4
+    assert_near(found, thick, within_m=1e-4)
     assert all(frame.left_out > 0.5 for frame in found.frames)
     assert any("in 3 of 3 images the stripe has a step beside the board's squares" in doubt for doubt in found.doubts)
     assert flat > fewer * len(found)

@@ -36,8 +36,7 @@ def described(folder, height_px, extra=""):
 
 def posed(folder, columns, rows):
     """Write poses.csv with these image columns, a list of names a pose."""
-    header = ["pose", "time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", *columns]
-    lines = [",".join(header)]
+    lines = [",".join(["pose", "time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", *columns])]
     lines += [",".join([f"p{i}", str(i), *"000000", "1", *names]) for i, names in enumerate(rows)]
     (folder / "poses.csv").write_text("\n".join(lines) + "\n")
 
@@ -181,8 +180,7 @@ def test_a_scanner_and_its_camera_get_their_points_in_either_order(boards, tmp_p
     once = load(tmp_path / "out")
     assert [one.name for one in once.members] == ["stripe", "camera"]
     assert main(["extract", str(tmp_path / "out"), "--output", str(tmp_path / "again")]) == 0
-    again = load(tmp_path / "again")
-    np.testing.assert_array_equal(again.points.pixel, once.points.pixel)
+    np.testing.assert_array_equal(load(tmp_path / "again").points.pixel, once.points.pixel)
 
 
 @pytest.mark.parametrize(("kept", "file"), [("stripe", "points.csv"), ("camera", "corners.csv")])

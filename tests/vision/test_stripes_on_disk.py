@@ -44,8 +44,7 @@ def test_a_source_that_breaks_off_leaves_what_was_there(tmp_path):
 
 def test_a_file_that_was_cut_off_is_refused(tmp_path):
     write_stripes(tmp_path / "s.npy", [block(100)])
-    whole = (tmp_path / "s.npy").read_bytes()
-    (tmp_path / "s.npy").write_bytes(whole[:-1])
+    (tmp_path / "s.npy").write_bytes((tmp_path / "s.npy").read_bytes()[:-1])
     with pytest.raises(DataError, match="no whole file of NumPy"):
         open_stripes(tmp_path / "s.npy")
 

@@ -56,8 +56,7 @@ def drawn(name: str) -> tuple[np.ndarray, float]:
                     -1,
                     cv2.LINE_AA,
                 )
-    edge = int(MARGIN * PX)
-    return np.pad(flat, edge, constant_values=255), 1.0 + MARGIN
+    return np.pad(flat, int(MARGIN * PX), constant_values=255), 1.0 + MARGIN
 
 
 @cache
@@ -83,8 +82,7 @@ def poses(count: int = 8) -> np.ndarray:
     """T_camera_board: tilted, turned, near and far."""
     rng = np.random.default_rng(0)
     R = from_angles(*rng.uniform(-0.45, 0.45, (3, count)))
-    middle = rng.uniform((-0.03, -0.02, 0.48), (0.03, 0.02, 0.65), (count, 3))
-    return pose(R, middle - R @ [0.085, 0.07, 0.0])
+    return pose(R, rng.uniform((-0.03, -0.02, 0.48), (0.03, 0.02, 0.65), (count, 3)) - R @ [0.085, 0.07, 0.0])
 
 
 def recording(folder: Path, name: str, write: Callable[[Path, np.ndarray], None] | None = None) -> Dataset:
@@ -115,12 +113,11 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Points:
 
 
 @pytest.mark.parametrize("name", BOARDS)
-def test_points_are_found_where_the_camera_shows_them(tmp_path: Path, name: str) -> None:
+def test_points_are_found_where_the_camera_shows_them(tmp_path, name):
     made = recording(tmp_path, name)
     seen, dataset = points_of_target(made)
     assert sum(one.points > 0 for one in seen) > len(seen) / 2
     T, points = made.poses.T_base_flange, dataset.points
-    assert T is not None
     places = [points.xyz]
     board = BOARDS[name]
     if name in ("circles", "checkerboard", "square circles"):  # several ways to lay the frame, of which one is kept
@@ -131,13 +128,12 @@ def test_points_are_found_where_the_camera_shows_them(tmp_path: Path, name: str)
             places += [np.abs(turned - far * [0, 1, 0]), np.abs(turned - far * [1, 0, 0])]
     off = []
     for place in places:
-        there = T[points.pose, :3, :3] @ place[..., None]
-        shown = (there[..., 0] + T[points.pose, :3, 3]) @ K.T
+        shown = ((T[points.pose, :3, :3] @ place[..., None])[..., 0] + T[points.pose, :3, 3]) @ K.T
         off.append(np.linalg.norm(shown[:, :2] / shown[:, 2:] - points.pixel, axis=1))
     assert min(np.sqrt(np.mean(one**2)) for one in off) < 0.35
 
 
-def test_a_command_reads_images_and_the_next_one_calibrates(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+def test_a_command_reads_images_and_the_next_one_calibrates(tmp_path, capsys):
     recording(tmp_path, "charuco")
     assert main(["extract", str(tmp_path)]) in (None, 0)
     assert "images, 0 skipped" in capsys.readouterr().out
@@ -147,7 +143,7 @@ def test_a_command_reads_images_and_the_next_one_calibrates(tmp_path: Path, caps
     np.testing.assert_allclose([result.value(f"hand_eye.{part}") for part in "xyz"], 0.0, atol=3e-3)
 
 
-def test_a_board_seen_in_part_still_gives_its_corners_by_name(whole: Points, tmp_path: Path) -> None:
+def test_a_board_seen_in_part_still_gives_its_corners_by_name(whole, tmp_path):
     def covered(path: Path, image: np.ndarray) -> None:
         image = image.copy()
         image[:, : SIZE[0] // 3] = 120
@@ -161,7 +157,7 @@ def test_a_board_seen_in_part_still_gives_its_corners_by_name(whole: Points, tmp
 
 
 @pytest.mark.parametrize("depth", ["colour", "twelve bits"])
-def test_colour_and_deeper_grey_show_the_same(whole: Points, tmp_path: Path, depth: str) -> None:
+def test_colour_and_deeper_grey_show_the_same(whole, tmp_path, depth):
     def deeper(path: Path, image: np.ndarray) -> None:
         other = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if depth == "colour" else image.astype(np.uint16) * 16
         cv2.imwrite(str(path), other)
@@ -170,26 +166,22 @@ def test_colour_and_deeper_grey_show_the_same(whole: Points, tmp_path: Path, dep
     np.testing.assert_allclose(other.pixel, whole.pixel, atol=0.05)
 
 
-def test_a_board_that_is_never_seen_is_told_and_nothing_is_written(
-    tmp_path: Path, capsys: pytest.CaptureFixture
-) -> None:
+def test_a_board_that_is_never_seen_is_told_and_nothing_is_written(tmp_path, capsys):
     recording(tmp_path, "charuco", lambda path, image: cv2.imwrite(str(path), np.full_like(image, 90)))
     assert main(["extract", str(tmp_path)]) == 1
     assert "None of 8 images shows a ChArUco board of 6 x 4" in capsys.readouterr().err
     assert not (tmp_path / "points.csv").exists()
 
 
-def test_a_target_that_looks_the_same_after_every_quarter_turn_needs_a_flange_that_turns(tmp_path: Path) -> None:
+def test_a_target_that_looks_the_same_after_every_quarter_turn_needs_a_flange_that_turns(tmp_path):
     made = recording(tmp_path, "square circles")
-    assert made.poses.T_base_flange is not None
     still = made.poses.T_base_flange.copy()
     still[:, :3, :3] = np.eye(3)
     with pytest.raises(ImageError, match="the same after every quarter turn"):
         points_of_target(replace(made, poses=replace(made.poses, T_base_flange=still)))
 
 
-def test_a_dictionary_that_opencv_does_not_have_is_told(tmp_path: Path) -> None:
+def test_a_dictionary_that_opencv_does_not_have_is_told(tmp_path):
     made = recording(tmp_path, "charuco")
-    assert made.board is not None
     with pytest.raises(DataError, match="Did you mean 'DICT_4X4_50'"):
         points_of_target(replace(made, board=replace(made.board, dictionary="DICT_4x4_50")))

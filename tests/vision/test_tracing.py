@@ -73,8 +73,7 @@ def test_a_step_in_depth_is_kept_and_its_edge_left_out():
 
 def test_small_things_are_kept():
     course = STRAIGHT + np.where((ROW >= 100) & (ROW < 112), -70, 0)
-    stripes = trace(exposed(20 + profile(course, 2, 150), 2, 6), "v")
-    line = np.rint(stripes["v"])
+    line = np.rint(trace(exposed(20 + profile(course, 2, 150), 2, 6), "v")["v"])
     assert np.sum((line >= 100) & (line < 112)) >= 10
 
 
@@ -98,13 +97,11 @@ def test_a_broad_lamp_is_not_taken():
 @pytest.mark.parametrize("contrast", [0.0, 0.1, 0.2, 0.3])
 def test_deviations_hold_whether_noise_or_speckle_makes_them(contrast):
     stripes = trace(exposed(20 + speckled(profile(STRAIGHT, 2.5, 120), contrast, 9), 2, 9), "v")
-    relative = missed(stripes, STRAIGHT) / stripes["std"]
-    assert 0.7 < 1.4826 * np.median(np.abs(relative)) < 1.4
+    assert 0.7 < 1.4826 * np.median(np.abs(missed(stripes, STRAIGHT) / stripes["std"])) < 1.4
 
 
 def test_without_the_laser_lamps_edges_and_textures_vanish():
-    rng = np.random.default_rng(10)
-    room = 30 + 40 * rng.random((HEIGHT, 1)) + 30 * (np.arange(WIDTH) // 9 % 2)
+    room = 30 + 40 * np.random.default_rng(10).random((HEIGHT, 1)) + 30 * (np.arange(WIDTH) // 9 % 2)
     room = room + profile(STRAIGHT + 90, 2, 130)
     lit = exposed(room + profile(STRAIGHT, 2, 80), 2, 11)
     stripes = trace(laser_alone(lit, exposed(room, 2, 12)), "v")

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from installed import installed
 
 from robolaser import load
 from robolaser.cli import main
@@ -44,11 +45,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
     """Put a package that announces an importer where Python finds it."""
 
     def put(code: str) -> None:
-        (tmp_path / "recorded.py").write_text(code, "utf-8")
-        info = tmp_path / "recorded-1.0.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: recorded\nVersion: 1.0\n", "utf-8")
-        (info / "entry_points.txt").write_text("[robolaser.importers]\nany = recorded:Records\n", "utf-8")
+        installed(tmp_path, "recorded", code, "[robolaser.importers]\nany = recorded:Records\n")
         monkeypatch.syspath_prepend(tmp_path)
         monkeypatch.delitem(sys.modules, "recorded", raising=False)
 
@@ -64,30 +61,26 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
-def test_its_files_become_a_data_set(install: Callable[[str], None], file: Path, tmp_path: Path) -> None:
+def test_its_files_become_a_data_set(install, file, tmp_path):
     install(WORKING)
     assert main(["import", str(file), "--set", "key=shots", "--output", str(tmp_path / "cell")]) == 0
     assert load(tmp_path / "cell").points.xyz[:, 0].tolist() == [0, 1, 2, 3]
 
 
-def test_what_it_reads_is_checked_before_it_is_written(
-    install: Callable[[str], None], file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_it_reads_is_checked_before_it_is_written(install, file, tmp_path, capsys):
     install(WORKING.replace("dtype=float)", "dtype=float) * 1e3"))
     assert main(["import", str(file), "--set", "key=shots", "--output", str(tmp_path / "cell")]) == 1
     assert "points.csv, row 2, column y_m: 500 m is farther" in capsys.readouterr().err
     assert not (tmp_path / "cell").exists()
 
 
-def test_an_option_that_it_does_not_have_is_wrong_usage(
-    install: Callable[[str], None], file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_option_that_it_does_not_have_is_wrong_usage(install, file, tmp_path, capsys):
     install(WORKING)
     assert main(["import", str(file), "--set", "keys=shots", "--output", str(tmp_path / "cell")]) == 2
     assert "Did you mean 'key'?" in capsys.readouterr().err
 
 
-def test_it_is_listed_beside_ours(install: Callable[[str], None], capsys: pytest.CaptureFixture[str]) -> None:
+def test_it_is_listed_beside_ours(install, capsys):
     install(WORKING)
     assert main(["list", "importers", "--json"]) == 0
     listed = [entry["importer"] for entry in json.loads(capsys.readouterr().out)["importers"]]
@@ -95,9 +88,7 @@ def test_it_is_listed_beside_ours(install: Callable[[str], None], capsys: pytest
     assert listed[-1] == "records"
 
 
-def test_where_several_recognise_a_file_one_has_to_be_named(
-    install: Callable[[str], None], file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_where_several_recognise_a_file_one_has_to_be_named(install, file, tmp_path, capsys):
     install(WORKING.replace('".json"', '".csv"'))
     renamed = str(file.rename(tmp_path / "seen.csv"))
     assert main(["import", renamed, "--output", str(tmp_path / "cell")]) == 2
@@ -106,14 +97,12 @@ def test_where_several_recognise_a_file_one_has_to_be_named(
     assert main(words) == 0
 
 
-def test_a_file_that_nobody_recognises_is_wrong_usage(
-    install: Callable[[str], None], file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_that_nobody_recognises_is_wrong_usage(install, file, tmp_path, capsys):
     assert main(["import", str(file), "--output", str(tmp_path / "cell")]) == 2
     assert "No importer recognises" in capsys.readouterr().err
 
 
-def test_an_incomplete_importer_is_named_with_its_package(install: Callable[[str], None]) -> None:
+def test_an_incomplete_importer_is_named_with_its_package(install):
     install(WORKING.replace("def recognises", "def recognizes"))
     with pytest.raises(PluginError, match=r"recorded announces recorded:Records .* does not define recognises"):
         importers()

@@ -62,26 +62,26 @@ def mistakes_are_sought_once(case: Case, monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(preparation, "gross_mistakes", remembered)
 
 
-def test_without_a_file_there_is_nothing_to_import(case: Case) -> None:
+def test_without_a_file_there_is_nothing_to_import(case):
     with pytest.raises(UsageError, match="Name a file or folder"):
         import_files(kind=case.kind)
 
 
-def test_it_recognises_its_files_and_nothing_that_is_not_there(case: Case, tmp_path: Path) -> None:
+def test_it_recognises_its_files_and_nothing_that_is_not_there(case, tmp_path):
     assert importer_for(case.sources).name == case.kind
     importer = importers()[case.kind]()
     assert not importer.recognises(tmp_path / "nothing.xyz")
     assert not importer.recognises(tmp_path)
 
 
-def test_it_says_what_it_is_in_one_line(case: Case) -> None:
+def test_it_says_what_it_is_in_one_line(case):
     title = importers()[case.kind].title
     assert title
     assert "\n" not in title
     assert not title.endswith(".")
 
 
-def test_what_it_reads_can_be_loaded_and_the_files_stay_as_they_were(case: Case) -> None:
+def test_what_it_reads_can_be_loaded_and_the_files_stay_as_they_were(case):
     before = contents(case.output.parent / "raw")
     assert case.run() == 0
     dataset = load(case.output)
@@ -91,7 +91,7 @@ def test_what_it_reads_can_be_loaded_and_the_files_stay_as_they_were(case: Case)
     assert contents(case.output.parent / "raw") == before
 
 
-def test_it_reads_the_same_each_time(case: Case) -> None:
+def test_it_reads_the_same_each_time(case):
     assert case.run() == 0
     first = contents(case.output)
     shutil.rmtree(case.output)
@@ -99,9 +99,7 @@ def test_it_reads_the_same_each_time(case: Case) -> None:
     assert contents(case.output) == first
 
 
-def test_every_column_is_shown_with_its_source_before_anything_is_written(
-    case: Case, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_every_column_is_shown_with_its_source_before_anything_is_written(case, capsys):
     assert case.run("--dry-run") == 0
     shown = capsys.readouterr().out
     assert not case.output.exists()
@@ -115,9 +113,7 @@ def test_every_column_is_shown_with_its_source_before_anything_is_written(
             assert all(f"  {column} " in shown for column in written)
 
 
-def test_a_damaged_file_ends_with_its_name_and_nothing_is_written(
-    case: Case, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_damaged_file_ends_with_its_name_and_nothing_is_written(case, capsys):
     for source in case.files:
         whole = source.read_bytes()
         for damaged in (b"", b"\x00\xff\xfe" * 50):
@@ -132,7 +128,7 @@ def test_a_damaged_file_ends_with_its_name_and_nothing_is_written(
         source.write_bytes(whole)
 
 
-def test_a_file_that_is_not_there_ends_with_a_sentence(case: Case, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_that_is_not_there_ends_with_a_sentence(case, capsys):
     for source in case.sources:
         shutil.rmtree(source) if source.is_dir() else source.unlink()
     assert case.run() in (1, 2)
@@ -140,7 +136,7 @@ def test_a_file_that_is_not_there_ends_with_a_sentence(case: Case, capsys: pytes
     assert not case.output.exists()
 
 
-def test_a_data_set_is_overwritten_only_by_force(case: Case, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_data_set_is_overwritten_only_by_force(case, capsys):
     assert case.run() == 0
     (case.output / "poses.csv").write_text("mine", encoding="utf-8")
     before = contents(case.output)
@@ -152,14 +148,14 @@ def test_a_data_set_is_overwritten_only_by_force(case: Case, capsys: pytest.Capt
 
 
 @pytest.mark.parametrize("file", ["poses.csv", "points.csv", "robot.urdf"])
-def test_a_file_that_is_of_no_data_set_is_never_overwritten(case: Case, file: str) -> None:
+def test_a_file_that_is_of_no_data_set_is_never_overwritten(case, file):
     case.output.mkdir()
     (case.output / file).write_text("mine", encoding="utf-8")
     assert case.run("--force") == 1
     assert contents(case.output) == {file: b"mine"}
 
 
-def test_nothing_is_written_into_the_folder_that_is_read(case: Case) -> None:
+def test_nothing_is_written_into_the_folder_that_is_read(case):
     raw = case.output.parent / "raw"
     before = contents(raw)
     folders = [source for source in case.sources if source.is_dir()]

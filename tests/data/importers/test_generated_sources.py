@@ -25,9 +25,7 @@ def typed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
-def test_damaged_files_of_others_are_read_or_named(
-    typed: tuple[list[str], list[Path]], data: st.DataObject, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_damaged_files_of_others_are_read_or_named(typed, data, capsys):
     words, files = typed
     file = data.draw(st.sampled_from(files))
     whole = file.read_bytes()

@@ -50,9 +50,7 @@ def assert_near(T: np.ndarray, expected: np.ndarray, within: float = 1e-3) -> No
 
 @pytest.mark.parametrize("mount", ["flange", "base"])
 @pytest.mark.parametrize(("write", "further", "units"), WRITERS, ids=lambda value: getattr(value, "__name__", ""))
-def test_the_camera_is_found_where_it_is(
-    write: Writer, further: dict[str, str], units: tuple[str, ...], mount: str, tmp_path: Path
-) -> None:
+def test_the_camera_is_found_where_it_is(write, further, units, mount, tmp_path):
     made = cell(mount)
     dataset = read(write(tmp_path, made), said(mount, further, units))
     assert dataset.kind == "pose"
@@ -63,7 +61,7 @@ def test_the_camera_is_found_where_it_is(
 
 
 @pytest.mark.parametrize("mount", ["flange", "base"])
-def test_a_result_of_the_tool_is_where_the_calibration_starts(mount: str, tmp_path: Path) -> None:
+def test_a_result_of_the_tool_is_where_the_calibration_starts(mount, tmp_path):
     made = cell(mount)
     dataset = read(hand_eye.easy_handeye2(tmp_path, made), ImportOptions())
     values = {name: parameter.nominal for name, parameter in dataset.parameters.items()}
@@ -73,7 +71,7 @@ def test_a_result_of_the_tool_is_where_the_calibration_starts(mount: str, tmp_pa
         assert_near(motion(values, "base"), inverse(made.T_standing))
 
 
-def test_samples_without_a_result_leave_the_mount_to_be_said(tmp_path: Path) -> None:
+def test_samples_without_a_result_leave_the_mount_to_be_said(tmp_path):
     samples = hand_eye.easy_handeye2(tmp_path, cell("base"))[:1]
     with pytest.raises(UsageError, match=r"--set mount=flange \(eye in hand\) or --set mount=base"):
         read(samples, ImportOptions())
@@ -82,26 +80,26 @@ def test_samples_without_a_result_leave_the_mount_to_be_said(tmp_path: Path) -> 
         read(samples, said("hand", {"mount": "?"}))
 
 
-def test_a_mount_against_the_files_word_is_refused(tmp_path: Path) -> None:
+def test_a_mount_against_the_files_word_is_refused(tmp_path):
     with pytest.raises(UsageError, match="states that the camera is mounted on the base"):
         read(hand_eye.easy_handeye2(tmp_path, cell("base")), said("flange", {"mount": "?"}))
 
 
-def test_a_result_alone_is_no_data(tmp_path: Path) -> None:
+def test_a_result_alone_is_no_data(tmp_path):
     with pytest.raises(DataError, match=r"cell\.calib is a result"):
         read(hand_eye.easy_handeye2(tmp_path, cell("base"))[1:], ImportOptions())
 
 
 @pytest.mark.parametrize("name", ["pairs.yml", "pairs.xml", "pairs.json"])
 @pytest.mark.parametrize("vectors", [False, True])
-def test_opencv_storage_reads_the_same_in_every_format(name: str, vectors: bool, tmp_path: Path) -> None:
+def test_opencv_storage_reads_the_same_in_every_format(name, vectors, tmp_path):
     made = cell("flange")
     dataset = read(hand_eye.opencv(tmp_path, made, name, vectors=vectors), said("flange", {"mount": "?"}, ("mm",)))
     np.testing.assert_allclose(dataset.poses.T_base_flange, made.T_base_flange, atol=1e-9)
     np.testing.assert_allclose(dataset.points.xyz, inverse(made.T_camera_target)[:, :3, 3], atol=1e-9)
 
 
-def test_an_empty_matrix_of_opencv_beside_the_lists_is_left_out(tmp_path: Path) -> None:
+def test_an_empty_matrix_of_opencv_beside_the_lists_is_left_out(tmp_path):
     (file,) = hand_eye.opencv(tmp_path, cell("flange"))
     empty = "distortion: !!opencv-matrix\n   rows: 0\n   cols: 0\n   dt: d\n   data: []\n"
     file.write_text(file.read_text("utf-8") + empty, "utf-8")
@@ -109,7 +107,7 @@ def test_an_empty_matrix_of_opencv_beside_the_lists_is_left_out(tmp_path: Path) 
     assert len(dataset.poses) == len(cell("flange").T_base_flange)
 
 
-def test_opencv_lists_go_the_way_that_their_names_say(tmp_path: Path) -> None:
+def test_opencv_lists_go_the_way_that_their_names_say(tmp_path):
     made = cell("base")
     storage = cv2.FileStorage(str(tmp_path / "pairs.yml"), cv2.FILE_STORAGE_WRITE)
     for i, T in enumerate(inverse(made.T_base_flange)):
@@ -131,29 +129,28 @@ def test_opencv_lists_go_the_way_that_their_names_say(tmp_path: Path) -> None:
         read([tmp_path / "pairs.yml"], ImportOptions(further=stated, units=("m",)))
 
 
-def test_two_trajectories_are_matched_by_time_within_the_stated_tolerance(tmp_path: Path) -> None:
+def test_two_trajectories_are_matched_by_time_within_the_stated_tolerance(tmp_path):
     made = cell("base")
     paths = hand_eye.tum(tmp_path, made)
     with pytest.raises(UsageError, match="State it in seconds with --set tolerance_s"):
         read(paths, ImportOptions())
     dataset = read(paths, ImportOptions(further={"tolerance_s": "0.02"}, point="marker"))
     assert dataset.points.names == ("marker",) * 20
-    found = calibrated(dataset)
-    assert_near(motion(found, "tool.marker"), made.T_carried)
+    assert_near(motion(calibrated(dataset), "tool.marker"), made.T_carried)
     with pytest.raises(DataError, match=r"within 0\.005 s before and after it; the nearest is 0\.007 s away"):
         read(paths, ImportOptions(further={"tolerance_s": "0.005"}))
     with pytest.raises(UsageError, match="expected seconds"):
         read(paths, ImportOptions(further={"tolerance_s": "soon"}))
 
 
-def test_rows_of_a_trajectory_that_repeat_a_time_are_left_out(tmp_path: Path) -> None:
+def test_rows_of_a_trajectory_that_repeat_a_time_are_left_out(tmp_path):
     (tmp_path / "flange.tum").write_text("1 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n", "utf-8")
     imported = Tum().read([tmp_path / "flange.tum"] * 2, ImportOptions(further={"tolerance_s": "1"}))
     assert len(imported.dataset.poses) == 2
     assert "flange.tum: 1 rows, whose times repeat those of others" in imported.left_out
 
 
-def test_one_trajectory_is_not_enough(tmp_path: Path) -> None:
+def test_one_trajectory_is_not_enough(tmp_path):
     with pytest.raises(UsageError, match="Expected two trajectories"):
         read(hand_eye.tum(tmp_path, cell("base"))[:1], ImportOptions())
 
@@ -167,7 +164,7 @@ def test_one_trajectory_is_not_enough(tmp_path: Path) -> None:
         ("# nothing\n", "no line of numbers"),
     ],
 )
-def test_a_wrong_line_of_a_trajectory_is_named(text: str, expected: str, tmp_path: Path) -> None:
+def test_a_wrong_line_of_a_trajectory_is_named(text, expected, tmp_path):
     (tmp_path / "flange.tum").write_text(text, "utf-8")
     with pytest.raises(DataError, match=expected):
         read([tmp_path / "flange.tum"] * 2, ImportOptions(further={"tolerance_s": "1"}), "tum")
@@ -196,9 +193,7 @@ SAMPLE = "samples:\n- robot: {translation: {x: 0, y: 0, z: 0}, rotation: {x: 0, 
         ("opencv", NO_COLS, "the 3 numbers of a matrix do not fill 2 rows"),
     ],
 )
-def test_a_wrong_entry_is_named_and_nothing_is_written(
-    kind: str, text: str, expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_wrong_entry_is_named_and_nothing_is_written(kind, text, expected, tmp_path, capsys):
     (tmp_path / "raw").mkdir()
     path = tmp_path / "raw" / "samples.yaml"
     path.write_text(text, "utf-8")

@@ -1,11 +1,9 @@
 """Images of a drawn board, imported with the arm's poses, lead to where the camera is, in two commands."""
 
 import json
-from pathlib import Path
 
 import cv2
 import numpy as np
-import pytest
 from test_hand_eye_pairs import assert_near, motion
 
 from examples import csv, industrial_calibration, written
@@ -26,9 +24,7 @@ def seen(pattern: np.ndarray, T_camera_target: np.ndarray) -> np.ndarray:
     return cv2.warpPerspective(pattern, H, (960, 720), flags=cv2.INTER_AREA, borderValue=255)
 
 
-def test_a_folder_of_images_with_a_table_of_poses_is_calibrated(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_of_images_with_a_table_of_poses_is_calibrated(tmp_path, capsys):
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_6X6_250)
     board = cv2.aruco.CharucoBoard((5, 7), SQUARE_M, SQUARE_M / 2, dictionary)
     pattern = board.generateImage((5 * PX_PER_SQUARE, 7 * PX_PER_SQUARE), marginSize=0)
@@ -55,9 +51,7 @@ def test_a_folder_of_images_with_a_table_of_poses_is_calibrated(
     assert found["rows"][0]["rms"] < 0.3
 
 
-def test_images_that_show_no_board_are_said_and_nothing_is_written(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_images_that_show_no_board_are_said_and_nothing_is_written(tmp_path, capsys):
     raw = tmp_path / "raw"
     raw.mkdir()
     industrial_calibration(raw)
@@ -68,9 +62,7 @@ def test_images_that_show_no_board_are_said_and_nothing_is_written(
     assert not (tmp_path / "cell").exists()
 
 
-def test_there_is_nothing_to_extract_from_files_without_images(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_there_is_nothing_to_extract_from_files_without_images(tmp_path, capsys):
     sources, said = csv(tmp_path)
     assert main(["import", *map(str, sources), *said, "--extract", "--output", str(tmp_path / "cell")]) == 2
     assert "--extract: csv found no images" in capsys.readouterr().err

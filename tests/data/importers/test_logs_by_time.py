@@ -46,8 +46,6 @@ def options(sensor: str = "pose", **further: str) -> ImportOptions:
 def test_each_measurement_has_the_readings_at_its_time(tmp_path: Path) -> None:
     found = Tables().read(logs(tmp_path), options())
     poses, points = found.dataset.poses, found.dataset.points
-    assert poses.q is not None
-    assert poses.time_s is not None
     np.testing.assert_allclose(poses.q, angles(poses.time_s), atol=1e-4)
     np.testing.assert_allclose(points.xyz, (WORLD @ ROBOT.forward(poses.q) @ TOOL)[points.pose, :3, 3], atol=2e-4)
     assert found.dataset.warnings == ()
@@ -59,9 +57,7 @@ def test_each_measurement_has_the_readings_at_its_time(tmp_path: Path) -> None:
 def test_clocks_that_differ_are_brought_together_and_by_how_much_is_said(late_s: float, tmp_path: Path) -> None:
     paths = logs(tmp_path, late_s=late_s)
     found = Tables().read(paths, options(clocks="differ"))
-    poses = found.dataset.poses
-    assert poses.time_s is not None
-    T = (WORLD @ ROBOT.forward(np.asarray(poses.q)) @ TOOL)[found.dataset.points.pose, :3, 3]
+    T = (WORLD @ ROBOT.forward(np.asarray(found.dataset.poses.q)) @ TOOL)[found.dataset.points.pose, :3, 3]
     assert np.sqrt(np.square(found.dataset.points.xyz - T).sum(axis=1).mean()) < 5e-4
     clock = found.read_from["poses.csv"]["time_s"]
     assert "by the rotations of both" in clock
@@ -72,8 +68,7 @@ def test_clocks_that_differ_are_brought_together_and_by_how_much_is_said(late_s:
 
 
 def test_a_difference_of_clocks_is_told_in_python_too(tmp_path: Path) -> None:
-    paths = logs(tmp_path, late_s=0.37)
-    warnings = robolaser.import_files(*paths, options=options()).warnings
+    warnings = robolaser.import_files(*logs(tmp_path, late_s=0.37), options=options()).warnings
     assert "--set clocks=differ" in " ".join(warnings)
 
 
@@ -105,12 +100,10 @@ def test_commands_are_those_at_the_times_of_measurements_also_when_they_are_read
     arm, seen = logs(tmp_path)
     rows = np.loadtxt(arm, delimiter=",", skiprows=1)
     names = arm.read_text(encoding="utf-8").splitlines()[0]
-    told = [f"q_command_{joint}" for joint in ROBOT.joints]
-    head = ",".join([names, *told, "campaign"])
+    head = ",".join([names, *[f"q_command_{joint}" for joint in ROBOT.joints], "campaign"])
     rows = np.column_stack([rows, rows[:, 1:] + 0.001, np.ones(len(rows))])
     np.savetxt(arm, rows, delimiter=",", header=head, comments="", fmt="%.9f")
     found = Tables().read([arm, seen], replace(options(), columns={"poses.session": "campaign"}))
     for poses in (found.dataset.poses, found.checked().poses):
-        assert poses.session is not None
         for joint in ROBOT.joints:
             np.testing.assert_allclose(poses.following[joint], 0.001, atol=1e-8)

@@ -70,7 +70,7 @@ def assert_same(robot: Robot, arm: Robot) -> None:
     np.testing.assert_allclose([robot.lower, robot.upper], [arm.lower, arm.upper], atol=1e-9)
 
 
-def test_a_xacro_file_finds_its_package_without_ros(arm: Robot, tmp_path: Path) -> None:
+def test_a_xacro_file_finds_its_package_without_ros(arm, tmp_path):
     pytest.importorskip("xacro")
     folder = tmp_path / "arm_description" / "urdf"
     folder.mkdir(parents=True)
@@ -80,7 +80,7 @@ def test_a_xacro_file_finds_its_package_without_ros(arm: Robot, tmp_path: Path) 
     assert_same(find_robot(folder / "arm.urdf.xacro", options=said), arm)
 
 
-def test_what_a_xacro_file_lacks_is_asked_for(tmp_path: Path) -> None:
+def test_what_a_xacro_file_lacks_is_asked_for(tmp_path):
     pytest.importorskip("xacro")
     (tmp_path / "arm.xacro").write_text(BARE, "utf-8")
     with pytest.raises(RobotError, match=r"the package arm_description is missing\. Put its folder next to"):
@@ -94,13 +94,13 @@ def test_what_a_xacro_file_lacks_is_asked_for(tmp_path: Path) -> None:
         find_robot(tmp_path / "arm.xacro")
 
 
-def test_an_mjcf_file_needs_no_meshes(arm: Robot, tmp_path: Path) -> None:
+def test_an_mjcf_file_needs_no_meshes(arm, tmp_path):
     pytest.importorskip("mujoco")
     (tmp_path / "arm.xml").write_text(MJCF, "utf-8")
     assert_same(find_robot(tmp_path / "arm.xml"), arm)
 
 
-def test_an_mjcf_arm_moves_as_mujoco_says(tmp_path: Path) -> None:
+def test_an_mjcf_arm_moves_as_mujoco_says(tmp_path):
     mujoco = pytest.importorskip("mujoco")
     odd = """<mujoco><worldbody><body name="a" pos="0 0.1 1" euler="10 20 30">
       <joint name="turn" axis="0 0.6 0.8" pos="0.1 -0.2 0.05" ref="25"/>
@@ -124,7 +124,7 @@ def test_an_mjcf_arm_moves_as_mujoco_says(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "text", ["<mujoco", "<mujoco><worldbody><body/></mujoco>", "<mujoco><include file='/x'/></mujoco>"]
 )
-def test_a_damaged_mjcf_file_ends_with_its_name(text: str, tmp_path: Path) -> None:
+def test_a_damaged_mjcf_file_ends_with_its_name(text, tmp_path):
     pytest.importorskip("mujoco")
     (tmp_path / "arm.xml").write_text(text, "utf-8")
     with pytest.raises(RobotError, match=r"arm\.xml: MuJoCo does not read it"):
@@ -155,12 +155,11 @@ theta_rad = 1.5707963267948966
 """
 
 
-def test_a_table_of_dh_numbers_is_the_same_arm_as_csv_and_toml(tmp_path: Path) -> None:
+def test_a_table_of_dh_numbers_is_the_same_arm_as_csv_and_toml(tmp_path):
     (tmp_path / "arm.csv").write_text(CSV, "utf-8")
     (tmp_path / "arm.toml").write_text(TOML, "utf-8")
     table = find_robot(tmp_path / "arm.csv", options=DEG)
-    settled = find_robot(tmp_path / "arm.toml")
-    assert table.urdf == settled.urdf
+    assert table.urdf == find_robot(tmp_path / "arm.toml").urdf
     assert table.joints == ("one", "two")
     np.testing.assert_allclose(table.forward(np.zeros((1, 1, 2)))[0, 0, :3, 3], [0, 0, 0.55], atol=1e-12)
     np.testing.assert_allclose(table.upper, [np.deg2rad(170), np.inf])
@@ -180,9 +179,7 @@ def test_a_table_of_dh_numbers_is_the_same_arm_as_csv_and_toml(tmp_path: Path) -
         ("", DescriptionOptions("standard"), "arm.csv is empty"),
     ],
 )
-def test_what_a_table_leaves_open_is_asked_for_and_what_is_wrong_is_named(
-    text: str, said: DescriptionOptions, expected: str, tmp_path: Path
-) -> None:
+def test_what_a_table_leaves_open_is_asked_for_and_what_is_wrong_is_named(text, said, expected, tmp_path):
     (tmp_path / "arm.csv").write_text(text, "utf-8")
     with pytest.raises((DataError, RobotError, UsageError), match=expected):
         find_robot(tmp_path / "arm.csv", options=said)
@@ -199,14 +196,14 @@ def test_what_a_table_leaves_open_is_asked_for_and_what_is_wrong_is_named(
         (TOML.replace("d = 0\n", ""), "row 2 lacks d"),
     ],
 )
-def test_a_wrong_toml_table_is_named(text: str, expected: str, tmp_path: Path) -> None:
+def test_a_wrong_toml_table_is_named(text, expected, tmp_path):
     (tmp_path / "arm.toml").write_text(text, "utf-8")
     with pytest.raises((DataError, RobotError), match=expected):
         find_robot(tmp_path / "arm.toml")
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".toml", ".xml", ".xacro", ".urdf"])
-def test_a_file_that_is_not_there_or_no_text_is_named(suffix: str, tmp_path: Path) -> None:
+def test_a_file_that_is_not_there_or_no_text_is_named(suffix, tmp_path):
     with pytest.raises((DataError, RobotError), match=f"gone{suffix}"):
         find_robot(tmp_path / f"gone{suffix}")
     (tmp_path / f"bad{suffix}").write_bytes(b"\xff\xfe\x00" * 30)

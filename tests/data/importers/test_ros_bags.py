@@ -1,8 +1,5 @@
 """A bag recorded in a cell becomes a data set: readings at the times of what was measured, and nothing guessed."""
 
-from collections.abc import Sequence
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
@@ -19,13 +16,9 @@ from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 
 ARM = "scorbot_er7"
 MARKER = {
-    "mount": "base",
-    "camera": "camera",
-    "marker": "tag",
-    "tolerance_s": "0.02",
-    "base": "base",
+    "mount": "base", "camera": "camera", "marker": "tag", "tolerance_s": "0.02", "base": "base",
     "flange": "tool0",
-}
+}  # fmt: skip
 STEP_S = 0.02
 
 
@@ -39,7 +32,7 @@ def frames(record: Recorder, made: HandEyeCell) -> None:
 
 
 @pytest.mark.parametrize(("kind", "mount"), [("bag", "flange"), ("db3", "flange"), ("mcap", "base")])
-def test_a_tag_and_a_flange_in_tf_are_calibrated(kind: str, mount: str, tmp_path: Path) -> None:
+def test_a_tag_and_a_flange_in_tf_are_calibrated(kind, mount, tmp_path):
     made = cell(mount)
     with recorder(tmp_path, kind) as (path, record):
         frames(record, made)
@@ -80,11 +73,10 @@ BODY = {"mount": "base", "poses": "/mocap/body", "tolerance_s": "0.02"}
 
 
 @pytest.mark.parametrize("kind", FORMATS)
-def test_a_body_seen_in_motion_gets_the_joint_readings_and_velocities_of_its_times(kind: str, tmp_path: Path) -> None:
+def test_a_body_seen_in_motion_gets_the_joint_readings_and_velocities_of_its_times(kind, tmp_path):
     with recorder(tmp_path, kind) as (path, record):
         times, T_flange_body = motion_capture(record)
-    robot = robolaser.find_robot(ARM)
-    dataset = read([path], ImportOptions(robot=robot, further=BODY))
+    dataset = read([path], ImportOptions(robot=robolaser.find_robot(ARM), further=BODY))
     np.testing.assert_allclose(dataset.poses.time_s, times, atol=1e-6)
     q, qd = moving(times - START_S)
     np.testing.assert_allclose(dataset.poses.q, q, atol=1e-4)
@@ -92,7 +84,7 @@ def test_a_body_seen_in_motion_gets_the_joint_readings_and_velocities_of_its_tim
     assert_near(motion(calibrated(dataset), "tool.target"), T_flange_body)
 
 
-def test_what_was_dropped_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_was_dropped_is_said(tmp_path, capsys):
     with recorder(tmp_path, "db3") as (path, record):
         motion_capture(record, velocities=False)
         record.pose("/mocap/body", START_S + 60.0, np.eye(4))
@@ -105,7 +97,7 @@ def test_what_was_dropped_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "qd_" not in (tmp_path / "set" / "poses.csv").read_text("utf-8").splitlines()[0]
 
 
-def test_fewer_measurements_may_be_taken(tmp_path: Path) -> None:
+def test_fewer_measurements_may_be_taken(tmp_path):
     with recorder(tmp_path, "mcap") as (path, record):
         motion_capture(record)
     dataset = read([path], ImportOptions(robot=robolaser.find_robot(ARM), further={**BODY, "every_s": "1"}))
@@ -130,9 +122,7 @@ def test_fewer_measurements_may_be_taken(tmp_path: Path) -> None:
         ([], {"marker": "tag"}, "--set marker and --set poses: import one measurement after the other"),
     ],
 )
-def test_what_a_bag_leaves_open_is_asked_for(
-    left_out: Sequence[str], more: dict[str, str], expected: str, tmp_path: Path
-) -> None:
+def test_what_a_bag_leaves_open_is_asked_for(left_out, more, expected, tmp_path):
     with recorder(tmp_path, "mcap") as (path, record):
         motion_capture(record)
     stated = {key: value for key, value in {**BODY, **more}.items() if key not in left_out}
@@ -140,7 +130,7 @@ def test_what_a_bag_leaves_open_is_asked_for(
         read([path], ImportOptions(robot=robolaser.find_robot(ARM), further=stated))
 
 
-def test_frames_of_tf_are_asked_for_and_sought(tmp_path: Path) -> None:
+def test_frames_of_tf_are_asked_for_and_sought(tmp_path):
     with recorder(tmp_path, "bag") as (path, record):
         frames(record, cell("base"))
         record.frame(START_S, "elsewhere", "island", np.eye(4))
@@ -157,18 +147,17 @@ def test_frames_of_tf_are_asked_for_and_sought(tmp_path: Path) -> None:
         read([path], ImportOptions(further={**MARKER, "marker": "island"}))
 
 
-def test_messages_without_stamps_take_the_recorders_times_where_that_is_said(tmp_path: Path) -> None:
+def test_messages_without_stamps_take_the_recorders_times_where_that_is_said(tmp_path):
     made = cell("base")
     with recorder(tmp_path, "db3") as (path, record):
         record.header = lambda time_s, frame="": type(record).header(record, 0.0, frame)
         frames(record, made)
     with pytest.raises(DataError, match=r"have no time stamps.*--set stamps=received"):
         read([path], ImportOptions(further=MARKER))
-    dataset = read([path], ImportOptions(further={**MARKER, "stamps": "received"}))
-    assert len(dataset.poses) == 20
+    assert len(read([path], ImportOptions(further={**MARKER, "stamps": "received"})).poses) == 20
 
 
-def test_a_motion_that_is_none_is_named(tmp_path: Path) -> None:
+def test_a_motion_that_is_none_is_named(tmp_path):
     with recorder(tmp_path, "mcap") as (path, record):
         motion_capture(record)
         broken = np.eye(4)
@@ -180,18 +169,15 @@ def test_a_motion_that_is_none_is_named(tmp_path: Path) -> None:
 
 PICTURE = np.random.default_rng(5).integers(0, 256, (6, 8, 3)).astype(np.uint8)
 ENCODINGS = {
-    "bgr8": PICTURE,
-    "rgb8": PICTURE[..., ::-1],
-    "bgra8": np.dstack([PICTURE, PICTURE[..., :1]]),
-    "mono8": PICTURE[..., 0],
-    "mono16": PICTURE[..., 0].astype(np.uint16) * 257,
-}
+    "bgr8": PICTURE, "rgb8": PICTURE[..., ::-1], "bgra8": np.dstack([PICTURE, PICTURE[..., :1]]),
+    "mono8": PICTURE[..., 0], "mono16": PICTURE[..., 0].astype(np.uint16) * 257,
+}  # fmt: skip
 CAMERA = {"mount": "flange", "tolerance_s": "0.02", "board": "checkerboard,7x6,10mm"}
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
 @pytest.mark.parametrize("kind", ["bag", "mcap"])
-def test_images_become_files_with_the_readings_of_their_times(kind: str, encoding: str, tmp_path: Path) -> None:
+def test_images_become_files_with_the_readings_of_their_times(kind, encoding, tmp_path):
     robot = robolaser.find_robot(ARM)
     pixels = ENCODINGS[encoding]
     with recorder(tmp_path, kind) as (path, record):
@@ -226,7 +212,7 @@ def test_images_become_files_with_the_readings_of_their_times(kind: str, encodin
         ("cell.db3", b"SQLite format 3\x00" * 9),
     ],
 )
-def test_a_damaged_bag_ends_with_its_name(file: str, data: bytes, tmp_path: Path) -> None:
+def test_a_damaged_bag_ends_with_its_name(file, data, tmp_path):
     pytest.importorskip("rosbags")
     (tmp_path / file).write_bytes(data)
     with pytest.raises(DataError, match=file):

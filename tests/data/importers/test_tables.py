@@ -54,23 +54,21 @@ def assert_same(read: Dataset, dataset: Dataset) -> None:
 @pytest.mark.parametrize("decimal", [",", "."])
 @pytest.mark.parametrize(("length", "angle"), [("mm", "deg"), ("in", "mrad"), ("m", "rad")])
 def test_separator_decimal_sign_and_units_change_nothing_of_what_is_read(
-    separator: str, decimal: str, length: str, angle: str, said: ImportOptions, dataset: Dataset, tmp_path: Path
-) -> None:
+    separator, decimal, length, angle, said, dataset, tmp_path
+):
     rows = log_rows(dataset, 1 / FACTORS["lengths"][length], 1 / FACTORS["angles"][angle])
     file = written(tmp_path / "log.txt", rows, separator=separator, decimal=decimal)
     assert_same(read(file, replace(said, separator=separator, decimal=decimal, units=(angle, length))), dataset)
 
 
-def test_poses_and_points_may_come_in_two_files(said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
+def test_poses_and_points_may_come_in_two_files(said, dataset, tmp_path):
     rows = log_rows(dataset)
     poses = written(tmp_path / "poses.txt", [row[:7] for row in (rows[0], *rows[1::2])])
     points = written(tmp_path / "points.txt", [[row[0], *row[7:]] for row in rows])
     assert_same(read([poses, points], said), dataset)
 
 
-def test_a_table_may_have_no_header_or_begin_below_other_rows(
-    said: ImportOptions, dataset: Dataset, tmp_path: Path
-) -> None:
+def test_a_table_may_have_no_header_or_begin_below_other_rows(said, dataset, tmp_path):
     header, *rows = log_rows(dataset)
     bare = written(tmp_path / "bare.txt", rows)
     numbered = {column: str(header.index(source) + 1) for column, source in MAPPED.items()}
@@ -79,7 +77,7 @@ def test_a_table_may_have_no_header_or_begin_below_other_rows(
     assert_same(read(below, replace(said, header_row=3)), dataset)
 
 
-def test_rows_without_a_pose_are_a_pose_each(said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
+def test_rows_without_a_pose_are_a_pose_each(said, dataset, tmp_path):
     header, *rows = log_rows(dataset)
     columns = {column: source for column, source in MAPPED.items() if column not in ("pose", "point")}
     found = read(written(tmp_path / "log.txt", [header, *rows[::2]]), replace(said, columns=columns, point="ball"))
@@ -87,7 +85,7 @@ def test_rows_without_a_pose_are_a_pose_each(said: ImportOptions, dataset: Datas
     assert set(found.points.names) == {"ball"}
 
 
-def test_a_further_column_is_kept_where_it_is_asked_for(said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
+def test_a_further_column_is_kept_where_it_is_asked_for(said, dataset, tmp_path):
     rows = [[*row, "Feuchte" if i == 0 else 40.5] for i, row in enumerate(log_rows(dataset))]
     file = written(tmp_path / "log.txt", rows)
     assert read(file, said).poses.extra == {}
@@ -96,7 +94,7 @@ def test_a_further_column_is_kept_where_it_is_asked_for(said: ImportOptions, dat
     np.testing.assert_array_equal(kept.poses.coordinates["humidity"], 40.5)
 
 
-def test_payload_and_temperature_are_kept(said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
+def test_payload_and_temperature_are_kept(said, dataset, tmp_path):
     rows = [[*row, "kg" if i == 0 else 2.5, "°C" if i == 0 else 21.5] for i, row in enumerate(log_rows(dataset))]
     columns = {**MAPPED, "payload_kg": "kg", "temperature_c": "°C"}
     poses = read(written(tmp_path / "log.txt", rows), replace(said, columns=columns)).poses
@@ -104,7 +102,7 @@ def test_payload_and_temperature_are_kept(said: ImportOptions, dataset: Dataset,
 
 
 @pytest.mark.parametrize("turned", ["quaternion", "euler", "rotation vector"])
-def test_flange_poses_are_read_with_any_statement_of_their_turn(turned: str, dataset: Dataset, tmp_path: Path) -> None:
+def test_flange_poses_are_read_with_any_statement_of_their_turn(turned, dataset, tmp_path):
     T = dataset.flange()
     R = Rotation.from_matrix(T[:, :3, :3])
     values, names, more = {
@@ -131,16 +129,10 @@ OPEN = {
     "units": ({"units": ()}, "In which unit are angles, such as A1"),
     "twice": ({"units": ("deg", "rad")}, "deg and rad are both of angles"),
     "unknown": ({"units": ("mm", "grad")}, "no unit 'grad'"),
-    "robot": (
-        {"robot": None, "columns": {"q_joint_1": "A1"}},
-        r"q_joint_1: .* Name the arm with --robot",
-    ),
+    "robot": ({"robot": None, "columns": {"q_joint_1": "A1"}}, r"q_joint_1: .* Name the arm with --robot"),
     "joint": ({"columns": {k: v for k, v in MAPPED.items() if k != "q_joint_3"}}, "which column is q_joint_3"),
     "point": ({"columns": {k: v for k, v in MAPPED.items() if k != "point"}}, "which point is measured in each row"),
-    "typing error": (
-        {"columns": MAPPED | {"q_joint_9": "A1"}},
-        r"q_joint_9: no such column\. Did you mean",
-    ),
+    "typing error": ({"columns": MAPPED | {"q_joint_9": "A1"}}, r"q_joint_9: no such column\. Did you mean"),
     "sign": ({"decimal": ";"}, "--separator and --decimal are both ';'"),
     "separator": ({"separator": None, "decimal": ";"}, "row has neither a comma nor a tab"),
     "point twice": ({"point": "ball"}, "--point ball: the column 'Prisma' names the points"),
@@ -151,14 +143,14 @@ OPEN = {
 
 
 @pytest.mark.parametrize("case", OPEN)
-def test_what_is_left_open_is_asked_for(case: str, said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
+def test_what_is_left_open_is_asked_for(case, said, dataset, tmp_path):
     changed, message = OPEN[case]
     file = written(tmp_path / "log.txt", log_rows(dataset))
     with pytest.raises(UsageError, match=message):
         read(file, replace(said, **changed))
 
 
-def test_a_place_that_may_be_the_flanges_or_the_points_is_asked_for(dataset: Dataset, tmp_path: Path) -> None:
+def test_a_place_that_may_be_the_flanges_or_the_points_is_asked_for(dataset, tmp_path):
     file = written(tmp_path / "log.txt", log_rows(dataset))
     with pytest.raises(UsageError, match=r"of the flange or of the point\? Write poses\.x_m or points\.x_m"):
         read(file, ImportOptions(columns={"x_m": "X"}, units=("mm", "deg"), separator=";", decimal=","))
@@ -167,13 +159,7 @@ def test_a_place_that_may_be_the_flanges_or_the_points_is_asked_for(dataset: Dat
 WRONG = {
     "text": (3, 2, "hello", "log.txt, row 4, column A1: 'hello', expected a finite number", "A1"),
     "sign": (3, 8, "1.5", "log.txt, row 4, column X: '1.5', .* If '.' is the decimal sign, add --decimal '.'", "X"),
-    "unit": (
-        1,
-        3,
-        "-3000",
-        r"log.txt, row 2: q_joint_2 is -52\.36 rad, but the URDF .* degrees",
-        None,
-    ),
+    "unit": (1, 3, "-3000", r"log.txt, row 2: q_joint_2 is -52\.36 rad, but the URDF .* degrees", None),
     "far": (2, 8, "1e9", "log.txt, row 3, column x_m: 1e[+]06 m is farther than any arm reaches", "x_m"),
     "moved": (4, 2, "3", "log.txt, row 5, column A1: pose 1 has another value than in row 4", "A1"),
     "same": (2, 7, "0", "log.txt, row 3: pose 0, point 0 was already in row 2", None),
@@ -182,7 +168,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_an_error_names_file_row_and_column(case: str, said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
+def test_an_error_names_file_row_and_column(case, said, dataset, tmp_path):
     row, column, cell, message, named = WRONG[case]
     rows = log_rows(dataset)
     rows[row][column] = cell
@@ -196,9 +182,7 @@ def test_an_error_names_file_row_and_column(case: str, said: ImportOptions, data
 
 
 @pytest.mark.parametrize("arm_named", [True, False])
-def test_a_table_without_rows_is_an_error(
-    arm_named: bool, said: ImportOptions, dataset: Dataset, tmp_path: Path
-) -> None:
+def test_a_table_without_rows_is_an_error(arm_named, said, dataset, tmp_path):
     file = written(tmp_path / "log.txt", log_rows(dataset)[:1])
     if not arm_named:
         places = {f"{table}.{axis}_m": axis.upper() for table in ("poses", "points") for axis in "xyz"}
@@ -209,14 +193,12 @@ def test_a_table_without_rows_is_an_error(
 
 
 @pytest.mark.parametrize("known", [True, False])
-def test_whether_the_path_is_known_is_written(
-    known: bool, said: ImportOptions, dataset: Dataset, tmp_path: Path
-) -> None:
+def test_whether_the_path_is_known_is_written(known, said, dataset, tmp_path):
     file = written(tmp_path / "log.txt", log_rows(dataset))
     assert read(file, replace(said, path_known=known)).path_known is known
 
 
-def test_what_is_said_of_the_order_and_path_of_flange_poses_is_written_too(tmp_path: Path) -> None:
+def test_what_is_said_of_the_order_and_path_of_flange_poses_is_written_too(tmp_path):
     rows = [[f"{i}", 0.1 * i, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, "A", 1.0, 2.0, 3.0] for i in range(12)]
     header = ["pose", "X", "Y", "Z", "qx", "qy", "qz", "qw", "point", "x", "y", "z"]
     columns = {f"{table}.{axis}_m": name for table, names in (("poses", "XYZ"), ("points", "xyz")) for axis, name in
@@ -230,22 +212,20 @@ def test_what_is_said_of_the_order_and_path_of_flange_poses_is_written_too(tmp_p
         assert dataset.warnings == ()
 
 
-def test_a_row_with_too_few_cells_is_named(said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
+def test_a_row_with_too_few_cells_is_named(said, dataset, tmp_path):
     rows = log_rows(dataset)
     rows[5] = rows[5][:-1]
     with pytest.raises(DataError, match=r"log\.txt, row 6: 10 cells, but there are 11 columns.* a semicolon"):
         read(written(tmp_path / "log.txt", rows), said)
 
 
-def test_a_column_that_is_not_there_is_named_with_the_likeliest(
-    said: ImportOptions, dataset: Dataset, tmp_path: Path
-) -> None:
+def test_a_column_that_is_not_there_is_named_with_the_likeliest(said, dataset, tmp_path):
     file = written(tmp_path / "log.txt", log_rows(dataset))
     with pytest.raises(DataError, match=r"log\.txt has no column 'Prism', .* Did you mean 'Prisma'\?"):
         read(file, replace(said, columns=MAPPED | {"point": "Prism"}))
 
 
-def test_a_robot_described_by_a_table_of_dh_numbers_is_a_urdf_in_the_data_set(tmp_path: Path) -> None:
+def test_a_robot_described_by_a_table_of_dh_numbers_is_a_urdf_in_the_data_set(tmp_path):
     (tmp_path / "raw").mkdir()
     dh = written(tmp_path / "raw" / "arm.csv", [["name", "a", "alpha", "d", "theta"], ["one", 0.0, 90.0, 300.0, 0.0]],
                  separator=",", decimal=".")  # fmt: skip
@@ -264,9 +244,7 @@ def test_a_robot_described_by_a_table_of_dh_numbers_is_a_urdf_in_the_data_set(tm
 
 
 @pytest.mark.parametrize("mount", ["flange", "base"])
-def test_a_camera_that_sees_several_tags_is_calibrated_from_their_poses(
-    mount: str, arm: Robot, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_camera_that_sees_several_tags_is_calibrated_from_their_poses(mount, arm, tmp_path, capsys):
     rng = np.random.default_rng(5)
     q = random_configurations(arm, 15, rng)
     T_base_flange, T_flange, T_base = arm.forward(q[None])[0], _somewhere(rng, 2), _somewhere(rng, 2)
@@ -301,6 +279,6 @@ def _somewhere(rng: np.random.Generator, count: int) -> np.ndarray:
     return pose(exp_so3(rng.uniform(-1.0, 1.0, (count, 3))), rng.uniform(-0.3, 0.3, (count, 3)))
 
 
-def test_a_mount_is_only_of_cameras_that_see_tags(said: ImportOptions, tmp_path: Path) -> None:
+def test_a_mount_is_only_of_cameras_that_see_tags(said, tmp_path):
     with pytest.raises(UsageError, match="--set mount is only for a camera that sees tags"):
         read(tmp_path / "log.csv", replace(said, further={"mount": "flange"}))

@@ -20,8 +20,7 @@ REFLECTORS = ("R1", "R2", "R3")
 
 def measured(poses: int = 12) -> tuple[np.ndarray, np.ndarray]:
     """Joint angles [deg] and the places of three reflectors [mm]."""
-    rng = np.random.default_rng(0)
-    q = rng.uniform(-1.5, 1.5, (poses, 6))
+    q = np.random.default_rng(0).uniform(-1.5, 1.5, (poses, 6))
     offsets = np.array([[0.1, 0.0, 0.02], [0.0, 0.1, 0.03], [-0.08, -0.05, 0.1]])
     (T,) = ROBOT.forward(q[None])
     return np.degrees(q), 1e3 * (np.einsum("nij,pj->npi", T[:, :3, :3], offsets) + T[:, None, :3, 3])

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from installed import installed
+
 MODULE = """
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.model.sensors import Sensor
@@ -18,11 +20,7 @@ ASK = "from robolaser.model.sensors import sensors; from robolaser.data.sensor_f
 
 def asked(tmp_path: Path, body: str) -> subprocess.CompletedProcess[str]:
     """The kinds that a process knows where a package announces a class with this body."""
-    (tmp_path / "scales.py").write_text(MODULE + body, "utf-8")
-    info = tmp_path / "scales-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: scales\nVersion: 1.0\n", "utf-8")
-    (info / "entry_points.txt").write_text("[robolaser.sensors]\nscale = scales:Scale\n", "utf-8")
+    installed(tmp_path, "scales", MODULE + body, "[robolaser.sensors]\nscale = scales:Scale\n")
     path = os.pathsep.join([str(tmp_path), *sys.path])
     return subprocess.run(
         [sys.executable, "-c", ASK + "print(sensor_format('scale').title); print(*sensors())"],

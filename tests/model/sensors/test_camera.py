@@ -49,8 +49,7 @@ def seen_from(made: Simulated, T_base_flange: np.ndarray) -> Dataset:
     blocks = Blocks(data)
     values = {name: np.array([made.truth[name]]) for name in blocks.derived}
     off = blocks.residuals(values, T_base_flange[None], Perturbation())[0]
-    rng = np.random.default_rng(1)
-    pixel = data.points.pixel - off + NOISE.pixel_px * rng.standard_normal(off.shape)
+    pixel = data.points.pixel - off + NOISE.pixel_px * np.random.default_rng(1).standard_normal(off.shape)
     return replace(data, points=replace(data.points, pixel=pixel))
 
 
@@ -72,8 +71,7 @@ def test_with_nothing_given_it_starts_from_its_boards_and_ends_at_the_truth(moun
     made = cell(mount, placed=placed, poses=20, noise=NOISE)
     assert not made.dataset.parameters
     result = calibrate(made.dataset)
-    off = (result.x - truth_of(made, result.model)) / result.std
-    assert np.sqrt(np.mean(off**2)) < 2.0
+    assert np.sqrt(np.mean(((result.x - truth_of(made, result.model)) / result.std) ** 2)) < 2.0
     assert np.sqrt(np.mean(result.residuals**2)) == pytest.approx(NOISE.pixel_px, rel=0.1)
     (rows,) = result.row_errors
     assert (rows.sensor, rows.unit) == ("camera", "px")
@@ -130,9 +128,7 @@ def test_a_flange_that_hardly_turns_tells_what_its_travel_shows(turn: float) -> 
     made = cell(poses=16, noise=NOISE)
     T, rng = made.dataset.flange(), np.random.default_rng(0)
     turns = T[0, :3, :3] @ exp_so3(np.outer(np.linspace(-turn, turn, 16), [0.0, 0.0, 1.0]))
-    moved = pose(turns, T[0, :3, 3] + rng.uniform(-0.05, 0.05, (16, 3)))
-    seen = seen_from(made, moved)
-    found = calibrate(seen)
+    found = calibrate(seen_from(made, pose(turns, T[0, :3, 3] + rng.uniform(-0.05, 0.05, (16, 3)))))
     assert found.rms_m < 1e-4
     for angle in ("hand_eye.w", "hand_eye.phi", "hand_eye.psi"):
         assert found.value(angle) == pytest.approx(made.truth[angle], abs=2e-3)

@@ -45,16 +45,10 @@ class BoardCamera(Sensor):
     """A pinhole camera with one radial term, which sees points of a board."""
 
     format: ClassVar[SensorFormat] = SensorFormat(
-        kind="board_camera",
-        title="camera",
-        task="the camera sees corners",
-        columns={"pixel": PIXEL, "xyz": XYZ},
-        numbers=2,
-        unit="px",
-        options=Options,
-        units=dict.fromkeys(("fx", "fy", "cx", "cy"), "px"),
-        positive=("fx", "fy"),
-    )
+        kind="board_camera", title="camera", task="the camera sees corners",
+        columns={"pixel": PIXEL, "xyz": XYZ}, numbers=2, unit="px", options=Options,
+        units=dict.fromkeys(("fx", "fy", "cx", "cy"), "px"), positive=("fx", "fy"),
+    )  # fmt: skip
 
     parameters = SensorParameters(free=(*INTRINSICS, *six_names("hand_eye"), *six_names("target")))
 
@@ -135,11 +129,9 @@ def board_cell(mount: str, *, poses: int = 24, offset: float = 0.0, seed: int = 
         noise=Noise(pixel_px=PIXEL_PX),
     )
     model = Model(blank)
-    x = np.array([truth[name] for name in model.parameters.names])
-    seen = -model.residuals(x[None])[0]
+    seen = -model.residuals(np.array([truth[name] for name in model.parameters.names])[None])[0]
     assert np.isfinite(seen).all()
-    pixel = seen + PIXEL_PX * rng.normal(size=seen.shape)
-    points = Points(rows, names, pixel=pixel, xyz=blank.points.xyz)
+    points = Points(rows, names, pixel=seen + PIXEL_PX * rng.normal(size=seen.shape), xyz=blank.points.xyz)
     read = Poses(blank.poses.names, q=q, time_s=blank.poses.time_s)
     return replace(blank, points=points, poses=read), truth
 

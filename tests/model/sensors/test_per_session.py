@@ -101,8 +101,7 @@ def test_base_and_target_are_each_sessions_own_and_the_rest_is_shared():
 
 def test_own_replaces_the_list_of_what_is_each_sessions_own():
     dataset = cell().dataset
-    other = replace(dataset, sessions=replace(dataset.sessions, own=("tool.*",)))
-    names = Model(other).parameters.names
+    names = Model(replace(dataset, sessions=replace(dataset.sessions, own=("tool.*",)))).parameters.names
     assert {"base.x", "tool.0.x@session-1", "tool.0.x@session-2"} <= set(names)
 
 
@@ -124,8 +123,7 @@ def test_the_file_gives_a_parameter_of_one_session_by_its_full_name(tmp_path):
 
 
 def test_known_distances_hold_between_the_sockets_of_each_session():
-    dataset = replace(cell("socket").dataset, distances_m=(("0", "1", 0.3),))
-    known = Model(dataset).known_distances
+    known = Model(replace(cell("socket").dataset, distances_m=(("0", "1", 0.3),))).known_distances
     assert [names[0][:10] for names in known.first] == ["socket.0.x", "socket.0.x"]
     assert {names[0].rpartition("@")[2] for names in known.second} == {"session-1", "session-2"}
 
@@ -258,8 +256,7 @@ def test_a_camera_that_stands_in_the_cell_is_shared_unless_said_otherwise():
 
 
 def test_what_another_campaign_puts_anew_is_what_sessions_own_and_the_tool():
-    two = two_trackers(12)
-    assert {"left.base.x", "right.base.x", "tool.0.x"} <= set(Model(two).blocks.setup_parameters)
+    assert {"left.base.x", "right.base.x", "tool.0.x"} <= set(Model(two_trackers(12)).blocks.setup_parameters)
     standing = simulate(
         find_robot("ur5"), kind="camera", poses=6, options=CellOptions(mount="base", placed=False)
     ).dataset

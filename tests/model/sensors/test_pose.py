@@ -68,8 +68,7 @@ def test_a_camera_on_the_flange_is_the_same_case_with_its_poses_inverted() -> No
     T_base_flange = made.dataset.flange()
     T_flange_camera = motion({name: np.array([value]) for name, value in made.truth.items()}, "tool.0")[0]
     T_tag_base = motion({name: np.array([value]) for name, value in made.truth.items()}, "base")[0]
-    T_camera_tag = inverse(T_tag_base @ T_base_flange @ T_flange_camera)
-    T_tag_camera = inverse(T_camera_tag)
+    T_tag_camera = inverse(inverse(T_tag_base @ T_base_flange @ T_flange_camera))
     quaternion = to_quaternion(T_tag_camera[:, :3, :3])
     seen = replace(points, xyz=T_tag_camera[:, :3, 3], columns={"quaternion": quaternion})
     found = calibrate(replace(made.dataset, points=seen, noise=TAGS))
@@ -90,8 +89,7 @@ def test_a_bracket_that_is_171_degrees_off_is_found_not_fitted_around() -> None:
 @pytest.mark.parametrize("do", [robolaser.calibrate, examine], ids=["calibrate", "diagnose"])
 def test_a_flange_that_does_not_turn_about_two_axes_is_refused_in_a_sentence(keep, do) -> None:
     made = cell()
-    wrist = keep(np.random.default_rng(0).uniform(-1.0, 1.0, (30, 6)))
-    T = made.dataset.robot.forward(wrist[None])[0]
+    T = made.dataset.robot.forward(keep(np.random.default_rng(0).uniform(-1.0, 1.0, (30, 6)))[None])[0]
     T[:, :3, 3] += np.random.default_rng(1).uniform(-0.2, 0.2, (30, 3))
     poses = replace(made.dataset.poses, q=None, T_base_flange=T)
     with pytest.raises(EstimationError, match=r"turn the flange about two axes"):
@@ -146,8 +144,7 @@ def test_a_known_distance_between_bodies_fixes_the_trackers_scale() -> None:
     apart = float(np.linalg.norm([truth[f"tool.1.{part}"] - truth[f"tool.0.{part}"] for part in "xyz"]))
     known = replace(made, distances_m=(("0", "1", apart),), noise=replace(CAPTURED, distance_m=1e-6))
     found = calibrate(known, Plan(effects=("tracker_scale",), weights="noise"))
-    scale = found.value("tracker_scale.measuring_system.scale")
-    assert scale == pytest.approx(2e-3, abs=4 * found.std[-1])
+    assert found.value("tracker_scale.measuring_system.scale") == pytest.approx(2e-3, abs=4 * found.std[-1])
     assert [row["sensor"] for row in as_json(found)["rows"]] == ["pose", "pose", "distances"]
 
 

@@ -75,8 +75,7 @@ def test_the_fit_weighed_by_noise_reaches_the_bound_of_cramer_and_rao() -> None:
     for _ in range(20):
         profile = seen["profile"] + POINT_M * rng.normal(size=seen["profile"].shape)
         shaken = Model(replace(model.dataset, points=replace(seen, columns={"profile": profile})))
-        problem = Problem.of(shaken, noise, parameters=model.parameters)
-        missed.append(solve(problem, truth[None]).x[0] - truth)
+        missed.append(solve(Problem.of(shaken, noise, parameters=model.parameters), truth[None]).x[0] - truth)
     squares = np.einsum("ni,ij,nj->n", missed, np.linalg.inv(bound), missed) / len(truth)
     assert squares.mean() == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / len(truth) / len(missed)))
     bias = np.mean(missed, axis=0) * np.sqrt(len(missed)) / np.sqrt(np.diag(bound))

@@ -27,7 +27,7 @@ from robolaser.simulation import CellOptions, Simulated, simulate
 
 def scanner(**options: object) -> Simulated:
     """On a UR10, its target somewhere."""
-    return simulate_as_asked(find_robot("ur10"), kind="stripe+camera", poses=15, placed=False, seed=1, **options)  # type: ignore[arg-type]
+    return simulate_as_asked(find_robot("ur10"), kind="stripe+camera", poses=15, placed=False, seed=1, **options)
 
 
 def with_nothing_given(dataset: Dataset) -> Dataset:
@@ -84,13 +84,11 @@ def test_in_a_session_the_camera_alone_may_see_the_board() -> None:
 
 def test_where_the_target_is_known_nothing_needs_to_be_given_either() -> None:
     placed = simulate(find_robot("panda"), kind="stripe+camera", poses=16, seed=2).dataset
-    found = calibrate(with_nothing_given(placed))
-    assert found.rms_m < 1e-6
+    assert calibrate(with_nothing_given(placed)).rms_m < 1e-6
 
 
 def test_both_have_the_parameters_of_one_camera(noisy: Simulated) -> None:
-    names = Model(noisy.dataset).parameters.names
-    assert set(names) == set(noisy.truth)
+    assert set(Model(noisy.dataset).parameters.names) == set(noisy.truth)
 
 
 @pytest.mark.parametrize("axis", ["u", "v"])
@@ -172,14 +170,9 @@ FEW = [one for one in EFFECTS if one.name in ("joint_offset", "link_geometry", "
 )
 def test_an_arm_that_is_off_is_told_from_a_laser_that_is_off(effects: dict[str, float], cause: str) -> None:
     made = simulate(
-        find_robot("scorbot_er7"),
-        kind="stripe+camera",
-        poses=16,
-        options=CellOptions(placed=False),
-        seed=2,
-        noise=Noise(pixel_px=0.1),
-        effects=effects,
-    )
+        find_robot("scorbot_er7"), kind="stripe+camera", poses=16, options=CellOptions(placed=False), seed=2,
+        noise=Noise(pixel_px=0.1), effects=effects,
+    )  # fmt: skip
     found = examine(made.dataset, FEW, seed=0)
     assert found.verdict == "explained"
     assert [(one.name, one.probability > 0.9) for one in found.classes] == [(cause, True)]
@@ -189,7 +182,6 @@ def test_an_arm_that_is_off_is_told_from_a_laser_that_is_off(effects: dict[str, 
 def test_where_too_few_corners_are_seen_to_tell_the_target_the_stripe_does(noisy: Simulated) -> None:
     """As in a sample of the rows: of a pose two corners, in more poses than show the stripe."""
     points = noisy.dataset.points
-    assert points.sensor is not None
     group = 2 * points.pose + points.sensor
     place = np.array([np.sum(group[:i] == number) for i, number in enumerate(group)])
     stripe = points.take((points.sensor == 0) & (points.pose > 0) & (place < 2))

@@ -58,8 +58,7 @@ def test_profiles_of_balls_that_poses_aim_at_leave_no_residual(mount: str) -> No
     np.testing.assert_allclose(apply(T_base_flange, tools), goals, atol=1e-12)
     points, good = sensor.new_poses.seen_from(values, T_base_flange)
     assert good.mean() > 0.5
-    there = Model(replace(made.dataset, points=points))
-    left = np.abs(there.residuals_at(values)).reshape(12, -1)
+    left = np.abs(Model(replace(made.dataset, points=points)).residuals_at(values)).reshape(12, -1)
     assert left[good].max() < 1e-9
 
 

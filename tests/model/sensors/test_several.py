@@ -1,7 +1,6 @@
 """Several sensors are one: their rows side by side, and each thing's parameters once."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.loading import load
-from robolaser.data.sensor_format import Mount
 from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis.pipeline import examine
@@ -44,13 +42,13 @@ def trackers() -> Dataset:
     return two_trackers()
 
 
-def test_trackers_stand_each_in_their_place_and_see_the_same_reflectors(trackers: Dataset) -> None:
+def test_trackers_stand_each_in_their_place_and_see_the_same_reflectors(trackers):
     names = Model(trackers).parameters.names
     assert {f"{name}.base.x" for name in ("left", "right")} <= set(names)
     assert [name for name in names if name.startswith("tool.0")] == ["tool.0.x", "tool.0.y", "tool.0.z"]
 
 
-def test_a_ball_in_a_socket_and_its_reflector_are_one() -> None:
+def test_a_ball_in_a_socket_and_its_reflector_are_one():
     names = Model(tracker_and_socket()).parameters.names
     assert names.count("tool.ball.x") == 1
     assert "base.x" in names
@@ -58,7 +56,7 @@ def test_a_ball_in_a_socket_and_its_reflector_are_one() -> None:
 
 
 @pytest.mark.parametrize("mount", ["flange", "base"])
-def test_each_of_two_cameras_has_a_published_frame_of_its_own(mount: Mount) -> None:
+def test_each_of_two_cameras_has_a_published_frame_of_its_own(mount):
     one = simulate(find_robot("ur10"), kind="camera", poses=6, seed=3).dataset
     other = replace(one, options=Mounting(mount), placed=mount == "flange")
     both = together(one, {"left": (one, one.points), "right": (other, one.points)})
@@ -66,34 +64,31 @@ def test_each_of_two_cameras_has_a_published_frame_of_its_own(mount: Mount) -> N
     values = {**model.parameters.values(model.parameters.nominal[None]), "right.hand_eye.x": np.ones(1)}
     here = in_cell(model.blocks, values, model.perturb(values))
     assert list(here.published) == ["camera_optical", "right_camera_optical"]
-    carried = here.flange if mount == "flange" else here.base
-    assert carried["right_camera_optical"][0, 3] == 1.0
+    assert (here.flange if mount == "flange" else here.base)["right_camera_optical"][0, 3] == 1.0
     assert here.flange["camera_optical"][0, 3] == values["left.hand_eye.x"][0]
 
 
-def test_the_camera_on_the_flange_is_found_behind_a_tracker() -> None:
+def test_the_camera_on_the_flange_is_found_behind_a_tracker():
     made = simulate(find_robot("ur10"), kind="camera", poses=6, seed=3).dataset
     tracked = simulate(find_robot("ur10"), kind="pose", poses=6, seed=3).dataset
-    both = together(made, {"tracker": (tracked, tracked.points), "camera": (made, made.points)})
-    model = Model(both)
-    here = in_cell(model.blocks, *model.at(model.parameters.nominal)[::2])
-    assert here.mount is not None
+    model = Model(together(made, {"tracker": (tracked, tracked.points), "camera": (made, made.points)}))
+    assert in_cell(model.blocks, *model.at(model.parameters.nominal)[::2]).mount is not None
 
 
-def test_what_is_shared_is_where_one_sensor_alone_puts_it(trackers: Dataset) -> None:
+def test_what_is_shared_is_where_one_sensor_alone_puts_it(trackers):
     alone, both = calibrate(trackers.sensors[0].data), calibrate(trackers)
     names = alone.model.parameters.names
     for name in (name for name in names if name.startswith("tool")):
         assert both.value(name) == pytest.approx(alone.value(name), abs=5 * alone.std[names.index(name)])
 
 
-def test_each_sensor_has_rows_of_its_own_in_the_result(trackers: Dataset) -> None:
+def test_each_sensor_has_rows_of_its_own_in_the_result(trackers):
     rows = as_json(calibrate(trackers))["rows"]
     assert [(row["sensor"], row["rows"], row["unit"]) for row in rows] == [("left", 60, "m"), ("right", 40, "m")]
     assert all(row["held_out_rms"] is not None for row in rows)
 
 
-def test_rotations_of_bodies_stay_angles_beside_what_others_measure() -> None:
+def test_rotations_of_bodies_stay_angles_beside_what_others_measure():
     noise = Noise(point_m=2e-5, angle_rad=1e-3)
     bodies = simulate(find_robot("ur10"), kind="pose", poses=20, noise=noise, seed=3).dataset
     shaken = bodies.points["xyz"] + 2e-5 * np.random.default_rng(0).standard_normal(bodies.points["xyz"].shape)
@@ -108,35 +103,30 @@ def test_rotations_of_bodies_stay_angles_beside_what_others_measure() -> None:
     assert as_json(found)["rms_m"] == pytest.approx(np.sqrt(squares / len(found.model.dataset.points)))
 
 
-def test_rms_m_is_that_of_the_objective_which_is_null_where_some_rows_are_pixels(trackers: Dataset) -> None:
+def test_rms_m_is_that_of_the_objective_which_is_null_where_some_rows_are_pixels(trackers):
     said = as_json(calibrate(trackers))
     assert said["rms_m"] == pytest.approx(np.sqrt(said["objective_m2"] / len(trackers.points)))
     scanner = simulate(find_robot("ur5"), kind="stripe+camera", poses=8, seed=3).dataset
     assert as_json(calibrate(scanner))["objective_m2"] is None
 
 
-def test_a_pose_is_held_out_with_all_that_every_sensor_saw_in_it(trackers: Dataset) -> None:
+def test_a_pose_is_held_out_with_all_that_every_sensor_saw_in_it(trackers):
     folds = assign_folds(Model(trackers), seed=1)
-    assert folds is not None
     pairs = set(zip(trackers.points.pose.tolist(), folds.of_row.tolist(), strict=True))
     assert len(pairs) == len(trackers.poses)
 
 
-def test_each_sensor_has_noise_of_its_own(trackers: Dataset) -> None:
-    members = (
-        trackers.members[0],
-        replace(trackers.members[1], data=replace(trackers.members[1].data, noise=Noise())),
-    )
+def test_each_sensor_has_noise_of_its_own(trackers):
+    members = (trackers.members[0], replace(trackers.members[1], data=replace(trackers.members[1].data, noise=Noise())))
     errors = 1e-3 * np.random.default_rng(2).standard_normal((len(trackers.points), 3))
     loud = trackers.points["xyz"] + errors * (trackers.points.sensor == 1)[:, None]
     dataset = replace(trackers, members=members, points=replace(trackers.points, xyz=loud))
-    model = Model(dataset)
-    noise = noise_of(model, calibrate(dataset).x)
+    noise = noise_of(Model(dataset), calibrate(dataset).x)
     assert noise.sigmas["left.point"] == 2e-5
     assert noise.sigmas["right.point"] == pytest.approx(1e-3, rel=0.25)
 
 
-def test_a_higher_radial_term_is_of_the_order_that_each_sensors_own_lens_lacks() -> None:
+def test_a_higher_radial_term_is_of_the_order_that_each_sensors_own_lens_lacks():
     scanner, camera = (
         simulate(find_robot("ur10"), kind=kind, poses=8, seed=1).dataset for kind in ("stripe", "camera")
     )
@@ -150,7 +140,7 @@ def test_a_higher_radial_term_is_of_the_order_that_each_sensors_own_lens_lacks()
     np.testing.assert_allclose(stretched[eyes], 1e7 * r**6 / CORNER_M**2)
 
 
-def test_a_joint_that_is_off_is_found_by_all_sensors_together() -> None:
+def test_a_joint_that_is_off_is_found_by_all_sensors_together():
     found = examine(two_trackers(40, effects={"backlash:elbow_joint": 0.003}), seed=0)
     assert [(str(one.candidate_effect), one.probability > 0.9) for one in found.findings] == [
         ("backlash at elbow_joint", True)
@@ -172,7 +162,7 @@ def two_scanners() -> tuple[Dataset, Dataset]:
     )
 
 
-def test_effects_read_the_values_of_the_scanner_that_they_act_on(two_scanners: tuple[Dataset, Dataset]) -> None:
+def test_effects_read_the_values_of_the_scanner_that_they_act_on(two_scanners):
     one, both = two_scanners
     angle = both.parameters["right.theta"]
     turned = replace(angle, nominal=angle.nominal + 0.01)
@@ -180,19 +170,16 @@ def test_effects_read_the_values_of_the_scanner_that_they_act_on(two_scanners: t
     rights = both.points.sensor == 1
     run, alone = Model(both).run, Model(one).run
     np.testing.assert_array_equal(run.laser_angle, np.where(rights, turned.nominal, angle.nominal))
-    even = one.points.pose % 2 == 0
-    np.testing.assert_allclose(run.tilt[~rights], alone.tilt[even])
+    np.testing.assert_allclose(run.tilt[~rights], alone.tilt[(one.points.pose % 2 == 0)])
 
 
-def test_an_arm_is_diagnosed_with_two_stripe_scanners(two_scanners: tuple[Dataset, Dataset]) -> None:
+def test_an_arm_is_diagnosed_with_two_stripe_scanners(two_scanners):
     kinds = [kind for kind in EFFECTS if kind.name in ("backlash", "laser_curvature", "stripe_bias")]
     found = examine(two_scanners[1], kinds, seed=0)
     assert [str(one.candidate_effect) for one in found.findings] == ["backlash at elbow_joint"]
 
 
-def test_two_stripe_scanners_share_a_camera_only_where_both_name_it(
-    two_scanners: tuple[Dataset, Dataset], tmp_path: Path
-) -> None:
+def test_two_stripe_scanners_share_a_camera_only_where_both_name_it(two_scanners, tmp_path):
     save(two_scanners[1], tmp_path)
     file = tmp_path / "dataset.toml"
     text, _, _ = file.read_text().partition("[parameters]")
@@ -204,7 +191,7 @@ def test_two_stripe_scanners_share_a_camera_only_where_both_name_it(
     assert [one.camera for one in load(tmp_path).members] == ["camera", "camera"]
 
 
-def test_what_is_written_reads_the_same(trackers: Dataset, tmp_path: Path) -> None:
+def test_what_is_written_reads_the_same(trackers, tmp_path):
     save(trackers, tmp_path / "cell")
     again = load(tmp_path / "cell")
     assert [(one.name, one.file, one.data.kind) for one in again.members] == [
@@ -229,7 +216,7 @@ def test_what_is_written_reads_the_same(trackers: Dataset, tmp_path: Path) -> No
         ('kind = "point"', 'kind = "pointt"', "sensor left"),
     ],
 )
-def test_what_is_wrong_with_a_sensor_is_said(trackers: Dataset, tmp_path: Path, old: str, new: str, said: str) -> None:
+def test_what_is_wrong_with_a_sensor_is_said(trackers, tmp_path, old, new, said):
     save(trackers, tmp_path)
     file = tmp_path / "dataset.toml"
     file.write_text(file.read_text().replace(old, new, 1))
@@ -238,14 +225,14 @@ def test_what_is_wrong_with_a_sensor_is_said(trackers: Dataset, tmp_path: Path, 
     assert said in str(caught.value)
 
 
-def test_points_of_one_sensor_may_not_be_missing(trackers: Dataset, tmp_path: Path) -> None:
+def test_points_of_one_sensor_may_not_be_missing(trackers, tmp_path):
     save(trackers, tmp_path)
     (tmp_path / "right.csv").unlink()
     with pytest.raises(DataError, match=r"right\.csv"):
         load(tmp_path)
 
 
-def test_an_unknown_parameter_is_an_error(trackers: Dataset, tmp_path: Path) -> None:
+def test_an_unknown_parameter_is_an_error(trackers, tmp_path):
     save(trackers, tmp_path)
     file = tmp_path / "dataset.toml"
     file.write_text(file.read_text() + "\n[parameters]\nwrong.base.x = { nominal = 0, lower = -1, upper = 1 }\n")
@@ -253,7 +240,7 @@ def test_an_unknown_parameter_is_an_error(trackers: Dataset, tmp_path: Path) -> 
         Model(load(tmp_path)).parameters  # noqa: B018 - asked for what it raises
 
 
-def test_errors_are_of_the_sensor_of_that_name_although_another_is_of_that_kind() -> None:
+def test_errors_are_of_the_sensor_of_that_name_although_another_is_of_that_kind():
     eye = simulate("ur5", kind="camera", poses=20, points=20, noise=Noise(pixel_px=0.1), seed=1).dataset
     there = eye.flange()[:, :3, :3] @ (0.05, 0.02, 0.1) + eye.flange()[:, :3, 3]
     shaken = there + 3e-5 * np.random.default_rng(0).standard_normal(there.shape)
@@ -264,7 +251,7 @@ def test_errors_are_of_the_sensor_of_that_name_although_another_is_of_that_kind(
     assert of_each[1].rms < 1e-4
 
 
-def test_a_distance_between_points_that_one_of_two_sensors_sees_is_known(tmp_path: Path) -> None:
+def test_a_distance_between_points_that_one_of_two_sensors_sees_is_known(tmp_path):
     made = two_trackers(8)
     one, other = "0", "2"  # which `right` does not see
 
@@ -281,7 +268,7 @@ def test_a_distance_between_points_that_one_of_two_sensors_sees_is_known(tmp_pat
     assert abs(apart(held) - stated) < 2e-3
 
 
-def test_a_tracker_that_turns_during_the_run_is_where_the_gap_lies(trackers: Dataset) -> None:
+def test_a_tracker_that_turns_during_the_run_is_where_the_gap_lies(trackers):
     right = trackers.sensor_of_row == 1
     turned = np.array(trackers.points.xyz)
     angle = 4e-4 * trackers.points.pose[right] / len(trackers.poses)
@@ -293,7 +280,7 @@ def test_a_tracker_that_turns_during_the_run_is_where_the_gap_lies(trackers: Dat
     assert examine(trackers, few, seed=0).verdict == "no_gap"
 
 
-def test_a_sensor_that_saw_nothing_is_named(trackers: Dataset) -> None:
+def test_a_sensor_that_saw_nothing_is_named(trackers):
     nothing = replace(trackers, points=trackers.points.take(trackers.sensor_of_row == 0))
     with pytest.raises(DataError, match=r"right\.csv has no rows: sensor right saw nothing"):
         calibrate(nothing)

@@ -1,10 +1,14 @@
-"""Start values of a tracker are found whatever the frames."""
+"""Start values of a tracker are found whatever the frames, and all of its reflectors, however many."""
 
 import numpy as np
 import pytest
 
+from robolaser import calibrate
+from robolaser.data.stated_noise import Noise
 from robolaser.geometry.rigid_motion import apply, exp_so3, pose
 from robolaser.model.sensors.tracker_fit import base_and_tools
+from robolaser.robot.by_name import find_robot
+from robolaser.simulation import simulate
 
 
 def seen(rng: np.random.Generator, *, poses: int, tools: int, turn: float = 2.0, noise: float = 0.0):
@@ -48,3 +52,15 @@ def test_candidates_are_fitted_side_by_side():
     for i, one in enumerate(flanges):
         for all_of_them, alone in zip(together, base_and_tools(measured[None], one[None], tool), strict=True):
             np.testing.assert_allclose(all_of_them[i], alone[0], atol=1e-9)
+
+
+@pytest.mark.parametrize("reflectors", [1, 4, 9])
+def test_every_reflector_of_a_tracker_is_calibrated(reflectors: int) -> None:
+    made = simulate(
+        find_robot("scorbot_er7"), kind="point", poses=60, points=reflectors, noise=Noise(point_m=1e-5), seed=3
+    )
+    found = calibrate(made.dataset).calibration
+    assert len(found.x) == 6 + 3 * reflectors
+    truth = np.array([made.truth[name] for name in found.model.parameters.names])
+    places = [i for i, name in enumerate(found.model.parameters.names) if name.startswith("tool.")]
+    np.testing.assert_allclose(found.x[places], truth[places], atol=3e-5)

@@ -58,6 +58,5 @@ def test_a_hail_of_changes_from_many_threads_ends_where_the_last_one_says(app):
 
 def test_a_viewer_starts_and_stops_in_silence(capfd):
     """So that `robolaser view --json` prints JSON alone."""
-    app = ViewerApp((nominal_cell(dataset(poses=4)),))
-    app.stop()
+    ViewerApp((nominal_cell(dataset(poses=4)),)).stop()
     assert capfd.readouterr().out == ""

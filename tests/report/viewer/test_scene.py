@@ -54,8 +54,7 @@ def test_the_arm_hangs_together_from_base_to_camera(model):
     frames = model.at_pose(3)
     np.testing.assert_allclose(frames.flange, model.flange[3])
     np.testing.assert_allclose(frames.camera, model.camera[3])
-    robot = model.dataset.robot
-    np.testing.assert_allclose(frames.joints[-1] @ robot.end, frames.flange, atol=1e-12)
+    np.testing.assert_allclose(frames.joints[-1] @ model.dataset.robot.end, frames.flange, atol=1e-12)
 
 
 def test_sliders_at_a_poses_angles_give_that_pose(models):
