@@ -39,7 +39,7 @@ from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select, unless_one_does_it
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
-from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, ROUNDS
+from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, LEFT_BY_IMITATION, ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Judgement, judged
 from robolaser.diagnosis.wrong_input import at_other_poses, mispaired
@@ -234,13 +234,14 @@ def _of_imitated(
 ) -> tuple[Judgement, list[Localization]]:
     """The judgement without the effects of a model, which only imitate a cause, and the locations of the error.
 
-    What these effects predict on new poses is neither noise nor scatter: it is at their sites.
+    If they predict most of the error on new poses, this is neither noise nor scatter: it is at their sites.
     """
     left = localize(start)
     judgement = judged(preparation, data, start, start, left, held_out, seed)
     scatter, sites = judgement.scatter, explained_sites(start, imitating, evidence, 1)
     is_noise = judgement.verdict == "no_gap" or (scatter is not None and scatter.where == sites[0].site)
-    if not is_noise or not held_out.lowers(start, imitating):
+    leaves = (held_out.gap(imitating) / held_out.gap(start)) ** 2
+    if not is_noise or leaves > LEFT_BY_IMITATION or not held_out.lowers(start, imitating):
         return judgement, left
     return Judgement("unexplained", found.noise, gap_of(start, start, found.noise, held_out, seed)), sites
 
