@@ -88,7 +88,7 @@ def read_json(path: Path) -> Any:
         return msgspec.json.decode(read_text(path))
     except RecursionError:
         reason = "it is not JSON that can be read: it is nested too deeply"
-    except ValueError as error:
+    except (ValueError, msgspec.MsgspecError) as error:
         reason = f"it is not JSON ({error})"
     raise unreadable(path, reason)
 
