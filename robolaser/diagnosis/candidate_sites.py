@@ -63,7 +63,7 @@ def sites(fit: Fit) -> tuple[Site, ...]:
 def _sites(fit: Fit) -> Iterator[Site]:
     dataset = fit.model.dataset
     derivatives, run = stage_derivatives(fit), fit.model.run
-    in_run = tuple(smoothed(of_run(run)))
+    in_run = *smoothed(of_run(run)), *smoothed(of_run(run), FINE)  # what sways does so in several waves
     yield from _of_joints(fit, derivatives, in_run)
     yield from (site for site in of_several_joints(fit) if site.coordinate == FORCE)
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
@@ -76,7 +76,7 @@ def _sites(fit: Fit) -> Iterator[Site]:
                 yield Site(f"{sensor.name}.measuring_system", coordinate, moved, basis, poses)
     for coordinate, basis in (*in_run, *smoothed(overturning(run), SMOOTH_LOAD)):
         yield Site("base", coordinate, base, basis, poses)
-    for coordinate, basis in (*in_run, *smoothed(of_run(run), FINE)):  # a stand sways, also in several waves
+    for coordinate, basis in in_run:
         yield Site("base", coordinate, base[:, :3], basis, poses)
     carried = derivatives.by_motion(Stage.FLANGE) * motion
     loose = [(one.name, smooth(one.values, most=SLACK)) for one in hanging(run)]
