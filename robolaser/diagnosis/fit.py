@@ -124,19 +124,24 @@ class Fit:
         """Squared length of each row's whitened residuals, (m,)."""
         return np.asarray(np.square(self.at.white.reshape(len(self.model.dataset.points), -1)).sum(axis=1))
 
-    @property
+    @cached_property
+    def pose_squares(self) -> Array:
+        """Sum of the squared errors of each pose's rows, (n,) [m²]."""
+        squares = np.square(self.model.in_metres(self.x, self.at.plain)).sum(axis=1)
+        pose, poses = self.model.dataset.points.pose, len(self.model.dataset.poses)
+        return np.asarray(np.bincount(pose, squares, minlength=poses), np.float64)
+
+    @cached_property
     def spread(self) -> float:
         """Unevenness of the error over the rows, or over the poses where it is larger, see `spread_of`.
 
         Poses count by their errors in metres: scatter that was estimated from a few which are far off whitens these.
         """
         numbers, pose = self.model.blocks.row_numbers, self.model.dataset.points.pose
-        plain = np.square(self.model.in_metres(self.x, self.at.plain)).sum(axis=1)
         of_rows = self.noise.at({source.name: 0.0 for source in self.noise.sources_of_poses})
-        relative = plain * (numbers.mean() / (self.size_of(of_rows) or self.size_of(self.noise)) ** 2)
+        relative = self.pose_squares * (numbers.mean() / (self.size_of(of_rows) or self.size_of(self.noise)) ** 2)
         there, count = np.unique(pose), np.bincount(pose, numbers).astype(np.int64)
-        of_poses = np.asarray(np.bincount(pose, relative), np.float64)
-        return max(spread_of(self.row_squares, numbers), spread_of(of_poses[there], count[there]))
+        return max(spread_of(self.row_squares, numbers), spread_of(relative[there], count[there]))
 
     @cached_property
     def _profile(self) -> tuple[float, float]:

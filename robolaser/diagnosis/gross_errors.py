@@ -76,11 +76,10 @@ def _uneven(final: Fit) -> str:
 
 def _worst_poses(final: Fit) -> list[str]:
     """The fewest poses that hold most of the squared error, the worst first."""
-    poses, pose = final.model.dataset.poses, final.model.dataset.points.pose
-    squares = np.bincount(pose, np.square(final.model.in_metres(final.x, final.at.plain)).sum(axis=1))
+    squares, names = final.pose_squares, final.model.dataset.poses.names
     order = np.argsort(-squares)
     most = np.searchsorted(np.cumsum(squares[order]), EVEN * squares.sum()) + 1
-    return [poses.names[i] for i in order[:most]]
+    return [names[i] for i in order[:most]]
 
 
 def _beyond_stated(noise: NoiseModel) -> str:

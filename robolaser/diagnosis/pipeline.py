@@ -238,10 +238,12 @@ def _of_imitated(
     """
     left = localize(start)
     judgement = judged(preparation, data, start, start, left, held_out, seed)
-    scatter, sites = judgement.scatter, explained_sites(start, imitating, evidence, 1)
-    is_noise = judgement.verdict == "no_gap" or (scatter is not None and scatter.where == sites[0].site)
-    leaves = (held_out.gap(imitating) / held_out.gap(start)) ** 2
+    scatter, leaves = judgement.scatter, (held_out.gap(imitating) / held_out.gap(start)) ** 2
+    is_noise = judgement.verdict == "no_gap" or scatter is not None
     if not is_noise or leaves > LEFT_BY_IMITATION or not held_out.lowers(start, imitating):
+        return judgement, left
+    sites = explained_sites(start, imitating, evidence, 1)
+    if scatter and scatter.where != sites[0].site:
         return judgement, left
     return Judgement("unexplained", found.noise, gap_of(start, start, found.noise, held_out, seed)), sites
 

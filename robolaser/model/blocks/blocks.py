@@ -244,7 +244,7 @@ class Blocks:
         rows, noise = {}, self.dataset.noise
         for block in self:
             for one, other, distance in block.sensor.dataset.distances_m:
-                first, second = _place(block, one), _place(block, other)
+                first, second = _coordinate_names(block, one), _coordinate_names(block, other)
                 if first and second:
                     rows[first, second], noise = distance, block.sensor.dataset.noise
         if not rows:
@@ -278,7 +278,7 @@ class Blocks:
         return self.together(known, axis) if len(known) == len(parts) else None
 
 
-def _place(block: Block, point: str) -> tuple[str, ...]:
+def _coordinate_names(block: Block, point: str) -> tuple[str, ...]:
     """The problem's names of a named point's coordinates; none where it has no such point."""
     own = (f"{block.sensor.format.named_points}.{point}.{part}" for part in "xyz")
     return tuple(block.named[name] for name in own if name in block.named)
