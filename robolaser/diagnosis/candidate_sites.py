@@ -26,6 +26,7 @@ Basis = tuple[str, Array]
 """Name of a coordinate of poses, and its basis functions, (n, p)."""
 FORCE = "force at the flange"  # the coordinate of an external force at the flange
 SEVERAL = 2  # least number of joints for a common cause
+PER_LENGTH = 3  # least distinct values of a coordinate for each correlation length of waves: fewer may be chance
 SLACK = 10  # most basis functions that locate something loose, which its weight moves from side to side
 DENTS = 80  # most basis functions that locate dents in a target
 
@@ -63,7 +64,8 @@ def sites(fit: Fit) -> tuple[Site, ...]:
 def _sites(fit: Fit) -> Iterator[Site]:
     dataset = fit.model.dataset
     derivatives, run = stage_derivatives(fit), fit.model.run
-    in_run = *smoothed(of_run(run)), *smoothed(of_run(run), FINE)  # what sways does so in several waves
+    waved = [one for one in of_run(run) if FINE * len(np.unique(one.values)) >= PER_LENGTH]  # what sways has waves
+    in_run = *smoothed(of_run(run)), *smoothed(waved, FINE)
     yield from _of_joints(fit, derivatives, in_run)
     yield from (site for site in of_several_joints(fit) if site.coordinate == FORCE)
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]

@@ -10,7 +10,7 @@ from robolaser.errors import DataError
 from robolaser.estimation.certainty import EVEN
 from robolaser.motion.checking import comparable
 from robolaser.motion.cut_off import cut_rows, cuts
-from robolaser.motion.effect import At, MotionEffect, RowKind
+from robolaser.motion.effect import UNKNOWN, At, MotionEffect, RowKind
 from robolaser.motion.effects.dynamics import TORQUE_CONSTANT
 from robolaser.motion.effects.servo import CLOCK, ONE_CLOCK_S, is_one_clock
 from robolaser.motion.effects.unknown import FUNCTIONS
@@ -155,7 +155,7 @@ def _tracking(
         "tracking", "rad", root_mean_squares(ideal), before, then, np.minimum(floor, MOST_NOISE_RAD), len(log)
     )
     enough = np.full(len(log.joints), FOLLOWS_RAD)
-    tested = tuple(at for each in candidates for at in each)
+    tested = tuple(at for each in candidates for at in each if at.effect.cause != UNKNOWN)
     return KindDiagnosis(gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
 
 
@@ -270,7 +270,8 @@ def _linear(
     ]
     gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor, len(of.q))
     remarks = tuple(map(str, limits))
-    return KindDiagnosis(gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough, cut, remarks)
+    tested = tuple(at for at in candidates if at.effect.cause != UNKNOWN)
+    return KindDiagnosis(gap, tested, tuple(findings), of.run, ideal, after, places, enough, cut, remarks)
 
 
 def _left(after: Array, white: Array, patterns: Patterns, names: Sequence[str]) -> tuple[Array, dict[str, str]]:
