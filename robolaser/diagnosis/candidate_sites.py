@@ -11,7 +11,15 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.path_velocities import known_velocities
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import smooth, smoothed
-from robolaser.diagnosis.pose_coordinates import angle_of, hanging, motion_of, of_run, overturning, torque_of
+from robolaser.diagnosis.pose_coordinates import (
+    LEAST_TORQUE_NM,
+    angle_of,
+    hanging,
+    motion_of,
+    of_run,
+    overturning,
+    torque_of,
+)
 from robolaser.diagnosis.stage_derivatives import StageDerivatives, stage_derivatives
 from robolaser.diagnosis.thresholds import DENT, FINE, MAX_DISTORTION_PX, SMOOTH_LOAD, SMOOTH_POSTURE
 from robolaser.estimation.noise_estimate import LEVER_M
@@ -78,6 +86,12 @@ def _sites(fit: Fit) -> Iterator[Site]:
                 yield Site(f"{sensor.name}.measuring_system", coordinate, moved, basis, poses)
     for coordinate, basis in (*in_run, *smoothed(overturning(run), SMOOTH_LOAD)):
         yield Site("base", coordinate, base, basis, poses)
+    for moment in overturning(run):  # a stand tilts about it, in proportion or not, and not alike to all sides
+        size = np.linalg.norm(moment.values, axis=1, keepdims=True)
+        about = (moment.values / np.maximum(size, LEAST_TORQUE_NM))[poses]
+        tilted = np.einsum("kd,kd->k", derivatives.base(np.zeros(3))[:, 3:], about)[:, None]
+        for basis in (smooth(size), smooth(moment.values)):
+            yield Site("base", moment.name, tilted, basis, poses)
     for coordinate, basis in in_run:
         yield Site("base", coordinate, base[:, :3], basis, poses)
     carried = derivatives.by_motion(Stage.FLANGE) * motion
@@ -125,6 +139,10 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis])
         yield Site("timing", "velocity", late, constant, poses)
         for coordinate, basis in in_run:
             yield Site("timing", coordinate, late, basis, poses)
+        if (pixel := fit.model.dataset.points.pixel) is not None:  # a rolling shutter
+            rows = fit.noise.correlate(late.T).reshape(1, len(pixel), -1)
+            later = (pixel - pixel.mean(axis=0)).T[:, :, None] / np.ptp(pixel, axis=0).max()
+            yield _of_rows("timing", "image position", fit.noise.whiten(rows * later).T)
 
 
 def of_several_joints(fit: Fit) -> Iterator[Site]:

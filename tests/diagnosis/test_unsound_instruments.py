@@ -311,3 +311,23 @@ def test_of_a_camera_that_turns_neither_bracket_nor_camera_is_certain():
     assert found.verdict == "explained"
     assert probabilities.keys() <= {"camera", "mount"}
     assert probabilities.get("camera", 0.0) < 0.95
+
+
+def test_a_shutter_that_rolls_over_the_image_of_a_moving_camera_is_an_unknown_timing_and_no_scatter():
+    """Each row of the image is exposed later than the one above it."""
+    at_once, later = (
+        simulate(
+            find_robot("ur5"), kind="camera", poses=16, points=12, noise=NOISE, options=UNPLACED, effects=late, seed=6
+        )
+        for late in ({"latency": 0.0}, {"latency": 0.015})
+    )
+    seen = at_once.dataset.points
+    share = seen["pixel"][:, [1]] / 960.0
+    rolled = replace(seen, pixel=seen["pixel"] + share * (later.dataset.points["pixel"] - seen["pixel"]))
+    found = examine(replace(at_once.dataset, points=rolled), seed=0)
+    assert (found.verdict, found.where[0].site, found.where[0].coordinate) == (
+        "unexplained",
+        "timing",
+        "image position",
+    )
+    assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]

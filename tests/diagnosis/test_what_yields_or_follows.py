@@ -3,11 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pinocchio
 import pytest
 from worlds import kinds
 
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
+from robolaser.geometry.rigid_motion import from_angles
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 from robolaser.trials.building import Ranges, build
@@ -102,3 +104,25 @@ def test_what_yields_to_the_load_of_another_joint_is_an_unknown_cause_that_depen
     found = examine(replace(made, poses=replace(poses, q=q)), ELASTIC + FOLLOWING, seed=0)
     assert [one.name for one in found.classes] == ["unknown"]
     assert (found.where[0].site, found.where[0].coordinate) == ("wrist_1_joint", "gravity torque at elbow_joint")
+
+
+@pytest.mark.parametrize("lifts", [True, False], ids=["a plate that lifts", "three feet"])
+def test_a_stand_that_does_not_yield_alike_to_all_loads_is_an_unknown_cause_at_the_base(lifts):
+    """It leans to where the arm's weight is: beyond a preload alone, or three times as far between two of its feet."""
+    made = simulate(find_robot("ur5"), kind="point", poses=40, noise=Noise(point_m=3e-5), seed=2)
+    model = pinocchio.buildModelFromXML(made.dataset.robot.urdf)
+    data = model.createData()
+    weight = np.array([pinocchio.centerOfMass(model, data, q).copy() for q in made.dataset.poses.q]) * [1.0, 1.0, 0.0]
+    out = np.linalg.norm(weight, axis=1, keepdims=True)
+    azimuth = np.arctan2(weight[:, [1]], weight[:, [0]])
+    angle = 6e-3 * np.maximum(out - np.median(out), 0.0) if lifts else 1e-3 * out * (2.0 + np.cos(3.0 * azimuth))
+    turn = (angle * np.cross([0.0, 0.0, 1.0], weight / out))[made.dataset.points.pose]
+    R = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))
+    measured = made.dataset.points["xyz"]
+    from_base = (measured - [made.truth[f"base.{axis}"] for axis in "xyz"]) @ R
+    leant = measured + np.cross(turn, from_base) @ R.T
+    seen = replace(made.dataset, points=replace(made.dataset.points, xyz=leant))
+    found = examine(seen, ELASTIC + kinds("link_geometry", "joint_offset"), seed=0)
+    assert {one.name: one.probability for one in found.classes}["unknown"] > 0.8
+    assert not [one for one in found.findings if one.probability > 0.9]
+    assert (found.where[0].site, found.where[0].coordinate) == ("base", "overturning moment")
