@@ -228,8 +228,11 @@ def probable_remainder(
     classes: Sequence[CauseClass],
     left: list[Localization],
 ) -> list[Localization]:
-    """Locations of the remaining gap in the model without effects that, like their class, are unlikely."""
+    """Locations of the remaining gap in the model without effects that are unlikely, like their class, or where most remains.
+
+    A second cause at one location is far less likely: what remains there is then the whole cause.
+    """
     likely = {one.name for one in classes if one.probability >= EVEN}
     doubted = [one.candidate_effect for one in evidence if one.probability < EVEN]
-    doubted = [one for one in doubted if class_of(one) not in likely]
+    doubted = [one for one in doubted if class_of(one) not in likely or one.where in {each.site for each in left[:1]}]
     return localize(refits.without(final, doubted)) if doubted else left

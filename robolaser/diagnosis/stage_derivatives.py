@@ -85,9 +85,13 @@ class StageDerivatives:
         """
         if (stage, joint) not in self._known:
             of_arm = stage in (Stage.JOINTS, Stage.LINKS)
-            moved = self._of_arm(stage, joint) if of_arm else self._by(stage, lambda value: value @ _motion(TWISTS))
+            moved = self._of_arm(stage, joint) if of_arm else self.of_body(stage)
             self._known[stage, joint] = moved
         return self._known[stage, joint]
+
+    def of_body(self, stage: Stage, of: Bools | None = None) -> Array:
+        """By shifts and turns of the body at the stage `FLANGE` or `MOUNT`, of the rows in the mask (m,), (K, 6)."""
+        return self._by(stage, lambda value: value @ _motion(TWISTS), of=of)
 
     def _of_arm(self, stage: Stage, joint: str) -> Array:
         """By motions of one joint, (K, 1), or link, (K, 6), through the six motions of the flange."""

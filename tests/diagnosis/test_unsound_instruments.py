@@ -256,6 +256,19 @@ def test_angles_that_are_biased_by_where_a_body_is_seen_from_are_no_noise_and_no
     assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
 
 
+def test_a_reflector_that_slips_in_its_nest_is_no_tool_that_was_clamped_anew():
+    made = simulate(find_robot("ur5"), kind="point", poses=30, noise=Noise(point_m=3e-5), seed=5)
+    points = made.dataset.points
+    slipped = np.where(np.arange(30)[:, None] < 18, 0.0, [6e-4, 8e-4, -6e-4])
+    alone = np.array([name == points.names[1] for name in points.names])[:, None]
+    xyz = np.where(alone, held_elsewhere(made, slipped).points["xyz"], points["xyz"])
+    seen = replace(made.dataset, points=replace(points, xyz=xyz))
+    found = examine(seen, kinds("mount_shift", "tool_drift", "base_shift"), seed=0)
+    assert (found.where[0].site, found.where[0].coordinate) == ("tool", f"time at {points.names[1]}")
+    assert "unknown" in {one.name for one in found.classes if one.probability > 0.5}
+    assert not [one for one in found.findings if one.probability > 0.5]
+
+
 @cache
 def filmed() -> Dataset:
     return simulate(
