@@ -86,12 +86,7 @@ def _sites(fit: Fit) -> Iterator[Site]:
                 yield Site(f"{sensor.name}.measuring_system", coordinate, moved, basis, poses)
     for coordinate, basis in (*in_run, *smoothed(overturning(run), SMOOTH_LOAD)):
         yield Site("base", coordinate, base, basis, poses)
-    for moment in overturning(run):  # a stand tilts about it, in proportion or not, and not alike to all sides
-        size = np.linalg.norm(moment.values, axis=1, keepdims=True)
-        about = (moment.values / np.maximum(size, LEAST_TORQUE_NM))[poses]
-        tilted = np.einsum("kd,kd->k", derivatives.base(np.zeros(3))[:, 3:], about)[:, None]
-        for basis in (smooth(size), smooth(moment.values)):
-            yield Site("base", moment.name, tilted, basis, poses)
+    yield from of_leaning(fit)
     for coordinate, basis in in_run:
         yield Site("base", coordinate, base[:, :3], basis, poses)
     carried = derivatives.by_motion(Stage.FLANGE) * motion
@@ -166,6 +161,17 @@ def of_several_joints(fit: Fit) -> Iterator[Site]:
         middle, turns = joints[several // 2], by_joint[:, :several]
         yield Site(middle, "posture", turns, posture, poses)
         yield Site(middle, FORCE, (levers[:, :, :several] * turns[:, None]).sum(axis=2), position, poses)
+
+
+def of_leaning(fit: Fit) -> Iterator[Site]:
+    """Sites of a stand that tilts about the moment of the arm's weight: not in proportion, or not alike to all sides."""
+    base = stage_derivatives(fit).base(np.zeros(3))[:, 3:]
+    for moment in overturning(fit.model.run):
+        size = np.linalg.norm(moment.values, axis=1, keepdims=True)
+        about = (moment.values / np.maximum(size, LEAST_TORQUE_NM))[fit.pose_of_number]
+        tilted = np.einsum("kd,kd->k", base, about)[:, None]
+        for basis in (smooth(size), smooth(moment.values, SMOOTH_POSTURE)):
+            yield Site("base", moment.name, tilted, basis, fit.pose_of_number)
 
 
 def _of_posture(q: Array) -> Array:

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.diagnosis.candidate_sites import of_several_joints, sites
+from robolaser.diagnosis.candidate_sites import of_leaning, of_several_joints, sites
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import rough, smooth
 from robolaser.diagnosis.localization import chance_ratio, function_ratio, likelihood_ratio
@@ -92,9 +92,10 @@ def _ratio(basis: Array, gradient: Array, own: Array, shared: Array) -> float:
 def posture_unknown_chi2(fit: Fit) -> float:
     """Chi-squared that a single smooth cause at several joints explains beyond the cost of its freedom.
 
-    It is a function of the posture for each of these joints, all of one size; or a force at the flange.
+    It is a function of the posture for each of these joints, all of one size; a force at the flange; or a stand that
+    leans.
     """
-    functions, several = RandomFunctions(fit), tuple(of_several_joints(fit))
+    functions, several = RandomFunctions(fit), (*of_several_joints(fit), *of_leaning(fit))
     return max((function_ratio(functions, site) for site in several), default=0.0)
 
 
