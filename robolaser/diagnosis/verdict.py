@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
+import numpy as np
+
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.diagnosis.findings import gap_of
 from robolaser.diagnosis.fit import Fit
@@ -37,6 +39,7 @@ class Evidence:
     has_effects: bool
     localized: float  # sum of the likelihood ratios of all sites of the remaining error
     estimated_m: float  # size of noise estimated from residuals alone [m]; centimetres mean that the model is wrong
+    scatter_m: float = 0.0  # size of the scatter of poses that was estimated [m]
     spread: float = 1.0  # unevenness of the error over the rows, see `spread_of`
     over_stated: float = 0.0  # largest ratio of estimated to stated row noise; 0 if none is stated
 
@@ -44,6 +47,7 @@ class Evidence:
     def of(cls, start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, noise: NoiseModel) -> "Evidence":
         """For a final model, from its remaining noise and gap."""
         known = [name for name in noise.sigmas if noise.origin.get(name, "stated") != "estimated"]
+        scatter_m2 = final.size_of(noise) ** 2 - final.size_of(_of_rows(noise)) ** 2
         return cls(
             gap=gap,
             expected_m=expected_gap(final, noise),
@@ -51,15 +55,16 @@ class Evidence:
             has_effects=bool(final.effects),
             localized=sum(one.likelihood_ratio for one in left),
             estimated_m=final.size_of(noise.at(dict.fromkeys(known, 0.0))),
+            scatter_m=np.sqrt(max(scatter_m2, 0.0)),
             spread=final.spread,
             over_stated=over_stated(noise),
         )
 
     @property
     def is_noise(self) -> bool:
-        """Whether the row noise estimated from residuals can be noise."""
+        """Whether the noise estimated from residuals can be noise: new poses show no less than the scatter of poses."""
         is_small = self.estimated_m < SETUP_RMS_M and self.over_stated < MOST_OVER_STATED
-        return is_small and self.spread < NO_NOISE
+        return is_small and max(self.spread, self.scatter_m / (self.gap.after_m or np.inf)) < NO_NOISE
 
     @property
     def is_near_floor(self) -> bool:
@@ -153,12 +158,17 @@ def _by_rows(final: Fit, verdict: str, noise: NoiseModel, gap: Gap) -> Judgement
     the estimated row noise is too large for noise, the stated one counts.
     """
     if verdict == "unexplained" and gap.noise_floor_m > gap.after_m:
-        of_poses = [source.name for source in noise.sources_of_poses]
-        noise = noise.at({name: 0.0 for name in of_poses if noise.origin.get(name) == "estimated"})
+        noise = _of_rows(noise)
         gap = _above(gap, final, noise)
     if verdict == "unexplained" and over_stated(noise) >= MOST_OVER_STATED:
         gap = _above(gap, final, as_stated(noise))
     return Judgement(verdict, noise, gap)
+
+
+def _of_rows(noise: NoiseModel) -> NoiseModel:
+    """Noise without the scatter of poses that was estimated."""
+    of_poses = [source.name for source in noise.sources_of_poses]
+    return noise.at({name: 0.0 for name in of_poses if noise.origin.get(name) == "estimated"})
 
 
 def _above(gap: Gap, final: Fit, noise: NoiseModel) -> Gap:

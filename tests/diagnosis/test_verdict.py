@@ -52,6 +52,12 @@ def test_noise_of_centimetres_that_nobody_stated_is_a_wrong_description_of_the_c
     assert judge(replace(CLEAN, estimated_m=0.011)) == judge(replace(EXPLAINED, estimated_m=0.011)) == "unexplained"
 
 
+def test_a_scatter_of_poses_twice_as_large_as_the_error_on_new_ones_is_no_noise():
+    """A lens with two states looks like scatter along the line of sight, which is then granted in all directions."""
+    assert judge(replace(CLEAN, scatter_m=1.9e-4)) == "no_gap"
+    assert judge(replace(CLEAN, scatter_m=2.1e-4)) == judge(replace(EXPLAINED, scatter_m=2.1e-4)) == "unexplained"
+
+
 @pytest.mark.parametrize("numbers", [2, 3])
 def test_rows_of_normal_noise_are_as_large_as_their_median_lets_expect_and_a_few_large_ones_are_no_noise(numbers):
     white = np.random.default_rng(0).standard_normal((20_000, numbers))
