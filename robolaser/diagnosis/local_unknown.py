@@ -90,13 +90,15 @@ def _ratio(basis: Array, gradient: Array, own: Array, shared: Array) -> float:
 
 
 def posture_unknown_chi2(fit: Fit) -> float:
-    """Chi-squared that a single smooth cause at several joints explains beyond the cost of its freedom.
+    """Chi-squared that a single smooth cause of the whole arm explains beyond the cost of its freedom.
 
-    It is a function of the posture for each of these joints, all of one size; a force at the flange; or a stand that
-    leans.
+    It is a function of the posture for each of several joints, all of one size; or a force at the flange; or a stand
+    that leans, which, as any cause at one place, is penalised for being outside the library.
     """
-    functions, several = RandomFunctions(fit), (*of_several_joints(fit), *of_leaning(fit))
-    return max((function_ratio(functions, site) for site in several), default=0.0)
+    prices = (of_several_joints, 0.0), (of_leaning, CHI2_OF_UNMODELLED_CAUSE)
+    priced = [(site, price) for sites_of, price in prices for site in sites_of(fit)]
+    functions = RandomFunctions(fit)
+    return max((function_ratio(functions, site) - price for site, price in priced), default=0.0)
 
 
 def probability_of_local_unknown(final: float, left: float, without: float, instead: float) -> float:

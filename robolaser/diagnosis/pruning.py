@@ -228,11 +228,14 @@ def probable_remainder(
     classes: Sequence[CauseClass],
     left: list[Localization],
 ) -> list[Localization]:
-    """Locations of the remaining gap in the model without effects that are unlikely, like their class, or where most remains.
+    """Locations of the remaining gap in the model without effects that, like their class, are unlikely.
 
-    A second cause at one location is far less likely: what remains there is then the whole cause.
+    An unlikely effect where most remains is left out, too, if that is still where most remains: it is then one cause.
     """
     likely = {one.name for one in classes if one.probability >= EVEN}
     doubted = [one.candidate_effect for one in evidence if one.probability < EVEN]
-    doubted = [one for one in doubted if class_of(one) not in likely or one.where in {each.site for each in left[:1]}]
-    return localize(refits.without(final, doubted)) if doubted else left
+    unlikely = [one for one in doubted if class_of(one) not in likely]
+    beside = localize(refits.without(final, unlikely)) if unlikely else left
+    own = [one for one in doubted if one not in unlikely and beside and one.where == beside[0].site]
+    whole = localize(refits.without(final, [*unlikely, *own])) if own else beside
+    return whole if whole and whole[0].site == beside[0].site else beside
