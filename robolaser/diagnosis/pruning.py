@@ -230,12 +230,14 @@ def probable_remainder(
 ) -> list[Localization]:
     """Locations of the remaining gap in the model without effects that, like their class, are unlikely.
 
-    An unlikely effect where most remains is left out, too, if that is still where most remains: it is then one cause.
+    Without all that are unlikely, if one of their sites explains most then: that is one cause, of a form that none of
+    them has. Placements have no form.
     """
     likely = {one.name for one in classes if one.probability >= EVEN}
     doubted = [one.candidate_effect for one in evidence if one.probability < EVEN]
+    formed = [one for one in doubted if one.effect.cause != GEOMETRY]
+    whole = localize(refits.without(final, formed)) if formed else []
+    if whole and whole[0].site in {one.where for one in formed}:
+        return whole
     unlikely = [one for one in doubted if class_of(one) not in likely]
-    beside = localize(refits.without(final, unlikely)) if unlikely else left
-    own = [one for one in doubted if one not in unlikely and beside and one.where == beside[0].site]
-    whole = localize(refits.without(final, [*unlikely, *own])) if own else beside
-    return whole if whole and whole[0].site == beside[0].site else beside
+    return localize(refits.without(final, unlikely)) if unlikely else left
