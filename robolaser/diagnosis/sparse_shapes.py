@@ -1,8 +1,8 @@
-"""Shapes with corners and few parameters outside the library: ramps, hysteresis, dents.
+"""Shapes of few parameters outside the library: ramps, hysteresis, two waves a turn, dents.
 
 A dead zone, a step or a corner of a function is a ramp between two knots; friction gives hysteresis, which follows its
-cause with play; a dent in a target is a Gaussian. Each shape costs as little as an effect, so that one that explains
-more than an effect is more than an inexact form of it.
+cause with play; an oval encoder disc errs twice a turn; a dent in a target is a Gaussian. Each shape costs as little as
+an effect, so that one that explains more than an effect is more than an inexact form of it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -90,6 +90,8 @@ def _of_joint(fit: Fit, joint: str) -> Iterator[Array]:
     run, time = fit.model.run, fit.model.dataset.poses.time_s
     coordinates = [one.values[:, 0] for one in (angle_of(run, joint), *torque_of(run, joint))]
     yield from map(ramps, coordinates)
+    if not run.robot.prismatic[run.robot.joints.index(joint)]:
+        yield waves(coordinates[0])
     if time is not None and np.ptp(run.progress) > 0:
         yield ramps(run.progress)
         yield from (plays(coordinate, np.argsort(time, kind="stable")) for coordinate in coordinates)
@@ -100,6 +102,11 @@ def ramps(coordinate: Array) -> Array:
     knots = np.linspace(coordinate.min(), coordinate.max(), KNOTS)
     first, last = (knots[some][:, None] for some in np.triu_indices(KNOTS, 1))
     return np.asarray(np.clip((coordinate - first) / np.maximum(last - first, 1e-300), 0.0, 1.0) - 0.5)
+
+
+def waves(angle: Array) -> Array:
+    """Functions of an angle (n,) with two periods a turn, as of an oval encoder disc, (s, n)."""
+    return np.asarray(np.cos(2.0 * angle - np.linspace(0.0, np.pi, KNOTS, endpoint=False)[:, None]))
 
 
 def plays(coordinate: Array, order: Ints) -> Array:

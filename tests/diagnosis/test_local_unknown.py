@@ -17,7 +17,7 @@ from robolaser.diagnosis.local_unknown import local_unknown_chi2, posture_unknow
 from robolaser.diagnosis.localization import localize
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.refits import PostureRivals, Refits
-from robolaser.diagnosis.sparse_shapes import dents, plays, ramps, sparse_shape_chi2
+from robolaser.diagnosis.sparse_shapes import dents, plays, ramps, sparse_shape_chi2, waves
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, FORM_SHARE
 from robolaser.model.effects.base_shift import BaseShift
 from robolaser.model.effects.effect import CandidateEffect
@@ -49,7 +49,7 @@ def unlike(function: np.ndarray, shapes: np.ndarray) -> float:
     return float(1.0 - np.square(cosines).max())
 
 
-def test_dead_zones_steps_corners_hysteresis_and_dents_are_sparse_shapes_and_a_wave_is_none() -> None:
+def test_dead_zones_steps_corners_hysteresis_dents_and_oval_discs_are_sparse_shapes_and_other_waves_are_none() -> None:
     rng = np.random.default_rng(3)
     x, places = rng.uniform(-1.0, 2.0, 60), rng.uniform(0.0, 0.4, (80, 2))
     for function in (np.clip((x - 0.5) / 0.3, -0.5, 0.5), np.where(x > 0.21, 1.0, 0.0), np.maximum(x - 0.4, 0.0)):
@@ -60,7 +60,8 @@ def test_dead_zones_steps_corners_hysteresis_and_dents_are_sparse_shapes_and_a_w
         followed.append(at)
     assert unlike(np.array(followed), plays(x, np.arange(60))) < 0.02
     assert unlike(np.exp(-0.5 * np.square((places - 0.11) / 0.05).sum(axis=1)), np.vstack(list(dents(places)))) < 0.05
-    assert unlike(np.sin(6.0 * x), np.vstack([ramps(x), plays(x, np.arange(60))])) > 0.3
+    assert unlike(np.sin(2.0 * x + 0.7), waves(x)) < 0.01
+    assert unlike(np.sin(6.0 * x), np.vstack([ramps(x), plays(x, np.arange(60)), waves(x)])) > 0.3
 
 
 def test_where_nothing_is_wrong_no_joint_has_a_function_of_unknown_form() -> None:
