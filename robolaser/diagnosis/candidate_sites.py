@@ -164,7 +164,7 @@ def of_several_joints(fit: Fit) -> Iterator[Site]:
 
 
 def of_leaning(fit: Fit) -> Iterator[Site]:
-    """Sites of a stand that tilts about the moment of the arm's weight: not in proportion, or not alike to all sides."""
+    """Sites of a stand that tilts about the moment of the arm's weight, in any proportion or not alike to all sides."""
     base = stage_derivatives(fit).base(np.zeros(3))[:, 3:]
     for moment in overturning(fit.model.run):
         size = np.linalg.norm(moment.values, axis=1, keepdims=True)
