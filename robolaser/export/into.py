@@ -246,8 +246,9 @@ def zeros_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) -> 
                 file=source,
             )
         calibration[joint]["homing_offset"] = after
-        degrees = math.degrees(offset)
-        remarks.append(f"{joint}: homing_offset {before} -> {after} ticks; its zero was wrong by {degrees:.2f}°")
+        doubt = "" if own[joint]["offset"].get("std") else ", which the data do not determine by themselves"
+        change = f"{joint}: homing_offset {before} -> {after} ticks"
+        remarks.append(f"{change}; its zero was wrong by {math.degrees(offset):.2f}°{doubt}")
     written = tuple((one["effect"], one["where"]) for one in effects if one["effect"] == "joint_offset")
     lacking = tuple((one["effect"], one["where"]) for one in effects if one["effect"] != "joint_offset")
     return Written(json.dumps(calibration, indent=4) + "\n", written, lacking, tuple(remarks))
