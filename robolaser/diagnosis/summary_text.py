@@ -71,7 +71,8 @@ def sentence(
 
 def scatters(scatter: PartScatter) -> str:
     """State the excess scatter of whole poses, and what to check."""
-    limit = "the stated repeatability" if scatter.is_stated else "is usual for arms"
+    stated_m = scatter.stated_m
+    limit = "is usual for arms" if stated_m is None else f"the stated repeatability of {millimetres(stated_m)}"
     if scatter.where == FLANGE:
         by = listed([_size(one.value, one.unit) for one in scatter.sizes.values() if one.value > one.limit])
         return (
