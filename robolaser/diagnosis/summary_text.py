@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from robolaser.calibration.exchanged_poses import exchanged
 from robolaser.diagnosis.cause_classes import class_of, of_model, unknown_instead
 from robolaser.diagnosis.cause_words import listed, members, named, noun, site_phrase
 from robolaser.diagnosis.localization import Localization
@@ -109,16 +110,6 @@ def exchanged_sentence(belongs: Mapping[int, int], names: Sequence[str]) -> str:
     if not belongs:
         return ""
     return f" {exchanged(belongs, names)}; this diagnosis uses them in the right order. Correct the data set."
-
-
-def exchanged(belongs: Mapping[int, int], names: Sequence[str]) -> str:
-    """A clause on exchanged poses, by the right pose of the rows of each and the names of all poses."""
-    text = [
-        f"{names[a]} and {names[b]} are exchanged" if belongs[b] == a else f"{names[a]} belong to pose {names[b]}"
-        for a, b in belongs.items()
-        if a < b or belongs[b] != a
-    ]
-    return f"The points (or images) of poses {listed(text)}"
 
 
 def transfer_sentences(validation: Sequence[Validation], *, has_effects: bool) -> str:
