@@ -41,9 +41,7 @@ def sentence(
         hindrance: Why no effect was searched for; empty otherwise.
     """
     if hindrance:
-        text = f"{hindrance} On new poses {_compared_with_noise(gap)}"
-        if not gap.is_held_out:
-            text = f"{hindrance} On these poses, none held out, {_with_noise(gap)}"
+        text = f"{hindrance} On new poses {_compared_with_noise(gap)}" if gap.is_held_out else hindrance
     elif verdict == "no_gap":
         text = f"There is no gap: on new poses {_compared_with_noise(gap)}"
     elif verdict == "explained":
