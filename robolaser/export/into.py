@@ -95,9 +95,8 @@ def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) ->
     bare = sorted({where for effect, where in lacking if effect in OF_ACTUATOR and where in there - driven})
     remarks = [f"{source} has no <position> actuator of {', '.join(bare)}: only such ones take effects of servos."]
     return Written(
-        ET.tostring(root, encoding="unicode") + "\n", written, lacking,
-        tuple(remarks) if bare and root.tag == "mujoco" else (),
-    )  # fmt: skip
+        markup.with_changes(text, root), written, lacking, tuple(remarks) if bare and root.tag == "mujoco" else ()
+    )
 
 
 IN_URDF: Final = {"damping": ("viscous_friction", "factor"), "friction": ("coulomb_friction", "torque")}
@@ -206,7 +205,8 @@ def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, An
                 f"{source}: {name} is {1e3 * shift:.3g} mm and {np.degrees(turn):.3g}° off its placement in the"
                 " calibrated arm. Is it another robot, or does it count its joints from other zeros?"
             )
-    return Written(with_placements(text, shared), written, tuple(pair for pair in pairs if pair not in written))
+    moved = {name: T for name, T in shared.items() if not np.array_equal(T, there[name])}
+    return Written(with_placements(text, moved), written, tuple(pair for pair in pairs if pair not in written))
 
 
 def _origins(robot: ET.Element, source: str) -> dict[str, Array]:
