@@ -130,6 +130,11 @@ def test_calibrate_says_why_an_effect_cannot_be_fitted(folder, asked, code, said
     assert said in capsys.readouterr().err
 
 
+def test_calibrate_asks_for_effects_where_none_is_named(folder, capsys, tmp_path):
+    assert main(["calibrate", str(folder / "log"), "--output", str(tmp_path / "out")]) == 0
+    assert "No effect was fitted. Name some with --with" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("typed", ["diagnose --validate {log}", "calibrate --weights noise", "calibrate --no-polish"])
 def test_an_option_that_only_measured_poses_have_is_refused_not_ignored(folder, typed, capsys, tmp_path):
     command, *options = typed.format(log=folder / "log").split()
