@@ -68,6 +68,8 @@ def test_diagnose_writes_what_the_schema_says_a_page_and_a_table_for_simulators(
         for one in written["effects"]
         for name, number in one["parameters"].items()
     }
+    deviations = [number["std"] for one in written["effects"] for number in one["parameters"].values()]
+    assert [float(row["std"]) for row in rows] == pytest.approx(deviations, rel=0.01)
     words = {row["effect"]: (row["isaac_lab"], row["ros"]) for row in rows}
     assert words["viscous_friction"][0].startswith("viscous_friction = ")
     assert words["viscous_friction"][1].startswith("URDF: <dynamics damping=")
