@@ -94,9 +94,9 @@ class Calibration:
 
     @property
     def undetermined_effects(self) -> tuple[str, ...]:
-        """Parameters of effects that the data cannot identify, and those on a bound."""
-        names = self.model.parameters.names
-        unclear = {name for group in self.unidentifiable for name in group.parameters}
+        """Parameters of effects that the data cannot identify, unless the gauge does, and those on a bound."""
+        names, groups = self.model.parameters.names, (group.parameters for group in self.unidentifiable)
+        unclear = {name for group in groups if not {*self.model.blocks.fixed} & {*group} for name in group}
         unclear |= {name for name, at in zip(names, self.on_bound, strict=True) if at}
         return tuple(name for name in self.model.effect_parameters.names if name in unclear)
 

@@ -88,10 +88,10 @@ def document(
         ],
         [
             Section("Warnings", [Notes(calibration.warnings, "warnings")]),
-            Section("What these data cannot determine", _undetermined(calibration, files)),
+            Section("What these data cannot determine", _undetermined(calibration)),
             Section("Parameters", _parameters(calibration)),
             files_section(files),
-            *([Section("Remarks", _remarks(calibration, files, folder))] if brief else _evidence(analysis)),
+            *([Section("Remarks", _remarks(calibration, folder))] if brief else _evidence(analysis)),
         ],
         footer=origin(dataset.source, dataset.licence),
     )
@@ -113,8 +113,8 @@ def _evidence(analysis: ErrorAnalysis) -> list[Section]:
     ]
 
 
-def _undetermined(calibration: Calibration, files: Sequence[Mapping[str, Any]]) -> list[Content]:
-    found: list[Content] = [Text(sentence) for sentence in _exported(calibration, files)]
+def _undetermined(calibration: Calibration) -> list[Content]:
+    found: list[Content] = [Text(sentence) for sentence in _exported(calibration)]
     if not calibration.unidentifiable:
         return found
     remedy = (
@@ -123,14 +123,14 @@ def _undetermined(calibration: Calibration, files: Sequence[Mapping[str, Any]]) 
     return [Notes([one.reason for one in calibration.unidentifiable]), Text(remedy, "quiet"), *found]
 
 
-def _exported(calibration: Calibration, files: Sequence[Mapping[str, Any]]) -> list[str]:
+def _exported(calibration: Calibration) -> list[str]:
     """A sentence on what exported files have for effects that the data do not determine, if any."""
     unclear, every = len(calibration.undetermined_effects), len(calibration.model.effect_parameters)
     sentence = (
         f"These data do not determine {unclear} of {every} parameters of effects by themselves. Exported files have the"
         " values nearest to nominal that fit nearly as well; `calibration.json` has those that fit best."
     )
-    return [sentence] if files and unclear else []
+    return [sentence] if unclear else []
 
 
 def _parameters(calibration: Calibration) -> list[Content]:
@@ -148,7 +148,7 @@ def _parameters(calibration: Calibration) -> list[Content]:
     ]
 
 
-def _remarks(calibration: Calibration, files: Sequence[Mapping[str, Any]], folder: Path | None) -> list[Content]:
+def _remarks(calibration: Calibration, folder: Path | None) -> list[Content]:
     """Undetermined parameters and the files for ROS, for the terminal."""
     groups = [one.parameters for one in calibration.unidentifiable]
     together = list(dict.fromkeys(", ".join(names) for names in groups if len(names) > 1))
@@ -156,7 +156,7 @@ def _remarks(calibration: Calibration, files: Sequence[Mapping[str, Any]], folde
     more = f"; and {len(together) - GROUPS} more groups, in the report" if len(together) > GROUPS else ""
     lines = [f"These data cannot separate: {'; '.join(together[:GROUPS])}{more}"] if together else []
     lines += [f"These data hardly determine: {', '.join(alone)}"] if alone else []
-    lines += _exported(calibration, files)
+    lines += _exported(calibration)
     if folder is not None and (folder / "static_transform.sh").exists():
         *others, last = (name for name in FOR_ROS if (folder / name).exists())
         lines.append(f"For ROS: {', '.join(others)} and {last} in {folder}")
