@@ -9,6 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Bools, Progress
 from robolaser.calibration.checks import check_orientations, check_poses, check_target, travel_warnings
+from robolaser.calibration.exchanged_poses import exchanged_warning
 from robolaser.calibration.initialization import find_start, no_finite_residuals
 from robolaser.calibration.misread import misread
 from robolaser.calibration.plan import Plan
@@ -45,7 +46,8 @@ def calibrate(
         check_orientations(model)
         found = calibrated(model, plan, state=state, resume=resume, progress=progress)
         other = misread(model, found.rms_m)
-        doubts = [warning for warning in (other and other.sentence, found.setup_warning) if warning]
+        suspicions = (other and other.sentence, exchanged_warning(found), found.setup_warning)
+        doubts = [warning for warning in suspicions if warning]
         return replace(found, warnings=(*doubts, *found.warnings), seconds=time.perf_counter() - began)
 
 

@@ -1,6 +1,6 @@
 """Exchanged images or poses: rows far off at their own poses that fit at each other's."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -8,9 +8,10 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.checks import SETUP_RMS_M
-from robolaser.calibration.misread import FALLS
-from robolaser.calibration.result import rms, rms_of_poses
+from robolaser.calibration.misread import FALLS, millimetres
+from robolaser.calibration.result import Calibration, rms, rms_of_poses
 from robolaser.data.dataset import Dataset
+from robolaser.estimation.plain_fit import fit
 from robolaser.model.forward_model import Model, of_data
 
 FAR: Final = 2.0
@@ -62,6 +63,30 @@ def belong_there(belongs: Mapping[int, int], model: Model, as_read_m: Array, mov
     moved = np.isin(model.dataset.points.pose, list(belongs))
     others = rms(moved_m[~moved])
     return others < SETUP_RMS_M and rms(moved_m[moved]) < min(FITS * others, rms(as_read_m[moved]) / FALLS)
+
+
+def exchanged_warning(found: Calibration) -> str:
+    """A sentence on exchanged poses, with the error without that; empty if there are none."""
+    model = found.model
+    if not (belongs := seem_exchanged(model, found.x, found.errors_m)):
+        return ""
+    right = Model(with_rows_at(model.dataset, belongs), model.effects)
+    x = fit(right, found.x)[1]
+    errors_m = right.in_metres(x, right.residuals(x[None])[0])
+    if not belong_there(belongs, model, found.errors_m, errors_m):
+        return ""
+    error = f"the error is {millimetres(rms(errors_m))} instead of {millimetres(found.rms_m)}"
+    return f"{exchanged(belongs, model.dataset.poses.names)}: with that corrected, {error}. Correct the data set."
+
+
+def exchanged(belongs: Mapping[int, int], names: Sequence[str]) -> str:
+    """A clause on exchanged poses, by the right pose of the rows of each and the names of all poses."""
+    text = [
+        f"{names[a]} and {names[b]} are exchanged" if belongs[b] == a else f"{names[a]} belong to pose {names[b]}"
+        for a, b in belongs.items()
+        if a < b or belongs[b] != a
+    ]
+    return f"The points (or images) of poses {', and '.join(text)}"
 
 
 def _errors_at_each_other(model: Model, x: Array, far: Ints) -> Array:

@@ -70,13 +70,13 @@ def misread(model: Model, rms_m: float) -> Misread | None:
     second = errors[~is_alike].min(initial=np.inf)
     if not np.isfinite(best) or best * FALLS > as_read or best * BEST > second:
         return None
-    instead = f" instead of {_millimetres(as_read)}" if np.isfinite(as_read) else ""
+    instead = f" instead of {millimetres(as_read)}" if np.isfinite(as_read) else ""
     fault, *others = dict.fromkeys(readings[i].fault for i in np.flatnonzero(is_alike).tolist())
     corrected_m = (errors * scales)[is_alike].min()
     either = "".join(f", or {other[0].lower()}{other[1:]}" for other in others)
     where = "one of the two" if others else found.where
     return Misread(
-        f"{fault}{either}: with that corrected, the error is {_millimetres(corrected_m)}{instead}. Correct {where}.",
+        f"{fault}{either}: with that corrected, the error is {millimetres(corrected_m)}{instead}. Correct {where}.",
         found.shift,
         float(1.0 - (best / as_read) ** 2),
     )
@@ -101,7 +101,8 @@ def _error(dataset: Dataset) -> float:
     return error if np.isfinite(error) else np.inf
 
 
-def _millimetres(length_m: float) -> str:
+def millimetres(length_m: float) -> str:
+    """A rough error with its unit."""
     return f"{1e3 * length_m:.0f} mm" if length_m >= 0.01 else f"{1e3 * length_m:.2g} mm"
 
 

@@ -93,6 +93,14 @@ class Calibration:
         return self.model.parameters.values(self.x[None])
 
     @property
+    def undetermined_effects(self) -> tuple[str, ...]:
+        """Parameters of effects that the data cannot identify, unless the gauge does, and those on a bound."""
+        names, groups = self.model.parameters.names, (group.parameters for group in self.unidentifiable)
+        unclear = {name for group in groups if not {*self.model.blocks.fixed} & {*group} for name in group}
+        unclear |= {name for name, at in zip(names, self.on_bound, strict=True) if at}
+        return tuple(name for name in self.model.effect_parameters.names if name in unclear)
+
+    @property
     def in_cell(self) -> InCell:
         """The sensors in the cell."""
         return in_cell(self.model.blocks, self.values, self.model.perturb(self.values))

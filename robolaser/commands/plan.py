@@ -70,6 +70,7 @@ def plan(
             raise UsageError(f"State --robot and --sensor, which {poses} does not contain.")
         dataset = _of_table(poses, robot, flange, sensor)
         _warn_of_collisions(dataset, terminal)
+    noise.refuse_unused(dataset)
     dataset = replace(dataset, noise=replace(dataset.noise, **noise.typed))
     terminal.warn(*dataset.warnings)
     found = examine_plan(dataset, points=points, mount=mount, seed=seed)

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, final
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
 from robolaser.commands.terminal import RESULT, PositiveOption, ResultFlag, Terminal, Typed
 from robolaser.errors import Interrupted, UsageError
@@ -22,11 +21,17 @@ if TYPE_CHECKING:
 ENDINGS = (".ply", ".pcd", ".las", ".e57")
 SIDE = re.compile(r"([^:]*):([^:]*)")
 LEAST_STEP_M = 1e-3  # a few times the tolerance of points on a plane
+MOST_M = 1.0  # larger numbers are millimetres
 
 
 def _cloud_file(_: Any, path: Path) -> None:
     if path.suffix.lower() not in ENDINGS:
         raise ValueError(f"Expected a name that ends with {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}.")
+
+
+def _length(_: Any, value: float | None) -> None:
+    if value is not None and not LEAST_STEP_M <= value <= MOST_M:
+        raise ValueError(f"Expected {LEAST_STEP_M:g} to {MOST_M:g} metres.")
 
 
 def region_of(text: str) -> "Array":
@@ -88,8 +93,8 @@ def scan(
     nominal: bool = False,
     kept: PointOptions = PointOptions(),
     plane: bool = False,
-    step: Annotated[float | None, Parameter(metavar="HEIGHT_M", validator=Number(gte=LEAST_STEP_M))] = None,
-    sphere: Annotated[PositiveOption | None, Parameter(metavar="RADIUS_M")] = None,
+    step: Annotated[float | None, Parameter(metavar="HEIGHT_M", validator=_length)] = None,
+    sphere: Annotated[float | None, Parameter(metavar="RADIUS_M", validator=_length)] = None,
     report: ResultFlag = False,
     force: ResultFlag = False,
     terminal: Terminal = Terminal(),
@@ -110,8 +115,8 @@ def scan(
         output: The cloud: binary .ply or .pcd, .las or .e57.
         nominal: Use the nominal parameters, from before the fit.
         plane: Measure the scatter of the points about the largest plane.
-        step: Measure a step of about this height, at least 0.001, on the largest plane.
-        sphere: Measure a sphere of about this radius.
+        step: Measure a step of about this height, 0.001 to 1 metres, on the largest plane.
+        sphere: Measure a sphere of about this radius, likewise.
         report: Write CLOUD.html beside it, with charts.
         force: Overwrite an earlier cloud.
     """

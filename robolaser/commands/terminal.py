@@ -8,13 +8,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
-from typing import Annotated, Never, final
+from typing import TYPE_CHECKING, Annotated, Never, final
 
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
 from robolaser.errors import UsageError
 from robolaser.report.printable import printable
+
+if TYPE_CHECKING:
+    from robolaser.data.dataset import Dataset
 
 RESULT = Group("Result", sort_key=1)  # the options on where a result is written
 Count = Annotated[int, Parameter(metavar="N", validator=Number(gte=1))]
@@ -121,6 +124,15 @@ class NoiseOptions:
     def typed(self) -> dict[str, float]:
         """The typed options."""
         return {name: value for name, value in vars(self).items() if value is not None}
+
+    def refuse_unused(self, dataset: "Dataset") -> None:
+        """Refuse typed options that no sensor of a data set has a use for."""
+        used = {"joint_rad"}
+        for columns in (one.data.format.columns for one in dataset.sensors):
+            used |= {"pixel_px", "target_m"} if "pixel" in columns else {"point_m"} if columns else set()
+            used |= {"angle_rad"} if "quaternion" in columns else set()
+        idle = {f"--{name.replace('_', '-')}": name not in used for name in self.typed}
+        refuse(f"A {dataset.format.title} has no such noise", idle)
 
 
 def refuse(why: str, options: Mapping[str, object]) -> None:

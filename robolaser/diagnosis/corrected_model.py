@@ -6,9 +6,11 @@ import numpy as np
 
 from robolaser.arrays import Bools
 from robolaser.calibration.calibrate import bound_warnings
+from robolaser.calibration.exchanged_poses import with_rows_at
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.diagnosis.gross_errors import counted
 from robolaser.diagnosis.result import Diagnosis
+from robolaser.diagnosis.summary_text import exchanged_sentence
 from robolaser.estimation.fisher_information import Information
 from robolaser.estimation.identifiability import unidentifiable
 from robolaser.estimation.noise_estimate import noise_of
@@ -34,7 +36,9 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
             f"{counted(diagnosis.dataset, diagnosis.outliers)}: objective_m2, rms_m and max_m include all rows, but the"
             " parameters are those of the others. See gross_errors in diagnosis.json."
         )
-    model = Model(diagnosis.dataset, diagnosis.model.effects)
+    if diagnosis.belongs:
+        warnings.append(exchanged_sentence(diagnosis.belongs, diagnosis.dataset.poses.names).strip())
+    model = Model(with_rows_at(diagnosis.dataset, diagnosis.belongs), diagnosis.model.effects)
     stated = np.array([item.fixed for item in parameters.items])
     return Calibration(
         model=model,

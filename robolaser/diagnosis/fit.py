@@ -44,10 +44,7 @@ CORRELATED = 1e-12
 
 
 def problem_of(model: Model, noise: NoiseModel, sensor: Parameters) -> Problem:
-    """The problem that a diagnosis solves: priors have the standard deviation of a uniform distribution in the bounds.
-
-    Nonlinear parameters have no prior: they have no meaning while the others are zero. The prior of a whole arm's
-    geometry has its usual size.
+    """The problem that a diagnosis solves.
 
     Args:
         model: The model with its effects.
@@ -55,12 +52,21 @@ def problem_of(model: Model, noise: NoiseModel, sensor: Parameters) -> Problem:
         sensor: The sensor's parameters for all rows, also for a model of some rows.
     """
     parameters = sensor + model.effect_parameters
+    return Problem.of(model, noise, prior=usual_sizes(model, parameters), parameters=parameters)
+
+
+def usual_sizes(model: Model, parameters: Parameters) -> Array:
+    """Prior standard deviations of parameters, (d,): that of a uniform distribution in the bounds.
+
+    Nonlinear parameters have no prior: they have no meaning while the others are zero. The prior of a whole arm's
+    geometry has its usual size.
+    """
     nonlinear = [one.key(each.name) for one in model.effects for each in one.effect.nonlinear_parameters()]
     prior = np.where(np.isin(parameters.names, nonlinear), np.inf, UNIFORM * parameters.width)
     for one in placements_of_arm(model.effects):
         for amplitude in one.effect.amplitudes():
             prior[parameters.names.index(one.key(amplitude.name))] = LARGEST_USUAL * amplitude.prior_scale
-    return Problem.of(model, noise, prior=prior, parameters=parameters)
+    return np.asarray(prior)
 
 
 @final

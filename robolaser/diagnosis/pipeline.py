@@ -188,6 +188,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         wrong_input=mispaired(moved, gap.calibrated_m) if moved else None,
         pose_scatter=scatter,
         weighed=Weighed(start, final, evidence, start.model.dataset),
+        belongs=preparation.belongs,
     )
 
 

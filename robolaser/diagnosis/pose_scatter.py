@@ -46,7 +46,7 @@ class PartScatter:
     where: str  # a joint, `joints` or `flange`
     probability: float  # probability of this location among all possible ones
     sizes: Mapping[str, Spread]  # `turn` [rad] or `shift` [m], of a joint reading or of the flange
-    is_stated: bool  # whether the limit is the repeatability that the data set states
+    stated_m: float | None  # the repeatability that the data set states: then the limit
     likelihood_ratio: float  # twice its logarithm, against scatter within the limits
     p_value: float  # of that ratio, corrected for the locations that were tried
     size_m: float  # root-mean-square 3-D error of a row by all noise, this scatter included [m]
@@ -136,7 +136,7 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> PartScatter | None:
         where=part.where,
         probability=float(posterior_weights(twice)[best]),
         sizes=sizes,
-        is_stated=fit.model.dataset.noise.repeatability_m is not None,
+        stated_m=fit.model.dataset.noise.repeatability_m,
         likelihood_ratio=ratio,
         p_value=p_value(ratio, len(parts)),
         size_m=fit.size_of(noise),

@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Bools, Ints
 from robolaser.calibration.calibrate import calibrated
 from robolaser.calibration.checks import check_orientations
-from robolaser.calibration.exchanged_poses import belong_there, seem_exchanged, with_rows_at
+from robolaser.calibration.exchanged_poses import belong_there, exchanged, seem_exchanged, with_rows_at
 from robolaser.calibration.misread import Misread, misread
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import Calibration, rms
@@ -18,7 +18,6 @@ from robolaser.data.subsampling import MAX_POSES
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.pose_noise import explainable, explained
 from robolaser.diagnosis.pose_scatter import PartScatter, pose_scatter
-from robolaser.diagnosis.summary_text import exchanged
 from robolaser.diagnosis.thresholds import MOST_RMS_M, NO_DIFFERENCE, NO_NOISE
 from robolaser.errors import RobolaserError
 from robolaser.estimation.averaging import AveragedData

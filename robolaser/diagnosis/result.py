@@ -1,7 +1,7 @@
 """The result of a diagnosis: verdict, gap step by step, locations, effects, and next poses."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import final
 
@@ -223,6 +223,7 @@ class Diagnosis:
         weighed: The models that were weighed, for charts and for further poses; None if the data are too bad.
         as_given: The data set with its fault; None if `dataset` is the given one.
         added_poses: Number of further poses that count only in probabilities and sizes.
+        belongs: For each exchanged pose, the one where its rows belong, and count.
 
     Examples:
         >>> from robolaser.diagnosis import examine
@@ -261,6 +262,7 @@ class Diagnosis:
     weighed: Weighed | None = None
     as_given: Dataset | None = None
     added_poses: int = 0
+    belongs: Mapping[int, int] = field(default_factory=dict)
 
     @property
     def observed(self) -> Dataset:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from robolaser.calibration.exchanged_poses import exchanged
 from robolaser.diagnosis.cause_classes import class_of, of_model, unknown_instead
 from robolaser.diagnosis.cause_words import listed, members, named, noun, site_phrase
 from robolaser.diagnosis.localization import Localization
@@ -40,9 +41,7 @@ def sentence(
         hindrance: Why no effect was searched for; empty otherwise.
     """
     if hindrance:
-        text = f"{hindrance} On new poses {_compared_with_noise(gap)}"
-        if not gap.is_held_out:
-            text = f"{hindrance} On these poses, none held out, {_with_noise(gap)}"
+        text = f"{hindrance} On new poses {_compared_with_noise(gap)}" if gap.is_held_out else hindrance
     elif verdict == "no_gap":
         text = f"There is no gap: on new poses {_compared_with_noise(gap)}"
     elif verdict == "explained":
@@ -71,7 +70,8 @@ def sentence(
 
 def scatters(scatter: PartScatter) -> str:
     """State the excess scatter of whole poses, and what to check."""
-    limit = "the stated repeatability" if scatter.is_stated else "is usual for arms"
+    stated_m = scatter.stated_m
+    limit = "is usual for arms" if stated_m is None else f"the stated repeatability of {millimetres(stated_m)}"
     if scatter.where == FLANGE:
         by = listed([_size(one.value, one.unit) for one in scatter.sizes.values() if one.value > one.limit])
         return (
@@ -108,16 +108,6 @@ def exchanged_sentence(belongs: Mapping[int, int], names: Sequence[str]) -> str:
     if not belongs:
         return ""
     return f" {exchanged(belongs, names)}; this diagnosis uses them in the right order. Correct the data set."
-
-
-def exchanged(belongs: Mapping[int, int], names: Sequence[str]) -> str:
-    """A clause on exchanged poses, by the right pose of the rows of each and the names of all poses."""
-    text = [
-        f"{names[a]} and {names[b]} are exchanged" if belongs[b] == a else f"{names[a]} belong to pose {names[b]}"
-        for a, b in belongs.items()
-        if a < b or belongs[b] != a
-    ]
-    return f"The points (or images) of poses {listed(text)}"
 
 
 def transfer_sentences(validation: Sequence[Validation], *, has_effects: bool) -> str:

@@ -95,9 +95,8 @@ def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) ->
     bare = sorted({where for effect, where in lacking if effect in OF_ACTUATOR and where in there - driven})
     remarks = [f"{source} has no <position> actuator of {', '.join(bare)}: only such ones take effects of servos."]
     return Written(
-        ET.tostring(root, encoding="unicode") + "\n", written, lacking,
-        tuple(remarks) if bare and root.tag == "mujoco" else (),
-    )  # fmt: skip
+        markup.with_changes(text, root), written, lacking, tuple(remarks) if bare and root.tag == "mujoco" else ()
+    )
 
 
 IN_URDF: Final = {"damping": ("viscous_friction", "factor"), "friction": ("coulomb_friction", "torque")}
@@ -191,6 +190,11 @@ def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, An
     Raises:
         RobotError: The user's file is no URDF, has none of the joints, or other origins.
     """
+    if markup.read(text, source, ROBOT_BYTES).tag == "mujoco":
+        raise RobotError(
+            f"{source} is an MJCF, which takes only effects of a moving arm. For MuJoCo, the result has"
+            " robot_corrected.xml; a URDF takes the placements of its joints."
+        )
     wanted, there = _origins(read_xml(corrected), "robot_corrected.urdf"), _origins(read_xml(text, source), source)
     shared = {name: T for name, T in wanted.items() if name in there}
     pairs = [(one["effect"], one["where"]) for one in effects]
@@ -206,7 +210,8 @@ def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, An
                 f"{source}: {name} is {1e3 * shift:.3g} mm and {np.degrees(turn):.3g}° off its placement in the"
                 " calibrated arm. Is it another robot, or does it count its joints from other zeros?"
             )
-    return Written(with_placements(text, shared), written, tuple(pair for pair in pairs if pair not in written))
+    moved = {name: T for name, T in shared.items() if not np.array_equal(T, there[name])}
+    return Written(with_placements(text, moved), written, tuple(pair for pair in pairs if pair not in written))
 
 
 def _origins(robot: ET.Element, source: str) -> dict[str, Array]:
@@ -246,8 +251,9 @@ def zeros_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) -> 
                 file=source,
             )
         calibration[joint]["homing_offset"] = after
-        degrees = math.degrees(offset)
-        remarks.append(f"{joint}: homing_offset {before} -> {after} ticks; its zero was wrong by {degrees:.2f}°")
+        doubt = "" if own[joint]["offset"].get("std") else ", which the data do not determine by themselves"
+        change = f"{joint}: homing_offset {before} -> {after} ticks"
+        remarks.append(f"{change}; its zero was wrong by {math.degrees(offset):.2f}°{doubt}")
     written = tuple((one["effect"], one["where"]) for one in effects if one["effect"] == "joint_offset")
     lacking = tuple((one["effect"], one["where"]) for one in effects if one["effect"] != "joint_offset")
     return Written(json.dumps(calibration, indent=4) + "\n", written, lacking, tuple(remarks))

@@ -6,7 +6,7 @@ from typing import Any, Final
 from robolaser.data.csv_tables import table_text
 
 FILE: Final = "servos.csv"
-HEADER: Final = ("joint", "effect", "number", "value", "unit", "probability", "isaac_lab", "ros")
+HEADER: Final = ("joint", "effect", "number", "value", "std", "unit", "probability", "isaac_lab", "ros")
 
 STIFFNESS: Final = ("stiffness = {1:.4g}", "position gain {1:.4g} Nm/rad")
 WORDS: Final[Mapping[tuple[str, str], tuple[str, str]]] = {
@@ -46,8 +46,8 @@ def servo_table(effects: Sequence[Mapping[str, Any]], step_s: float = 0.0) -> st
         for name, number in one["parameters"].items():
             value, simulated = number["value"], held["parameters"][name]["value"]
             words = [_with_number(each, simulated) for each in WORDS.get((one["effect"], name), ("", ""))]
-            known = [one["where"], one["effect"], name, repr(float(value)), number["unit"], f"{one['probability']:.3f}"]
-            rows.append([*known, *words])
+            known = repr(float(value)), "" if number["std"] is None else f"{number['std']:.3g}", number["unit"]
+            rows.append([one["where"], one["effect"], name, *known, f"{one['probability']:.3f}", *words])
     return table_text(HEADER, rows)
 
 

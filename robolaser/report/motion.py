@@ -35,7 +35,8 @@ UNITS = {"rad": ("°", TURN), "rad/Nm": ("°/Nm", TURN), "rad/s": ("°/s", TURN)
 def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
     """The report on a fit of effects that a user chose, or that a diagnosis found."""
     log, sure = fit.log, found is not None
-    count, sense = len(fit.findings), ""
+    count = len(fit.findings)
+    sense = "" if count else "Name some with --with, or let `robolaser diagnose` find them."
     lead = f"{count or 'No'} {'effects were' if count > 1 else 'effect was'} fitted."
     sites = [(one.site, one.coordinate, one.share) for one in (found.places if found else ())]
     if found is not None:

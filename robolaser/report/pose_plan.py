@@ -1,6 +1,7 @@
 """Detection limits of planned poses, on a terminal: the smallest sizes, and indistinguishable effects."""
 
 from robolaser.diagnosis.cause_words import named, place, spoken
+from robolaser.diagnosis.noise_remarks import SHOWN
 from robolaser.diagnosis.pose_plan import PosePlan
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.report.digits import millimetres, plain
@@ -22,7 +23,7 @@ def document(plan: PosePlan) -> Document:
     seen = "" if plan.seeing == poses else f", {plan.seeing} of them see something"
     units = {source.name: source.unit for source in plan.noise.sources}
     noise = [
-        Figure("", name.replace("_", " "), noise_size(sigma, units[name]), disturbed(name))
+        Figure("", name.replace("_", " "), noise_size(sigma, units[name]), disturbed(name) + _evidence(plan, name))
         for name, sigma in plan.noise.sigmas.items()
         if sigma > 0 or name in plan.silent
     ]
@@ -38,6 +39,11 @@ def document(plan: PosePlan) -> Document:
     doubt = GUESSED if plan.seeing < LEAST_SEEING * poses else ""
     sections = [Section("Smallest sizes", [sizes, *untried])]
     return Document(plan.dataset.name, "planned", setting, "", doubt, [Figures(noise)] if noise else [], sections)
+
+
+def _evidence(plan: PosePlan, name: str) -> str:
+    evidence = SHOWN.get(plan.noise.origin.get(name, "stated"))
+    return f", estimated from the {evidence}" if evidence else ""
 
 
 def _row(limit: DetectionLimit) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """Calibrations, new or loaded."""
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self, final
 
@@ -15,8 +16,8 @@ from robolaser.report.calibration import page as of_calibration
 from robolaser.report.console import print_document
 from robolaser.report.document import Document
 from robolaser.report.page import render
-from robolaser.results import PAGE, Files, FittedResult
-from robolaser.results.delivered import Delivered, arm_in, delivered
+from robolaser.results import PAGE, Files, FittedResult, Record
+from robolaser.results.delivered import Delivered, arm_in, delivered, nearest_nominal
 from robolaser.robot.kinematics import Robot
 
 if TYPE_CHECKING:
@@ -45,20 +46,25 @@ class CalibrationResult(FittedResult):
     command = "calibrate"
 
     def __init__(
-        self,
-        contents: Mapping[str, Any],
-        made: Calibration | None = None,
-        files: Sequence[Delivered] = (),
-        folder: Path | None = None,
+        self, contents: Mapping[str, Any], made: Calibration | None = None, folder: Path | None = None
     ) -> None:
         super().__init__(contents, folder)
-        self.calibration, self._delivered = made, files
+        self.calibration = made
 
     @classmethod
     def of(cls, made: Calibration) -> Self:
         """A new calibration."""
-        files = delivered(made)
-        return cls(as_json(made) | {"files": [one.to_dict() for one in files]}, made, files)
+        found = cls(as_json(made), made)
+        found["files"] = [Record(one.to_dict()) for one in found._delivered]
+        return found
+
+    @cached_property
+    def _nearest(self) -> Calibration | None:
+        return self.calibration and nearest_nominal(self.calibration)
+
+    @cached_property
+    def _delivered(self) -> Sequence[Delivered]:
+        return () if self._nearest is None else delivered(self._nearest)
 
     def __getattr__(self, name: str) -> Any:
         made = self.__dict__.get("calibration")
@@ -88,10 +94,10 @@ class CalibrationResult(FittedResult):
 
     def files(self, *, command: str = "") -> Files:
         """calibration.json, the report, and the files for other programs."""
-        if self.calibration is None:
+        if self.calibration is None or self._nearest is None:
             return self._saved(CALIBRATION_FILES)
         return {
-            **exported(self.calibration),
+            **exported(self._nearest),
             **{one.file: one.text for one in self._delivered},
             PAGE: render(of_calibration.document(self.calibration, files=self["files"]), command),
             "calibration.json": json_text(self.to_dict()),

@@ -10,7 +10,7 @@ from robolaser.arrays import Array, Bools
 from robolaser.calibration.result import Calibration, rms
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.subsampling import rows_of_each
-from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.fit import Fit, usual_sizes
 from robolaser.diagnosis.validation import Transfer
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.folds import assign_folds, held_out
@@ -28,6 +28,7 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.mechanism import Play
 from robolaser.model.effects.run import Course, Run
 from robolaser.model.forward_model import Model
+from robolaser.model.noise.covariance import FLOOR
 from robolaser.robot.kinematics import Robot
 
 Writer = Callable[[Calibration], str | None]
@@ -109,16 +110,36 @@ def arm_in(files: Sequence[Delivered], arm: Robot | None) -> Robot | None:
     return Robot.from_urdf(text, flange=arm.flange, joints=arm.joints, gravity=arm.gravity)
 
 
+def nearest_nominal(calibration: Calibration) -> Calibration:
+    """The calibration; where its data do not determine effects, the one nearest to nominal that fits nearly as well.
+
+    An optimum without priors may be anywhere along what the data do not determine, up to the bounds of the effects.
+    """
+    return _refitted(calibration, calibration.model.effects) if calibration.undetermined_effects else calibration
+
+
 def _without_others(calibration: Calibration, chosen: Sequence[CandidateEffect]) -> Calibration:
     """The model with only some of the arm's effects, and those of the sensor, re-fitted."""
-    kept = [one for one in calibration.model.effects if one in chosen or one.effect.stage not in OF_THE_ARM]
-    model = Model(calibration.model.dataset, tuple(kept))
+    return _refitted(
+        calibration,
+        tuple(one for one in calibration.model.effects if one in chosen or one.effect.stage not in OF_THE_ARM),
+    )
+
+
+def _refitted(calibration: Calibration, effects: Sequence[CandidateEffect]) -> Calibration:
+    """The model with some of its effects, fitted with the weak priors of a diagnosis."""
+    model = Model(calibration.model.dataset, tuple(effects))
     known = dict(zip(calibration.model.parameters.names, calibration.x.tolist(), strict=True))
     start = np.array([known[name] for name in model.parameters.names])
     weighted = None if calibration.weights == "plain" else fit_by_noise(model, start, seed=calibration.seed)
     problem, x = (weighted.problem, weighted.x) if weighted else fit(model, start)[:2]
+    size = problem.with_rows_of_size(x).row_size or FLOOR
+    problem = replace(problem, prior=usual_sizes(model, problem.parameters) / size)
+    x = solve(problem, x[None]).x[0]
     folds = assign_folds(problem.model, calibration.seed)
-    unseen = folds and (weighted.held_out(folds) if weighted else held_out(problem, x, folds))
+    unseen = folds and (
+        replace(weighted, problem=problem, x=x).held_out(folds) if weighted else held_out(problem, x, folds)
+    )
     nothing, unknown = np.zeros(len(x), dtype=bool), np.full(len(x), np.nan)
     return replace(
         calibration, model=model, x=x, std=unknown, on_bound=nothing, unseen=unseen, fitted=problem.model, weighted=None

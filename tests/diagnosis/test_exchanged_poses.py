@@ -63,6 +63,22 @@ def test_exchanged_poses_are_named_and_no_row_is_lost(kind: str) -> None:
     jsonschema.validate(why.to_dict(), SCHEMA)
 
 
+@pytest.mark.parametrize("kind", ["camera", "point"])
+def test_the_corrected_model_has_the_errors_of_rows_at_the_poses_where_they_belong(kind: str) -> None:
+    corrected = why_of(kind).model
+    assert corrected.rms_m < 1.2 * corrected.held_out_rms_m
+    assert any("are exchanged" in warning or "belong to pose" in warning for warning in corrected.warnings)
+
+
+@pytest.mark.parametrize("kind", ["camera", "point"])
+def test_a_calibration_warns_of_exchanged_poses(kind: str) -> None:
+    first, second = list(EXCHANGED[kind])[:2]
+    rows = moved(measured(kind), {first: second, second: first})
+    warning, *_ = robolaser.calibrate(rows, seed=0).warnings
+    assert f"poses {first} and {second} are exchanged: with that corrected, the error is" in warning
+    assert not robolaser.calibrate(measured(kind), seed=0).warnings
+
+
 def test_exchanged_poses_are_named_across_sessions_too() -> None:
     options = CellOptions(sessions=2)
     made = simulate(ARM, kind="point", poses=12, points=3, noise=NOISE["point"], options=options, seed=3).dataset

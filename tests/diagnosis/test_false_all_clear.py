@@ -93,7 +93,8 @@ def test_a_single_joint_that_scatters_is_named() -> None:
 def test_scatter_is_compared_with_the_data_sheet_where_it_is_stated(repeatability_m: float, verdict: str) -> None:
     found = examine(measured("point", 1e-4, repeatability_m=repeatability_m), effects=[], seed=0)
     assert found.verdict == verdict
-    assert ("by 0.006°, more than the stated repeatability" in found.sentence) is (verdict == "unexplained")
+    said = "by 0.006°, more than the stated repeatability of 0.02 mm (0.0014°)"
+    assert (said in found.sentence) is (verdict == "unexplained")
 
 
 def test_an_arm_of_large_stated_repeatability_may_scatter_more_than_others_do() -> None:

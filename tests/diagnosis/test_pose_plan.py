@@ -120,6 +120,7 @@ def test_the_command_takes_a_table_of_poses_or_a_data_set(tmp_path: Path, capsys
     assert main(["plan", str(tmp_path / "cell")]) == 0
     text = capsys.readouterr().out
     assert ": laser tracker, 12 poses" in text
+    assert "tracker's probe, position, estimated from the residuals" in text
     assert "distinguishable from" in text
     assert "Not testable: latency" in text
     assert main(["plan", table]) == 2

@@ -69,7 +69,7 @@ def test_too_few_poses_speak_for_no_effect(kind, poses):
     assert not found["effects"]
     assert set(reasons(found)) == {one.name for one in TESTED if kind == "stripe" or one.site != "laser"}
     if kind != "socket":  # of which whole sockets are held out
-        assert ("On new poses" in found["sentence"]) == (poses > 2)
+        assert ("the model's error is" in found["sentence"]) == ("On new poses" in found["sentence"]) == (poses > 2)
         assert "too large" not in found["sentence"] or poses > 2
 
 

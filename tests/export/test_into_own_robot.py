@@ -157,6 +157,29 @@ def test_a_simulator_that_holds_commands_gets_a_row_less_of_delay():
     assert [one["parameters"] for one in less_hold(found, 0.0)] == [one["parameters"] for one in found]
 
 
+WRITTEN = """<?xml version="1.0"?>
+<!-- licence -->
+<mujoco model = 'arm'>
+  <worldbody><body><joint name='lift'   axis="0 1 0" /><!-- <joint name="lift"/> --></body></worldbody>
+  <actuator>
+    <position kp="5" name="a &amp; b"
+              joint='lift'/>
+  </actuator>
+</mujoco>
+"""
+
+
+def test_what_is_not_changed_stays_as_its_author_wrote_it():
+    found = [effect("viscous_friction", "lift", factor=0.5), effect("droop", "lift", compliance=0.05)]
+    expected = WRITTEN.replace('kp="5"', 'kp="20.0"').replace('axis="0 1 0"', 'axis="0 1 0" damping="0.5"')
+    assert motion_into(WRITTEN, found, "arm.xml").text == expected
+    urdf = '<robot name="r">\n  <joint name="lift" type="fixed"/>\n  <joint name="low" >\n  </joint>\n</robot>'
+    friction = [effect("viscous_friction", where, factor=0.5) for where in ("lift", "low")]
+    added = '<dynamics damping="0.5" />'
+    expected = urdf.replace('"fixed"/>', f'"fixed">{added}</joint>').replace('"low" >', f'"low" >\n    {added}')
+    assert motion_into(urdf, friction, "arm.urdf").text == expected
+
+
 def test_a_urdf_takes_friction():
     robot = find_robot("ur5")
     copy = motion_into(robot.urdf, [effect("viscous_friction", "elbow_joint", factor=3.0)], "ur5.urdf")
@@ -195,6 +218,11 @@ def test_a_robot_that_shares_only_other_joints_gets_no_copy(tmp_path):
     other = arm.urdf.replace('"elbow_joint"', '"another_joint"')
     with pytest.raises(RobotError, match=r"none of the joints of the result: elbow_joint\."):
         placements_into(other, corrected, found.to_dict()["effects"], "other.urdf")
+
+
+def test_placements_do_not_go_into_an_mjcf():
+    with pytest.raises(RobotError, match="is an MJCF, which takes only effects of a moving arm"):
+        placements_into(MJCF, "", [effect("joint_offset", "lift", offset=0.01)], "arm.xml")
 
 
 def test_a_replay_that_mujoco_refuses_leaves_no_copy(tmp_path, capsys):

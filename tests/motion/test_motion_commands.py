@@ -68,6 +68,8 @@ def test_diagnose_writes_what_the_schema_says_a_page_and_a_table_for_simulators(
         for one in written["effects"]
         for name, number in one["parameters"].items()
     }
+    deviations = [number["std"] for one in written["effects"] for number in one["parameters"].values()]
+    assert [float(row["std"]) for row in rows] == pytest.approx(deviations, rel=0.01)
     words = {row["effect"]: (row["isaac_lab"], row["ros"]) for row in rows}
     assert words["viscous_friction"][0].startswith("viscous_friction = ")
     assert words["viscous_friction"][1].startswith("URDF: <dynamics damping=")
@@ -128,6 +130,11 @@ def test_calibrate_finds_the_numbers_of_what_is_asked(folder, capsys):
 def test_calibrate_says_why_an_effect_cannot_be_fitted(folder, asked, code, said, capsys, tmp_path):
     assert main(["calibrate", str(folder / "log"), "--with", asked, "--output", str(tmp_path / "out")]) == code
     assert said in capsys.readouterr().err
+
+
+def test_calibrate_asks_for_effects_where_none_is_named(folder, capsys, tmp_path):
+    assert main(["calibrate", str(folder / "log"), "--output", str(tmp_path / "out")]) == 0
+    assert "No effect was fitted. Name some with --with" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("typed", ["diagnose --validate {log}", "calibrate --weights noise", "calibrate --no-polish"])

@@ -138,6 +138,21 @@ def test_a_calibration_with_effects_of_the_arm_says_likewise_what_its_files_deli
     assert "robot_corrected.urdf" in (tmp_path / "found" / "report.html").read_text(encoding="utf-8")
 
 
+def test_exported_files_have_no_large_corrections_that_the_data_do_not_determine():
+    """A reflector on the last axis says next to nothing about this axis: the best fit turns it by ten degrees."""
+    data = simulate("ur5", kind="point", poses=40, points=1, effects={"joint_offset:elbow_joint": 2e-3}, seed=1).dataset
+    flange = data.robot.forward(data.poses.q + 2e-3 * (np.arange(6) == 2))
+    on_axis = flange[:, :3, 3] + 0.03 * flange[:, :3, 2] + np.random.default_rng(1).normal(0.0, 1e-4, (40, 3))
+    data = replace(data, points=replace(data.points, xyz=on_axis[data.points.pose]))
+    with only("robot_corrected.urdf"):
+        found = robolaser.calibrate(data, effects=["joint_offset", "link_geometry"], seed=0)
+    zero, nominal = np.zeros((1, 6)), data.robot
+    assert np.abs(found.calibration.robot.forward(zero) - nominal.forward(zero)).max() > 0.05
+    assert np.abs(found.robot.forward(zero) - nominal.forward(zero)).max() < 0.005
+    assert found["files"][0]["held_out_mm"] < 1.1e3 * found.held_out_rms_m
+    assert "the values nearest to nominal" in str(found).replace("\n", " ")
+
+
 def test_play_is_replayed_along_the_path():
     pytest.importorskip("mujoco")
     noise, play = Noise(point_m=3e-5), {"backlash:elbow_joint": 2e-3, "backlash:wrist_2_joint": 3e-3}

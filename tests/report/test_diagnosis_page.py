@@ -217,6 +217,13 @@ def test_what_is_called_calibrated_is_what_the_file_calls_so(diagnosis, is_held)
     assert ("data set corrected" in shown) == (is_held and not diagnosis.model.effects)
 
 
+def test_where_no_pose_is_held_out_the_errors_of_the_fit_are_not_shown(diagnosis):
+    few = replace(diagnosis, gap=replace(diagnosis.gap, is_held_out=False))
+    assert not {"calibrated", "with the effects"} & {figure.label for figure in figures(few)}
+    assert "Which errors stand out" in page(diagnosis)
+    assert "Which errors stand out" not in page(few)
+
+
 def test_where_nobody_gave_a_nominal_model_nothing_is_said_to_come_from_one(made):
     diagnosis = made["explained"]
     diagnosis = replace(diagnosis, gap=replace(diagnosis.gap, nominal_m=None))

@@ -166,7 +166,7 @@ def test_where_noise_is_stated_too_large_nobody_is_told_that_nothing_needs_repai
 def test_of_a_flange_that_scatters_only_what_exceeds_its_limit_is_said():
     sizes = {"shift": Spread(7e-4, 1e-4, "m", limit=3e-4), "turn": Spread(1e-6, 1e-6, "rad", limit=5e-4)}
     noise = geometric().model.dataset.noise
-    found = PartScatter("flange", 1.0, sizes, False, 50.0, 0.0, 7e-4, noise, noise)
+    found = PartScatter("flange", 1.0, sizes, None, 50.0, 0.0, 7e-4, noise, noise)
     assert scatters(found).startswith("The flange scatters by 0.7 mm from pose to pose, more than is usual for arms:")
 
 

@@ -93,8 +93,8 @@ def test_a_body_that_is_not_there_is_told_and_the_cloud_stays(cell, tmp_path, ca
     assert "No sphere found" in (tmp_path / "cloud.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("height", ["0.0002", "0", "-1", "flat", "nan"])
-def test_a_step_too_low_to_tell_is_wrong_usage(height, cell, tmp_path, capsys):
+@pytest.mark.parametrize("height", ["0.0002", "0", "-1", "flat", "nan", "10"])
+def test_a_step_too_low_to_tell_or_in_millimetres_is_wrong_usage(height, cell, tmp_path, capsys):
     assert scan(cell, tmp_path / "cloud.ply", f"--step={height}") == 2
     assert height in capsys.readouterr().err
 

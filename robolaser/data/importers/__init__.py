@@ -54,10 +54,11 @@ def importer_for(paths: Sequence[Path], kind: str | None = None) -> Importer:
     fitting = [importer for importer in made if all(map(importer.recognises, paths))]
     if len(fitting) == 1:
         return fitting[0]
-    what = ", ".join(map(str, paths))
+    what = ", ".join(f"'{path}'" for path in paths)
     names = ", ".join(importer.name for importer in fitting)
     why = f"Several importers recognise {what}: {names}." if fitting else f"No importer recognises {what}."
-    raise UsageError(f"{why} Name one with --kind, see `robolaser list importers`.")
+    either = "the files in the folder, or " if not fitting and any(path.is_dir() for path in paths) else ""
+    raise UsageError(f"{why} Name {either}one with --kind, see `robolaser list importers`.")
 
 
 __all__ = ["ImportOptions", "Imported", "Importer", "importer_for", "importers"]

@@ -114,13 +114,23 @@ def _evidence(analysis: ErrorAnalysis) -> list[Section]:
 
 
 def _undetermined(calibration: Calibration) -> list[Content]:
-    found = calibration.unidentifiable
-    if not found:
-        return []
+    found: list[Content] = [Text(sentence) for sentence in _exported(calibration)]
+    if not calibration.unidentifiable:
+        return found
     remedy = (
         "Where a standard error is stated, more poses that differ, above all in tilt and distance, would reduce it."
     )
-    return [Notes([one.reason for one in found]), Text(remedy, "quiet")]
+    return [Notes([one.reason for one in calibration.unidentifiable]), Text(remedy, "quiet"), *found]
+
+
+def _exported(calibration: Calibration) -> list[str]:
+    """A sentence on what exported files have for effects that the data do not determine, if any."""
+    unclear, every = len(calibration.undetermined_effects), len(calibration.model.effect_parameters)
+    sentence = (
+        f"These data do not determine {unclear} of {every} parameters of effects by themselves. Exported files have the"
+        " values nearest to nominal that fit nearly as well; `calibration.json` has those that fit best."
+    )
+    return [sentence] if unclear else []
 
 
 def _parameters(calibration: Calibration) -> list[Content]:
@@ -146,6 +156,7 @@ def _remarks(calibration: Calibration, folder: Path | None) -> list[Content]:
     more = f"; and {len(together) - GROUPS} more groups, in the report" if len(together) > GROUPS else ""
     lines = [f"These data cannot separate: {'; '.join(together[:GROUPS])}{more}"] if together else []
     lines += [f"These data hardly determine: {', '.join(alone)}"] if alone else []
+    lines += _exported(calibration)
     if folder is not None and (folder / "static_transform.sh").exists():
         *others, last = (name for name in FOR_ROS if (folder / name).exists())
         lines.append(f"For ROS: {', '.join(others)} and {last} in {folder}")

@@ -50,9 +50,12 @@ def document(diagnosis: Diagnosis, *, brief: bool = False, files: Sequence[Mappi
 
 
 def figures(diagnosis: Diagnosis) -> list[Figure]:
-    """The gap step by step: name, size and explanation; bars are shares of the error after calibration alone."""
+    """The gap step by step: name, size and explanation; bars are shares of the error after calibration alone.
+
+    Errors of so few poses that none can be held out are left out: the fit may go through any of their points.
+    """
     gap = diagnosis.gap
-    interval = f"95 %: {millimetre_interval(*gap.after_ci95_m)}" if gap.is_held_out else "no pose is held out"
+    fitted = () if gap.is_held_out else (gap.calibrated_m, gap.after_m)
     largest = max(gap.calibrated_m, gap.after_m, gap.noise_floor_m) or 1.0
     has_effects = bool(diagnosis.model.effects)
     is_other = has_effects or gap.after_m != gap.calibrated_m
@@ -62,14 +65,14 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
     lines = [
         ("", "nominal model", gap.nominal_m, _nominal_remark(gap)),
         ("", "calibrated", gap.calibrated_m, "ordinary parameters fitted, no effect in the model"),
-        ("held-out", left, gap.after_m, interval),
+        ("held-out", left, gap.after_m, f"95 %: {millimetre_interval(*gap.after_ci95_m)}"),
         ("noise", "noise alone", gap.noise_floor_m, "the error of a perfect model"),
     ]
     return [
         Figure(kind, label, "none" if size is None else millimetres(size), remark,
                None if size is None or i == 0 else 100 * size / largest)
         for i, (kind, label, size, remark) in enumerate(lines)
-        if is_other or i != 1
+        if (is_other or i != 1) and size not in fitted
     ]  # fmt: skip
 
 
@@ -100,17 +103,19 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     title = "The cell, and its errors on new poses"
     cell = cell_scene(model, diagnosis.x, errors, title=title, marked=suspected(diagnosis))
     where = "Where the remaining error is" if diagnosis.verdict == "unexplained" else "Where the gap is"
-    floor_m = diagnosis.gap.noise_floor_m
-    reading = "Each pose is predicted by a fit without it." if diagnosis.gap.is_held_out else "No pose is held out."
+    reading, floor_m = "Each pose is predicted by a fit without it.", diagnosis.gap.noise_floor_m
     each_pose = pose_errors(diagnosis.observed, errors, reading=reading, noise_m=floor_m)
     untested = untestable(diagnosis.not_testable, "What these data cannot test")
     noise = noise_table((name, one.value, one.unit, one.origin) for name, one in diagnosis.noise.items())
-    return [
+    of_errors = [
         Section(where, [cell, rows.site_table(diagnosis)]),
         Section("Step by step", charts([waterfall(diagnosis)])),
         Section("What each effect explains", charts(list(effect_charts(diagnosis)))),
         Section("Which errors stand out", group_blocks(diagnosis.observed, errors)),
         Section("Errors", charts([each_pose])),
+    ]
+    return [
+        *(of_errors if diagnosis.gap.is_held_out else []),
         Section("Other data of the same arm", [rows.validation_table(diagnosis)]),
         Section("Poses to measure next", [rows.pose_table(diagnosis)]),
         Section("What was not found", [rows.limit_table(diagnosis), untested]),

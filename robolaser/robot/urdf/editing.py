@@ -1,6 +1,5 @@
 """Edits of a robot's description: unchanged parts stay as their author wrote them."""
 
-import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 
@@ -8,9 +7,7 @@ from robolaser.arrays import Array
 from robolaser.errors import RobotError, near
 from robolaser.robot.urdf.checking import MOST_LISTED, read_xml, unknown_frame
 from robolaser.robot.urdf.elements import add_fixed, origin_attributes
-
-_PROLOGUE = re.compile(r"\s*(?:<\?.*?\?>\s*|<!--.*?-->\s*)*", re.DOTALL)
-_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+from robolaser.robot.urdf.markup import with_changes
 
 
 def names_in(robot: ET.Element, kind: str) -> list[str]:
@@ -33,11 +30,11 @@ def with_fixed_frames(text: str, parent: str, frames: Mapping[str, Array]) -> st
     for wanted, T_parent_child in frames.items():
         name = _free(wanted, links)
         joint = _free(f"{name}_joint", joints)
-        ET.SubElement(robot, "link", name=name).tail = "\n"
-        add_fixed(robot, joint, parent, name, T_parent_child).tail = "\n"
+        ET.SubElement(robot, "link", name=name)
+        add_fixed(robot, joint, parent, name, T_parent_child)
         links.append(name)
         joints.append(joint)
-    return _written(robot, text)
+    return with_changes(text, robot)
 
 
 def with_placements(text: str, placements: Mapping[str, Array]) -> str:
@@ -55,7 +52,7 @@ def with_placements(text: str, placements: Mapping[str, Array]) -> str:
         origin = ET.SubElement(joints[name], "origin") if origin is None else origin
         origin.attrib.clear()
         origin.attrib.update(origin_attributes(T))
-    return _written(robot, text)
+    return with_changes(text, robot)
 
 
 def _free(name: str, taken: list[str]) -> str:
@@ -63,10 +60,3 @@ def _free(name: str, taken: list[str]) -> str:
     while free in taken:
         free, count = f"{name}_{count}", count + 1
     return free
-
-
-def _written(robot: ET.Element, before: str) -> str:
-    """XML text of `robot`, under the comments (a licence, often) above it in the text `before`."""
-    prologue = _PROLOGUE.match(before)
-    comments = _COMMENT.findall(prologue[0]) if prologue else []
-    return "\n".join(['<?xml version="1.0"?>', *comments, ET.tostring(robot, encoding="unicode"), ""])

@@ -1,10 +1,20 @@
-"""Untrusted XML: read without document types, and with limited depth."""
+"""Untrusted XML: read without document types, and with limited depth; changed, and else left as written."""
 
+import re
 import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping
 from xml.parsers import expat
+from xml.sax.saxutils import quoteattr
 
 from robolaser.bounded_reading import XML_ATTRIBUTES, XML_DEPTH
 from robolaser.errors import RobotError
+
+_TAG = re.compile(
+    r"""<!--.*?-->|<!\[CDATA\[.*?\]\]>|<\?.*?\?>"""
+    r"""|<(?P<end>/?)(?P<name>[^\s/>]+)(?P<attributes>(?:[^"'>]|"[^"]*"|'[^']*')*?)\s*(?P<empty>/?)>""",
+    re.DOTALL,
+)
+_ATTRIBUTE = re.compile(r"""(\s+)([^\s=]+)(\s*=\s*)("[^"]*"|'[^']*')""")
 
 
 def read(text: str, source: str, most_bytes: int) -> ET.Element:
@@ -63,6 +73,55 @@ def read(text: str, source: str, most_bytes: int) -> ET.Element:
         reason = f"character {fault.start}: {fault.reason}"
         raise RobotError(f"{source} cannot be read as UTF-8 text: {reason}. Save it as UTF-8.") from None
     return tree.close()
+
+
+def with_changes(text: str, changed: ET.Element) -> str:
+    """XML text in which only the attributes differ that its changed tree has otherwise, and elements are added.
+
+    Args:
+        text: As it was read.
+        changed: Its tree, with other attributes, or with further elements as the last ones of others.
+    """
+    elements = _pairs(read(text, "", len(text)), changed)
+    parts, done, further = list[str](), 0, list[list[str]]()
+    for tag in _TAG.finditer(text):
+        if tag["name"] is None:
+            continue
+        if tag["end"]:
+            before = text[done : tag.start()].rstrip()
+            space = text[done + len(before) : tag.start()]
+            parts += before, *(f"{space}  {element}" for element in further.pop()), space
+            done = tag.start()
+            continue
+        was, now = next(elements)
+        added = [ET.tostring(child, encoding="unicode").strip() for child in now[len(was) :]]
+        parts += text[done : tag.start("attributes")], _with_attributes(tag["attributes"], was.attrib, now.attrib)
+        done = tag.end("attributes")
+        if not tag["empty"]:
+            further.append(added)
+        elif added:
+            parts += ">", *added, f"</{tag['name']}>"
+            done = tag.end()
+    return "".join([*parts, text[done:]]).lstrip()
+
+
+def _pairs(was: ET.Element, now: ET.Element) -> Iterator[tuple[ET.Element, ET.Element]]:
+    """Each element before and after, without comments, in the order of the text."""
+    if isinstance(was.tag, str):
+        yield was, now
+        for pair in zip(was, now, strict=False):
+            yield from _pairs(*pair)
+
+
+def _with_attributes(written: str, was: Mapping[str, str], now: Mapping[str, str]) -> str:
+    def replaced(found: re.Match[str]) -> str:
+        space, name, equals, _ = found.groups()
+        if name not in now:
+            return ""
+        return found[0] if now[name] == was[name] else f"{space}{name}{equals}{quoteattr(now[name])}"
+
+    added = (f" {name}={quoteattr(value)}" for name, value in now.items() if name not in was)
+    return "".join([_ATTRIBUTE.sub(replaced, written), *added])
 
 
 def too_large(source: str, what: str, limit: int) -> RobotError:

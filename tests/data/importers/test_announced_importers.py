@@ -99,7 +99,9 @@ def test_where_several_recognise_a_file_one_has_to_be_named(install, file, tmp_p
 
 def test_a_file_that_nobody_recognises_is_wrong_usage(install, file, tmp_path, capsys):
     assert main(["import", str(file), "--output", str(tmp_path / "cell")]) == 2
-    assert "No importer recognises" in capsys.readouterr().err
+    assert f"No importer recognises '{file}'. Name one with --kind" in capsys.readouterr().err
+    assert main(["import", str(tmp_path), "--output", str(tmp_path / "cell")]) == 2
+    assert "Name the files in the folder, or one with --kind" in capsys.readouterr().err
 
 
 def test_an_incomplete_importer_is_named_with_its_package(install):

@@ -168,7 +168,7 @@ def test_a_table_of_dh_numbers_is_the_same_arm_as_csv_and_toml(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said", "expected"),
     [
-        (CSV, DescriptionOptions(None, ("deg",)), "standard or modified"),
+        (CSV, DescriptionOptions(None, ("deg",)), "State `convention` in a TOML file, or --dh of `robolaser import`"),
         (CSV, DescriptionOptions("standard"), "row 1: in which unit is alpha"),
         (CSV, DescriptionOptions("standard", ("degrees",)), "no unit 'degrees'. Did you mean 'deg'"),
         (CSV.replace("theta", "thetta"), DEG, "no such column: thetta"),

@@ -56,8 +56,8 @@ def read_dh_table(path: Path, convention: Convention | None = None, units: Seque
     known = read.convention or convention
     if known is None:
         raise UsageError(
-            f"{path.name}: standard or modified (Craig's) Denavit-Hartenberg numbers? Choose with --dh, or in the file"
-            " under convention."
+            f"{path.name}: standard or modified (Craig's) Denavit-Hartenberg numbers? State `convention` in a TOML"
+            " file, or --dh of `robolaser import`."
         )
     names = read.units.split(",") if isinstance(read.units, str) else read.units or units
     of_file = stated_units([name.strip() for name in names], path.name)
