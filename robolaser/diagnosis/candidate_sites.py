@@ -278,7 +278,7 @@ def _of_measuring_system(fit: Fit, derivatives: StageDerivatives, in_run: Sequen
             yield _of_rows("tool", f"direction of view of {name}", derivatives.of_rows(Stage.TARGET, own))
             slips = derivatives.of_body(Stage.FLANGE, points.number == number)[:, :3]
             for coordinate, basis in in_run:
-                yield Site("tool", f"{coordinate} at {name}", slips, basis, fit.pose_of_number)
+                yield Site("tool", f"{coordinate}, at {name} alone", slips, basis, fit.pose_of_number)
     for coordinate, basis in (
         ("distance", smooth(range_m)),  # refraction in air
         ("position in space", points.xyz / max(float(np.ptp(points.xyz)), 1e-12)),  # strain

@@ -264,7 +264,7 @@ def test_a_reflector_that_slips_in_its_nest_is_no_tool_that_was_clamped_anew():
     xyz = np.where(alone, held_elsewhere(made, slipped).points["xyz"], points["xyz"])
     seen = replace(made.dataset, points=replace(points, xyz=xyz))
     found = examine(seen, kinds("mount_shift", "tool_drift", "base_shift"), seed=0)
-    assert (found.where[0].site, found.where[0].coordinate) == ("tool", f"time at {points.names[1]}")
+    assert (found.where[0].site, found.where[0].coordinate) == ("tool", f"time, at {points.names[1]} alone")
     assert "unknown" in {one.name for one in found.classes if one.probability > 0.5}
     assert not [one for one in found.findings if one.probability > 0.5]
 
