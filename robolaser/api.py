@@ -95,7 +95,7 @@ def calibrate(
         if unused := [name for name, value in vars(plan).items() if value != getattr(usual, name)]:
             raise UsageError(f"A log of a moving arm is fitted by least squares: leave out {', '.join(unused)}.")
         fit = calibrate_motion(_motion_log(data), _names(plan.effects), seed=plan.seed, progress=progress)
-        return MotionCalibrationResult(fit, plan.seed)
+        return MotionCalibrationResult.of(fit, plan.seed)
     return CalibrationResult.of(fitting.calibrate(_data_set(data), plan, progress=progress))
 
 
@@ -142,7 +142,7 @@ def diagnose(
             raise UsageError("`validate` predicts measured poses: leave it out for the log of a moving arm.")
         log = _motion_log(data)
         names = None if effects is None else _names(_effects(effects))
-        return MotionResult(diagnose_motion(log, names, without, seed, progress))
+        return MotionResult.of(diagnose_motion(log, names, without, seed, progress))
     kinds = None if effects is None else _kinds(effects)
     again = partial(examine, effects=kinds, seed=seed, without=without, validate=[_data_set(one) for one in others])
     return DiagnosisResult.of(again(_data_set(data), progress=progress), seed, again)

@@ -84,7 +84,8 @@ def new(
     truth = truth or trial.truth_beside(folder)
     if truth.resolve().is_relative_to(folder.resolve()):
         raise UsageError(f"--truth {truth} is in {folder} and would be given away with it. Keep it elsewhere.")
-    with results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim, terminal.progress() as progress:
+    writing = results_in(folder, command=NEW, files=[], inputs=like, over=[SCORE], force=force)
+    with writing as claim, terminal.progress() as progress:
         names = trial.new(folder, truth, sources, plan, claim=claim, progress=progress)
 
     def print_names() -> None:
@@ -125,9 +126,10 @@ def score(
     from robolaser.data.result_folder import json_text, results_in, write_results
     from robolaser.trials import trial
 
-    file = (output or folder) / "score.json"
-    with results_in(file.parent, command=SCORE, files=[file.name], force=force) as claim, ExitStack() as stack:
-        truths = trial.unseal(folder, truth or trial.truth_beside(folder))
+    file, truth = (output or folder) / "score.json", truth or trial.truth_beside(folder)
+    writing = results_in(file.parent, command=SCORE, files=[file.name], inputs=[truth], force=force)
+    with writing as claim, ExitStack() as stack:
+        truths = trial.unseal(folder, truth)
         diagnoses = trial.diagnosis_files(folder, truths, file.parent)
         claim(f"{name}/{trial.DIAGNOSIS}" for name, path in diagnoses.items() if not path.exists())
         executor = stack.enter_context(Processes(jobs))

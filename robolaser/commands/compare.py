@@ -77,6 +77,7 @@ def compare(
     from robolaser.benchmark import compare as comparing
     from robolaser.benchmark import journal
     from robolaser.benchmark.solvers import DEFAULT
+    from robolaser.data.result_folder import results_in
 
     if not datasets:
         raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
@@ -95,8 +96,10 @@ def compare(
             _write(result, folder, terminal, iohprofiler=iohprofiler, latex=latex, typed=typed)
 
         if merge:
-            result = journal.merge([output, *datasets] if resume and (output / journal.NAME).is_file() else datasets)
-            comparing.refuse_to_mix(output, resume=resume, force=force)
+            with results_in(output, command="compare", files=(), inputs=[*map(Path, datasets)]):
+                extended = resume and (output / journal.NAME).is_file()
+                result = journal.merge([output, *datasets] if extended else datasets)
+                comparing.refuse_to_mix(output, resume=resume, force=force)
             write(result, output)
         else:
             result = comparing.compare(

@@ -60,7 +60,8 @@ def export(
                 " are so large that no file was written."
             )
         written = placements_into(text, read_text(corrected, ROBOT_BYTES), contents["effects"], into.name)
-    with results_in(output.parent, command="export", files=[output.name], inputs=[result, into], force=force):
+    inputs = [result, into, *filter(None, [replay])]
+    with results_in(output.parent, command="export", files=[output.name], inputs=inputs, force=force):
         write_results(output.parent, {output.name: written.text})
     compared = None
     if log is not None and before is not None:

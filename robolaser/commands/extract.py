@@ -59,7 +59,8 @@ def extract(
     names = {main, *others, *(() if output is None else FOLDER)}
     shots = [] if output is None else images_of_poses(dataset)
     images = [str(file.relative_to(recording)) for shot in shots for file in shot.files]
-    with results_in(folder, command="extract", files=[*sorted(names), *images], force=force):
+    inputs = [] if output is None else [recording]
+    with results_in(folder, command="extract", files=[*sorted(names), *images], inputs=inputs, force=force):
         files: dict[str, Any] = {
             name: written_later(partial(read_bytes, recording / name, IMAGE_BYTES)) for name in images
         }

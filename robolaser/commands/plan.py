@@ -60,7 +60,8 @@ def plan(
         refuse(f"{poses} is a data set, which contains that", given)
         if is_motion(poses):
             refuse(f"{poses} is the log of a moving arm", {"--points": points, "the noise": noise.typed})
-            motions = plan_motion(load_motion(poses, planned=True))
+            with terminal.progress():
+                motions = plan_motion(load_motion(poses, planned=True))
             terminal.show(motions.to_dict(), lambda: print_document(motion.plan_document(motions)))
             return
         dataset = load(poses)
@@ -73,7 +74,8 @@ def plan(
     noise.refuse_unused(dataset)
     dataset = replace(dataset, noise=replace(dataset.noise, **noise.typed))
     terminal.warn(*dataset.warnings)
-    found = examine_plan(dataset, points=points, mount=mount, seed=seed)
+    with terminal.progress():
+        found = examine_plan(dataset, points=points, mount=mount, seed=seed)
     if not isinstance(found.dataset.options, Mounting):
         refuse("Only a camera and a profile sensor stand in the cell", {"--mount": mount != "flange"})
     terminal.show(found.to_dict(), lambda: print_document(pose_plan.document(found)))

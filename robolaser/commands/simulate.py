@@ -64,7 +64,9 @@ def simulate(
                 "--unplaced": unplaced, "the noise": noise.typed}  # fmt: skip
         refuse("A log of a moving arm has --sessions and --effect only", idle)
     files = MOTION_FOLDER if sensor == "motion" else FOLDER
-    with results_in(output, command="simulate", files=files, force=force) as claim:
+    inputs = [*filter(Path.is_file, [Path(robot)])]
+    writing = results_in(output, command="simulate", files=files, inputs=inputs, force=force)
+    with writing as claim, terminal.progress():
         arm, name = find_robot(robot, flange=flange), output.resolve().name
         sizes = sizes_of(effects)
         if sensor == "motion":

@@ -25,7 +25,7 @@ def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
         **_errors(found.fit, DIAGNOSIS),
         "verdict": found.verdict,
         "sentence": sentence(found),
-        "where": [asdict(one) for one in found.places],
+        "where": [asdict(one) | {"coordinate": one.coordinate or None} for one in found.places],
         "effects": [_effect(one, found.fit) for one in found.fit.findings],
         "kinds": kinds_json(found.fit),
         "classes": _classes(found),

@@ -5,6 +5,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from html import escape
+from threading import Timer
 from typing import Any, Final
 
 from robolaser.arrays import Progress
@@ -70,15 +71,17 @@ def _on_terminal() -> Iterator[Progress]:
 
     columns = (BarColumn(30), TaskProgressColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
     bar = Bar(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5)
-    task = bar.add_task("", total=1.0)
-    began = time.monotonic()
+    task = bar.add_task("", total=None)
+    later = Timer(PATIENCE_S, bar.start)  # long work may report nothing in between
+    later.daemon = True
+    later.start()
 
     def show(what: str, share: float) -> None:
-        bar.update(task, description=plain(printable(what)), completed=share)
-        if time.monotonic() - began > PATIENCE_S and not bar.live.is_started:
-            bar.start()
+        bar.update(task, description=plain(printable(what)), total=1.0, completed=share)
 
     try:
         yield show
     finally:
+        later.cancel()
+        later.join()
         bar.stop()

@@ -161,6 +161,10 @@ class FittedResult(Result, Record):
 
         return pd.DataFrame(self.to_dict()["effects"], columns=FINDING)
 
+    def _read_back(self) -> str:
+        said = self.get("sentence", "the numbers of effects")
+        return f"{self.dataset}: {said}\n{self.to_frame().to_string()}\n"
+
     @property
     def robot(self) -> Robot | None:
         """The corrected arm: `forward`, `jacobian` and `inverse`, in batches; None where there is none."""

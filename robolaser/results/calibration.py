@@ -23,6 +23,8 @@ from robolaser.robot.kinematics import Robot
 if TYPE_CHECKING:
     import pandas as pd
 
+    from robolaser.results.motion import MotionCalibrationResult
+
 CALIBRATION_FILES: Final = ("calibration.json", PAGE, *EXPORTED)
 
 
@@ -118,7 +120,7 @@ class CalibrationResult(FittedResult):
         return f"{': '.join((self.dataset, *known[:1]))}\n{self.to_frame().to_string()}\n"
 
 
-def load_calibration(path: str | Path) -> CalibrationResult:
+def load_calibration(path: str | Path) -> "CalibrationResult | MotionCalibrationResult":
     """Load a calibration from calibration.json or its folder.
 
     Raises:
@@ -130,4 +132,8 @@ def load_calibration(path: str | Path) -> CalibrationResult:
         0.008
     """
     contents, _, folder = read_result(Path(path), CALIBRATION)
+    if contents.get("kind") == "motion":
+        from robolaser.results.motion import MotionCalibrationResult  # noqa: PLC0415 - measured poses need none of it
+
+        return MotionCalibrationResult(contents, folder=folder)
     return CalibrationResult(contents, folder=folder)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Final, Self, final
+from typing import TYPE_CHECKING, Any, Final, Self, final
 
 from robolaser.calibration.result import Calibration
 from robolaser.calibration.saved import DIAGNOSIS, read_result, robot_in, run_in
@@ -16,7 +16,6 @@ from robolaser.diagnosis.growth import with_poses
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import UsageError
-from robolaser.export import servo_table
 from robolaser.export.files import exported
 from robolaser.model.effects.run import RunSummary
 from robolaser.report.diagnosis import page as of_diagnosis
@@ -26,6 +25,9 @@ from robolaser.results import PAGE, Files, FittedResult, Record
 from robolaser.results.calibration import CALIBRATION_FILES
 from robolaser.results.delivered import Delivered, arm_in, delivered
 from robolaser.robot.kinematics import Robot
+
+if TYPE_CHECKING:
+    from robolaser.results.motion import MotionResult
 
 Again = Callable[[Dataset], Diagnosis]
 DIAGNOSIS_FILES: Final = ("diagnosis.json", *CALIBRATION_FILES)
@@ -130,7 +132,7 @@ class DiagnosisResult(FittedResult):
     def files(self, *, command: str = "") -> Files:
         """diagnosis.json, and the files of the corrected model as a calibration."""
         if self.diagnosis is None:
-            return self._saved((*DIAGNOSIS_FILES, servo_table.FILE))
+            return self._saved(DIAGNOSIS_FILES)
         assert self.model is not None
         return {
             **exported(self.model),
@@ -144,11 +146,8 @@ class DiagnosisResult(FittedResult):
         made = self.diagnosis
         return None if made is None else of_diagnosis.document(made, brief=brief, files=self["files"])
 
-    def _read_back(self) -> str:
-        return f"{self.dataset}: {self.sentence}\n{self.to_frame().to_string()}\n"
 
-
-def load_diagnosis(path: str | Path) -> DiagnosisResult:
+def load_diagnosis(path: str | Path) -> "DiagnosisResult | MotionResult":
     """Load a diagnosis from diagnosis.json or its folder.
 
     Raises:
@@ -160,4 +159,8 @@ def load_diagnosis(path: str | Path) -> DiagnosisResult:
         []
     """
     contents, _, folder = read_result(Path(path), DIAGNOSIS)
+    if contents.get("kind") == "motion":
+        from robolaser.results.motion import MotionResult  # noqa: PLC0415 - measured poses need none of it
+
+        return MotionResult(contents, folder=folder)
     return DiagnosisResult(contents, folder=folder)

@@ -1,6 +1,8 @@
-"""New diagnoses of moving arms."""
+"""Diagnoses and calibrations of moving arms, new or loaded."""
 
-from typing import TYPE_CHECKING, Any, Final, final
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Self, final
 
 from robolaser.data.result_folder import json_text
 from robolaser.export import servo_table
@@ -21,17 +23,30 @@ MOTION_CALIBRATION_FILES: Final = ("calibration.json", PAGE)
 
 @final
 class MotionResult(FittedResult):
-    """A diagnosis of a moving arm: the entries of diagnosis.json, as a dictionary and as attributes."""
+    """A diagnosis of a moving arm: the entries of diagnosis.json, as a dictionary and as attributes.
+
+    Attributes:
+        diagnosis: All contents of the report; None if it was loaded.
+    """
 
     command = "diagnose"
 
-    def __init__(self, made: MotionDiagnosis) -> None:
+    def __init__(
+        self, contents: Mapping[str, Any], made: MotionDiagnosis | None = None, folder: Path | None = None
+    ) -> None:
+        super().__init__(contents, folder)
+        self.diagnosis = made
+
+    @classmethod
+    def of(cls, made: MotionDiagnosis) -> Self:
+        """A new diagnosis."""
         contents = motion_json(made)
-        super().__init__(contents | {"files": _delivered(contents)})
-        self.diagnosis = made  # all contents of the report
+        return cls(contents | {"files": _delivered(contents)}, made)
 
     def files(self, *, command: str = "") -> Files:
         """diagnosis.json, the table of the servos' numbers, and the page."""
+        if self.diagnosis is None:
+            return self._saved(MOTION_FILES)
         found = self.to_dict()
         return {
             "diagnosis.json": json_text(found),
@@ -39,8 +54,9 @@ class MotionResult(FittedResult):
             PAGE: render(of_motion.document(self.diagnosis.fit, self.diagnosis), command),
         }
 
-    def _document(self, *, brief: bool) -> Document:
-        return of_motion.document(self.diagnosis.fit, self.diagnosis)
+    def _document(self, *, brief: bool) -> Document | None:
+        made = self.diagnosis
+        return None if made is None else of_motion.document(made.fit, made)
 
 
 def _delivered(found: dict[str, Any]) -> list[dict[str, Any]]:
@@ -52,13 +68,22 @@ def _delivered(found: dict[str, Any]) -> list[dict[str, Any]]:
 
 @final
 class MotionCalibrationResult(FittedResult):
-    """Numbers of effects on a moving arm: the entries of calibration.json, as a dictionary and as attributes."""
+    """Numbers of effects on a moving arm: the entries of calibration.json, as a dictionary and as attributes.
+
+    Attributes:
+        fit: All contents of the report; None if it was loaded.
+    """
 
     command = "calibrate"
 
-    def __init__(self, made: MotionFit, seed: int) -> None:
-        super().__init__(motion_calibration_json(made, seed))
-        self.fit = made  # all contents of the report
+    def __init__(self, contents: Mapping[str, Any], made: MotionFit | None = None, folder: Path | None = None) -> None:
+        super().__init__(contents, folder)
+        self.fit = made
+
+    @classmethod
+    def of(cls, made: MotionFit, seed: int) -> Self:
+        """A new calibration."""
+        return cls(motion_calibration_json(made, seed), made)
 
     def to_frame(self) -> "pd.DataFrame":
         """A row for each number of each effect."""
@@ -73,7 +98,9 @@ class MotionCalibrationResult(FittedResult):
 
     def files(self, *, command: str = "") -> Files:
         """calibration.json and the page."""
+        if self.fit is None:
+            return self._saved(MOTION_CALIBRATION_FILES)
         return {"calibration.json": json_text(self.to_dict()), PAGE: render(of_motion.document(self.fit), command)}
 
-    def _document(self, *, brief: bool) -> Document:
-        return of_motion.document(self.fit)
+    def _document(self, *, brief: bool) -> Document | None:
+        return None if self.fit is None else of_motion.document(self.fit)

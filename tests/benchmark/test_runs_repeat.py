@@ -111,6 +111,14 @@ def test_a_merge_is_extended_by_further_folders(tmp_path):
     assert len(load_comparison(tmp_path / "all").runs) == 2
 
 
+def test_a_merge_replaces_no_comparison_that_it_merges(tmp_path, capsys):
+    robolaser.compare("mine:Sphere", "random", output=tmp_path, **ASKED)
+    before = (tmp_path / "runs.jsonl").read_bytes()
+    assert main(["compare", "--merge", str(tmp_path), "--output", str(tmp_path), "--force"]) == 1
+    assert "is an input of this command" in capsys.readouterr().err
+    assert (tmp_path / "runs.jsonl").read_bytes() == before
+
+
 def stopped(*_, **__):
     raise KeyboardInterrupt
 

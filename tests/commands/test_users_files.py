@@ -2,12 +2,15 @@
 
 import hashlib
 import shutil
+from pathlib import Path
 
 import pytest
 from few_files import only
 
 from robolaser import compare
 from robolaser.cli import main
+
+ETNA = Path(__file__).parents[2] / "examples" / "etna-s2"
 
 
 def digests(folder):
@@ -74,6 +77,23 @@ def test_simulate_does_not_replace_the_urdf_it_was_given(made, tmp_path, capsys)
     assert main(["simulate", "--robot", str(urdf), "--output", str(tmp_path), "--poses", "8", "--force"]) == 1
     assert "robot.urdf" in capsys.readouterr().err
     assert digests(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    ("typed", "output"),
+    [
+        (["simulate", "--robot", "stripe/robot.urdf", "--force"], ["--output", "stripe"]),
+        (["extract", "recording"], ["--output", "recording/measured"]),
+        (["challenge", "new", "--like", "stripe", "--truth", "truth"], ["stripe/trial"]),
+    ],
+)
+def test_nothing_is_written_over_or_into_what_a_command_reads(typed, output, dataset, monkeypatch, capsys):
+    monkeypatch.chdir(dataset.parent)
+    shutil.copytree(ETNA, "recording")
+    before = [*dataset.parent.rglob("*")]
+    assert main([*typed, *output]) == 1
+    assert "is an input of this command or is inside one" in capsys.readouterr().err
+    assert [*dataset.parent.rglob("*")] == before
 
 
 def test_no_table_of_a_second_sensor_replaces_the_users_own(tmp_path):

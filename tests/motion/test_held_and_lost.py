@@ -57,7 +57,7 @@ def test_a_lag_is_as_long_where_rows_are_lost(loss):
     assert the_effect(found) == ("lag", "lift", pytest.approx(LAG_S, rel=0.005))
     (gap,) = found.fit.gaps
     assert gap.after[JOINTS.index("lift")] < 0.01 * gap.calibrated[JOINTS.index("lift")]
-    assert "Errors of lift" in MotionResult(found).files()["report.html"]
+    assert "Errors of lift" in MotionResult.of(found).files()["report.html"]
 
 
 def test_readings_that_meet_no_command_but_at_the_ends_are_said_to_be_none():

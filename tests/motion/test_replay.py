@@ -76,6 +76,16 @@ def test_a_log_without_a_driven_joint_is_refused(tmp_path, capsys):
     assert "no actuator" in capsys.readouterr().err
 
 
+def test_no_copy_is_written_into_the_log_that_is_replayed(tmp_path, capsys):
+    log = written(record(World(), series=1, seconds=1.0, seed=3), tmp_path / "log")
+    (tmp_path / "mine.xml").write_text(mjcf(World()), encoding="utf-8")
+    found = {"format": "robolaser-diagnosis/1", "kind": "motion", "effects": []}
+    (tmp_path / "diagnosis.json").write_text(json.dumps(found), encoding="utf-8")
+    asked = ["--into", str(tmp_path / "mine.xml"), "--output", str(log / "real.xml"), "--replay", str(log)]
+    assert main(["export", str(tmp_path / "diagnosis.json"), *asked]) == 1
+    assert "is an input of this command or is inside one" in capsys.readouterr().err
+
+
 def test_an_actuator_of_a_tendon_takes_no_joint_s_commands(tmp_path):
     log = record(World(), series=1, seconds=1.0, seed=3)
     driven = "".join(f'<position joint="{name}" kp="4000" kv="40"/>' for name in JOINTS)

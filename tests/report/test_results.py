@@ -196,12 +196,18 @@ def test_a_saved_arm_needs_only_what_the_schema_requires(tmp_path, dataset):
     assert robolaser.load_calibration(tmp_path).robot.joints == dataset.robot.joints
 
 
-def test_a_diagnosis_of_a_moving_arm_keeps_its_table_when_it_is_read_back(tmp_path, monkeypatch):
+@pytest.mark.parametrize("command", ["calibrate", "diagnose"])
+def test_a_result_of_a_moving_arm_is_read_back_as_the_same(tmp_path, monkeypatch, command):
     monkeypatch.setattr(simulation, "DURATION_S", 5.0)
-    robolaser.diagnose(simulation.simulate_motion(find_robot("ur5e"), seed=1), ["offset"]).save(tmp_path / "found")
-    robolaser.load_diagnosis(tmp_path / "found").save(tmp_path / "again")
-    table, again = ((tmp_path / name / "servos.csv").read_bytes() for name in ("found", "again"))
-    assert table == again
+    log = simulation.simulate_motion(find_robot("ur5e"), effects={"lag:elbow_joint": 0.05}, seed=1)
+    made, kind = (
+        getattr(robolaser, command)(log, effects=["lag"]),
+        {"calibrate": "calibration", "diagnose": "diagnosis"}[command],
+    )
+    keeps_its_contract(made, kind, tmp_path)
+    read = getattr(robolaser, f"load_{kind}")(tmp_path / kind)
+    is_the_same(read, made, tmp_path, kind)
+    assert read.to_frame().equals(made.to_frame())
 
 
 def test_a_path_is_a_data_set_and_a_name_is_an_effect(tmp_path, dataset):

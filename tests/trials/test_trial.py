@@ -56,6 +56,11 @@ def test_who_is_always_right_scores_everything(trial, capsys):
     assert len(capsys.readouterr().out.splitlines()) <= 25
 
 
+def test_no_score_is_written_into_the_truth(trial, capsys):
+    assert main(["challenge", "score", str(trial), "--output", str(truth_beside(trial))]) == 1
+    assert "is an input of this command" in capsys.readouterr().err
+
+
 def test_a_data_set_that_nobody_diagnosed_is_diagnosed(trial):
     min(trial.rglob(Path(DIAGNOSIS).name)).unlink()
     assert main(["challenge", "score", str(trial), "--jobs", "1"]) == 0
