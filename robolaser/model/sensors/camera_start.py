@@ -8,6 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
+from robolaser.data.subsampling import evenly
 from robolaser.errors import EstimationError
 from robolaser.geometry.board_views import INTRINSICS, BoardView, board_pose, find_intrinsics
 from robolaser.geometry.hand_eye import LEAST_TURN, hand_eye_by_travel, robot_world_hand_eye, turn_about_second_axis
@@ -26,13 +27,16 @@ class CameraStart:
         dataset: With pixels and target points.
         image_px: Width and height of the images.
         rides: Whether the camera is on the flange, and the target in the cell.
+        most: Number of views that are used; the others would place a target again that a known camera sees.
     """
 
-    def __init__(self, dataset: Dataset, image_px: tuple[int, int], *, rides: bool) -> None:
+    def __init__(self, dataset: Dataset, image_px: tuple[int, int], *, rides: bool, most: int | None = None) -> None:
         self._rides, self._placed = rides, dataset.placed
         # parameters of the part on the flange, and of the one in the cell
         self._prefixes = ("hand_eye", "target") if rides else ("target", "hand_eye")
-        views, self._poses = _views_of(dataset)
+        every, poses = _views_of(dataset)
+        used = evenly(len(every), most or len(every))
+        views, self._poses = [every[i] for i in used], poses[used]
         self._shown = tuple((np.float64(view.points).tobytes(), np.float64(view.pixels).tobytes()) for view in views)
         self._image_px = image_px
 

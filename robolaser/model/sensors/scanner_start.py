@@ -9,7 +9,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.errors import EstimationError
 from robolaser.geometry.rigid_motion import carry, from_quaternion, inverse, rigid_fit, to_angles
 from robolaser.model.sensors import scanner_geometry
-from robolaser.model.sensors.camera_start import CameraStart
+from robolaser.model.sensors.camera_start import FEWEST_PLACED, CameraStart
 from robolaser.model.sensors.placements import motion, six_names, six_of
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
@@ -58,8 +58,8 @@ def target_by_corners(corners: Dataset, values: Values, T_base_flange: Array) ->
     T_flange_optical = scanner_geometry.mount(corners, values, Perturbation())[:, 0] @ scanner_geometry.optical(corners)
     lens = {**series, "p1": np.zeros_like(f), "p2": np.zeros_like(f)}
     known = {**pinhole, **lens, **six_of(T_flange_optical, "hand_eye")}
-    closed = CameraStart(corners, corners.image_px or scanner_geometry.USUAL_IMAGE_PX, rides=True)
-    found = closed.initialize(known, T_base_flange)
+    image_px = corners.image_px or scanner_geometry.USUAL_IMAGE_PX
+    found = CameraStart(corners, image_px, rides=True, most=FEWEST_PLACED).initialize(known, T_base_flange)
     return {name: found[name] for name in six_names("target")}
 
 
