@@ -102,5 +102,5 @@ def _whitened(columns: Array, U: Array, less: Array) -> Array:
 
 def _over(site: Site, sums: Array) -> Array:
     """Products of the basis functions with sums over each pose or row (n, q, d): (q p, d)."""
-    products = site.basis.T @ np.moveaxis(sums, 1, 0)
-    return np.asarray(products.reshape(np.prod(products.shape[:2]), sums.shape[2]))  # no columns: all are fixed
+    products = site.basis.T @ sums.swapaxes(0, 1)
+    return np.asarray(products.reshape(len(products) * products.shape[1], sums.shape[2]))  # no columns: all are fixed
