@@ -15,7 +15,7 @@ from robolaser.simulation import simulate
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("results")
-    data = simulate(find_robot("scorbot_er7"), poses=25, points=6, effects={"laser_roll": 0.05}, seed=1).dataset
+    data = simulate(find_robot("scorbot_er7"), poses=12, points=6, effects={"laser_roll": 0.05}, seed=1).dataset
     robolaser.calibrate(data).save(made / "plain")
     robolaser.calibrate(data, effects=["laser_roll"]).save(made / "rolled")
     robolaser.diagnose(data, effects=["laser_roll"], seed=0).save(made / "why")

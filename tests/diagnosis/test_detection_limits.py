@@ -25,14 +25,10 @@ def test_an_effect_shows_above_its_limit_and_not_below(clean):
     _, fitted = clean
     (score,) = score_tests(fitted, candidate_effects(["joint_offset:joint_3"], fitted.model.dataset))
     (limit,) = detection_limits([score])
-    found = {
-        factor: [
-            bool(_search(cell({"joint_offset:joint_3": factor * limit.size}, seed=seed)).effects) for seed in (2, 11)
-        ]
-        for factor in (1.8, 0.3)
-    }
-    assert all(found[1.8])
-    assert not any(found[0.3])
+    sizes = 1.8 * limit.size, 0.3 * limit.size
+    above, below = (_search(cell({"joint_offset:joint_3": size}, seed=11)) for size in sizes)
+    assert above.effects
+    assert not below.effects
 
 
 def limits_of(fitted: Fit, *wanted: str) -> list[DetectionLimit]:

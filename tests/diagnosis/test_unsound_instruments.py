@@ -186,7 +186,8 @@ def test_a_trackers_scale_that_drifts_is_an_unknown_cause_there_and_no_link_that
     made = simulate(find_robot("panda"), kind="point", poses=40, noise=Noise(point_m=2e-5), seed=3).dataset
     longer = 2e-4 * np.log1p(20.0 * made.points.pose / len(made.poses))
     xyz = made.points["xyz"] * (1.0 + longer[:, None])
-    found = examine(replace(made, points=replace(made.points, xyz=xyz)), seed=0)
+    alike = kinds("tracker_scale", "arm_scale", "thermal_drift", "base_drift", "tool_drift")
+    found = examine(replace(made, points=replace(made.points, xyz=xyz)), alike, seed=0)
     assert (found.where[0].site, found.where[0].coordinate) == ("measuring_system", "time")
     assert {one.name for one in found.classes if one.probability > 0.5} - {"base"} == {"unknown"}
 

@@ -260,9 +260,9 @@ def test_the_papers_experiment_fixes_all_but_the_gauge(robot):
 
 
 ONE_OF_A_MAKE = list({(entry.maker, len(entry.joints)): entry for entry in known_robots()}.values())
-"""The postures of these kinds of sensors are searched for."""
-SIMULATED = [(entry, kind) for entry in known_robots() for kind in ("stripe", "point", "pose")]
-SIMULATED += [(entry, kind) for entry in ONE_OF_A_MAKE for kind in ("camera", "profile", "socket")]
+"""For these: the postures of the other sensors are searched for, or are those of a tracker."""
+SIMULATED = [(entry, kind) for entry in known_robots() for kind in ("stripe", "point")]
+SIMULATED += [(entry, kind) for entry in ONE_OF_A_MAKE for kind in ("camera", "pose", "profile", "socket")]
 
 
 @pytest.mark.parametrize(("entry", "kind"), SIMULATED, ids=lambda one: one if isinstance(one, str) else one.name)
