@@ -20,7 +20,7 @@ FEW = [kind for kind in EFFECTS if kind.name in ("hand_eye_sag", "link_geometry"
 
 def breathing(size: float) -> Dataset:
     """A camera whose focal length follows the square of the distance."""
-    made = simulate(find_robot("ur5"), kind="camera", poses=20, points=20, noise=Noise(pixel_px=0.1), seed=4)
+    made = simulate(find_robot("ur5"), kind="camera", poses=20, points=12, noise=Noise(pixel_px=0.1), seed=4)
     dataset, truth, model = made.dataset, made.truth, Model(made.dataset)
     values = model.parameters.values(np.array([[truth[name] for name in model.parameters.names]]))
     perturb = model.perturb(values)

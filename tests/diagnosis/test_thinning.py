@@ -26,7 +26,7 @@ def tracked(poses: int = 700, **effects: float) -> Dataset:
     wanted = {name.replace("__", ":"): size for name, size in effects.items()}
     noise = Noise(point_m=2e-5)
     return simulate(
-        find_robot("ur5e"), kind="point", poses=poses, points=3, noise=noise, effects=wanted, seed=5
+        find_robot("ur5e"), kind="point", poses=poses, points=2, noise=noise, effects=wanted, seed=5
     ).dataset
 
 
