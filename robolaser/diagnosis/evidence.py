@@ -1,7 +1,7 @@
 """The evidence for an effect against the alternatives that could replace it."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -30,7 +30,7 @@ class EffectEvidence:
     candidate_effect: CandidateEffect
     explained: float  # increase of chi-squared without the effect
     probability: float
-    credibility: float  # probability that the effect, not an unmodelled cause, explains this
+    credibility: float  # probability that the effect, not an unmodelled cause, explains this; 1 before `doubted`
     # probabilities of the effect, of each candidate tried instead, and, under None, of neither; their sum is 1,
     # except for candidates that occur together
     weights: Mapping[CandidateEffect | None, float]
@@ -42,25 +42,19 @@ class EffectEvidence:
         """The refitted model without the effect."""
         return self.fits[None]
 
+    def doubted(self, unmodelled: float, unexplained: float) -> "EffectEvidence":
+        """The same with the probability of an unmodelled cause, and the chi-squared that no effect explains."""
+        believable = credibility(unmodelled, unexplained, self.explained)
+        return replace(self, probability=self.probability * believable, credibility=believable)
 
-def evidence_for(
-    refits: Refits,
-    final: Fit,
-    candidate_effect: CandidateEffect,
-    unmodelled: float,
-    unexplained: float,
-    held_out: HeldOut,
-) -> EffectEvidence:
-    """Weigh an effect of the final model against its alternatives.
 
-    By the probability of an unmodelled cause instead, and the chi-squared that no effect explains.
-    """
+def evidence_for(refits: Refits, final: Fit, candidate_effect: CandidateEffect, held_out: HeldOut) -> EffectEvidence:
+    """Weigh an effect of the final model against its alternatives."""
     without = refits.refit(final, removed=candidate_effect)
     explained = without.chi2 - final.chi2
     others = list(_alternatives_refitted(refits, final, candidate_effect))
     costs = np.array([refits.cost(fit) for fit in (final, *(fit for _, fit in others), without)])
     weights = posterior_weights(costs)
-    believable = credibility(unmodelled, unexplained, explained)
     by_candidate: dict[CandidateEffect | None, float] = dict(
         zip((candidate_effect, *(one for one, _ in others), None), weights.tolist(), strict=True)
     )
@@ -78,8 +72,8 @@ def evidence_for(
     return EffectEvidence(
         candidate_effect,
         explained,
-        by_candidate[candidate_effect] * believable,
-        believable,
+        by_candidate[candidate_effect],
+        1.0,
         by_candidate,
         fits,
         tuple({one: (one, fit) for one, fit in reversed(indistinguishable)}.values())[::-1],

@@ -30,8 +30,8 @@ def prune(
     effects less likely than an unmodelled cause; effects that are not credible; effects that do not lower the held-out
     error when they are added. Of several, the worse half is removed at a time. After removals an alternative may be
     more probable than an effect, and then replaces it. The effects that explain least are weighed first: they are the
-    likeliest to be replaced, after which all are weighed again. A removed effect may be needed again beside one that
-    remains at its site.
+    likeliest to be replaced, after which all are weighed again; only when all remain, without optics, are they weighed
+    against unmodelled causes. A removed effect may be needed again beside one that remains at its site.
 
     Returns:
         Fits of the remaining effects, added one by one to the model without any; the evidence for each of them; and the
@@ -68,14 +68,14 @@ def prune(
         evidence: dict[CandidateEffect, EffectEvidence] = {}
         for one in sorted(final.effects, key=lambda one: refits.refit(final, removed=one).chi2):
             progress(f"weighing {one} against other effects")
-            evidence[one] = evidence_for(refits, final, one, instead_of(final, one), unexplained(final), held_out)
+            evidence[one] = evidence_for(refits, final, one, held_out)
             better = exchanged(final, evidence[one], held_out)
             if better is not None and frozenset(better.effects) not in visited:
                 final = better
                 visited.add(frozenset(final.effects))
                 break
         else:
-            found = [evidence[one] for one in final.effects]
+            found = [evidence[one].doubted(instead_of(final, one), unexplained(final)) for one in final.effects]
             nested = nested_fits(refits, refits.of(final), held_out, found)
             if doubtful := _not_lowering(nested, held_out):
                 final = _without_half(refits, nested[-1], doubtful)
