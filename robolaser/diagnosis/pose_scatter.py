@@ -14,6 +14,7 @@ from robolaser.diagnosis.pose_noise import explained
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT
 from robolaser.estimation.noise_estimate import NoiseEstimate, noise_limits
+from robolaser.estimation.solver import ENOUGH
 from robolaser.model.blocks.errors import moved_with_pose
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.error_source import ErrorSource
@@ -106,13 +107,13 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> PartScatter | None:
     By the noise estimated from the final model's residuals, without a limit for one location at a time. A repeatable
     error is no scatter.
     """
-    base = found.limited()
+    base = found.limited
     of_poses = _limits_of_poses(found)
     if not any(name in of_poses for name in base.estimated):
         return None
     parts = list(_scattering_parts(fit, found))
     loose = [found.loosened(part.names, part.further) for part in parts]
-    noises = [one.limited() for one in loose]
+    noises = [one.limited if _may_grow(part, found, one) else base for one, part in zip(loose, parts, strict=True)]
     costs = [one.likelihood.cost(noise) for one, noise in zip(loose, noises, strict=True)]
     twice = 2.0 * np.array([cost for cost, _ in costs])
     best = int(np.argmin(twice))
@@ -176,6 +177,14 @@ def _scattering_parts(fit: Fit, found: NoiseEstimate) -> Iterator[_Part]:
     yield _Part(FLANGE, tuple(one.name for one in further), further)
 
 
+def _may_grow(part: _Part, found: NoiseEstimate, loose: NoiseEstimate) -> bool:
+    """Whether a part may scatter more than in the likeliest noise within the limits, by a score test if it is new."""
+    sigmas = found.limited.sigmas
+    if part.further:
+        return 2.0 * loose.likelihood.gain_of_growth(found.limited, part.names) > ENOUGH
+    return any(name in found.known or sigmas[name] >= found.limits[name] for name in part.names)
+
+
 def _has_shape(fit: Fit, found: NoiseEstimate, part: _Part) -> bool:
     """Whether the apparent scatter, or a part of it, depends on a coordinate.
 
@@ -184,7 +193,7 @@ def _has_shape(fit: Fit, found: NoiseEstimate, part: _Part) -> bool:
     beyond the likelihood lost by that; a shape beside the whole scatter is another cause.
     """
     alone = replace(found, likelihood=replace(found.likelihood, J=explained(fit, smooth=False)))
-    noise = alone.limited()
+    noise = alone.limited
     least = alone.likelihood.cost(noise)[0]
 
     def gain(share: float) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -128,8 +129,7 @@ class Preparation:
         """
         if not _scatter_is_seen(final):
             return None
-        columns = explained(final, smooth=smooth)
-        return pose_scatter(final, NoiseEstimate.of(data, final.model, final.x, columns))
+        return pose_scatter(final, _estimate(data, final, smooth=smooth))
 
     def outliers(self, final: Fit) -> Bools:
         """Mask of gross errors of the final model by its remaining noise, (rows of points.csv,).
@@ -148,16 +148,22 @@ class Preparation:
         return found & far({source.name for source in shots.sources}) if found.any() else found
 
     def _left(self, data: AveragedData, final: Fit, *, smooth: bool) -> NoiseModel:
-        return self._noise(NoiseEstimate.of(data, final.model, final.x, explained(final, smooth=smooth)), final)
+        return self._noise(_estimate(data, final, smooth=smooth), final)
 
     def _noise(self, estimate: NoiseEstimate, fit: Fit) -> NoiseModel:
-        return estimate.limited() if _scatter_is_seen(fit) else estimate.of_rows()
+        return estimate.limited if _scatter_is_seen(fit) else estimate.of_rows()
 
 
 def _calibrated(dataset: Dataset, seed: int) -> tuple[Calibration, NoiseWeightedFit]:
     found = calibrated(Model(dataset), Plan(weights="noise", seed=seed))
     assert found.weighted is not None  # rows were weighed by noise
     return found, found.weighted
+
+
+@lru_cache(maxsize=1)
+def _estimate(data: AveragedData, final: Fit, *, smooth: bool) -> NoiseEstimate:
+    """The noise estimated from a model's residuals; that of the last one is cached."""
+    return NoiseEstimate.of(data, final.model, final.x, explained(final, smooth=smooth))
 
 
 def _scatter_is_seen(fit: Fit) -> bool:

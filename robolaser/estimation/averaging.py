@@ -13,7 +13,7 @@ from robolaser.model.grouped_rows import group_sums
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class AveragedData:
     """A data set with one row for each point of each pose."""
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final, final
 
 import numpy as np
@@ -108,6 +109,7 @@ class NoiseEstimate:
         known = {name: size for name, size in self.known.items() if name not in names}
         return replace(self, likelihood=likelihood, known=known, limits=limits)
 
+    @cached_property
     def limited(self) -> NoiseModel:
         """The likeliest noise within the limits.
 

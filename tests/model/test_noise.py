@@ -294,6 +294,18 @@ def test_the_score_test_promises_at_least_half_of_what_stated_noise_gains_by_gro
     assert (promised > 4.0) == (grown > 1.0)
 
 
+@pytest.mark.parametrize("size", [0.0, 2e-4])
+def test_the_score_test_of_a_source_without_size_tells_whether_it_explains_anything(size):
+    cell = stripe_cell(np.random.default_rng(9), poses=30, points=8, robot="scorbot_er7")
+    shaken = cell.shaken(np.random.default_rng(10), pixel=0.1, joint=size)
+    model, x = shaken.model(), cell.truth(cell.model())
+    left = model.residuals(x[None])[0]
+    likelihood = NoiseLikelihood(error_sources(model, x), shaken.dataset.points.pose, left, jacobian_matrix(model, x))
+    known = {"target": (0.0, "stated"), "pixel": (0.1, "stated")}
+    without, _ = likelihood.likeliest({**known, "joint": (0.0, "stated")})
+    assert (likelihood.gain_of_growth(without, ["joint"]) > 4.0) == (size > 0.0)
+
+
 def test_what_a_bound_keeps_from_the_fit_counts_as_noise_left_over():
     cell = tracker_cell(np.random.default_rng(16), poses=20, robot="scorbot_er7").shaken(
         np.random.default_rng(17), point=1e-4

@@ -5,7 +5,7 @@ of residuals that no fitted number can change. Patterson, Thompson 1971, Biometr
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
@@ -20,9 +20,11 @@ MOST_ROWS_A_POSE = 30  # more add nothing on the size of the errors
 MOST_ROWS = 2000  # altogether, as long as each pose keeps a few
 LEAST_ROWS_A_POSE = 3
 Known = Mapping[str, tuple[float, Origin]]  # sizes of sources, and where they come from, by name
+TINY = float(np.finfo(np.float64).tiny)
 UNMOVED = 1e-12  # variance by a source, over the largest, up to which it does not move a number
 FEW = 0.5  # share of a pose's numbers up to which it pays to separate the directions of its errors
 SPAN = (1e-4, 1e2)  # search range of a standard deviation, in units of the one that would explain the residuals alone
+BEGINNING = 1e-2  # of a source that begins to grow, likewise
 STARTS = (1.0, 0.1)
 """Starts of the search, in units of equal shares in the residuals: a single one may end in a local optimum."""
 CALM_STEPS = 6
@@ -86,8 +88,12 @@ class NoiseLikelihood:
         return NoiseModel(self.sources, {name: sigmas[name] for name in names}, origin), cost
 
     def gain_of_growth(self, noise: NoiseModel, names: Collection[str]) -> float:
-        """Increase of the largest log-likelihood if named sources grew: a score test."""
-        shaking, (_, expected, there, curvature) = self._restricted(noise)
+        """Increase of the largest log-likelihood if named sources grew, also from zero: a score test."""
+        errors, sizes = self._errors, dict(noise.sigmas)
+        for name in names:
+            alone = np.square(errors.e).sum() / max(np.einsum("n,nii->", errors.times, errors.unit[name]), TINY)
+            sizes[name] = sizes.get(name) or BEGINNING * float(np.sqrt(alone))
+        shaking, (_, expected, there, curvature) = self._restricted(replace(noise, sigmas=sizes))
         tried = np.isin(shaking, list(names))
         slope = np.where(tried, there - expected, 0.0)
         free = ~tried | (slope > 0.0)
@@ -258,8 +264,8 @@ def estimate(
         (k,), each in the unit of its source, its lower limit or nearly zero where the residuals need none; and the
         negative log of the restricted likelihood, up to a constant.
     """
-    total, tiny = float((e**2).sum()), np.finfo(float).tiny
-    alone = np.array([np.sqrt(total / max((times * np.einsum("nii->n", C)).sum(), tiny)) for C in unit])
+    total = float((e**2).sum())
+    alone = np.array([np.sqrt(total / max((times * np.einsum("nii->n", C)).sum(), TINY)) for C in unit])
     count = float((times * np.full(len(e), e.shape[1])).sum())
     if total == 0.0:
         return least, 0.0
@@ -275,7 +281,7 @@ def estimate(
         log_sigma = np.clip(np.log(share * alone / np.sqrt(len(unit))), lowest, highest)
         for _ in range(CALM_STEPS):
             _, expected, there, _ = restricted(log_sigma, known, unit, e, Q, times)
-            log_sigma = log_sigma + 0.25 * (np.log(np.maximum(there, tiny)) - np.log(np.maximum(expected, tiny)))
+            log_sigma = log_sigma + 0.25 * (np.log(np.maximum(there, TINY)) - np.log(np.maximum(expected, TINY)))
             log_sigma = np.clip(log_sigma, lowest, highest)
         if not any(np.abs(log_sigma - other).max() < TOGETHER for other in begun):
             begun.append(log_sigma)
