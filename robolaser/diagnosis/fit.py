@@ -32,9 +32,9 @@ SEEN, LEAST_SHARE = 1e-3, 0.1
 """Least variance by the scatter of whole poses, relative to the largest, in directions that show it; and the least
 share of those directions that remains beside the sensor's parameters. Effects count by their penalties."""
 LEAST_FACTOR = 1e-2  # least factor on an assumed scatter
-MOST_STEPS = 40
-"""Most steps of a fit: a good model takes twenty at most; a hopeless one may creep along a curved valley, for a sixth
-of the time of a tracked arm's diagnosis."""
+MOST_STEPS = 20
+"""Most steps of a fit: a good model takes no more; a hopeless one may creep along a curved valley, where twenty more
+lower its error by a per cent, for a fifteenth of the time of a tracked arm's diagnosis."""
 NEGLIGIBLE = 1e-8
 """Share of a column's squared length below which it is a combination of others, or imitated by the fitted parameters:
 half of double precision."""
