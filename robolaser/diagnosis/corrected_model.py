@@ -1,6 +1,6 @@
 """The corrected model: a diagnosis's result as a calibration for prediction and scanning in other programs."""
 
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -15,8 +15,6 @@ from robolaser.estimation.fisher_information import Information
 from robolaser.estimation.identifiability import unidentifiable
 from robolaser.estimation.noise_estimate import noise_of
 from robolaser.model.forward_model import Model, jacobian
-
-ALGORITHM: Final = "diagnosis"
 
 
 def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
@@ -42,7 +40,7 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
     stated = np.array([item.fixed for item in parameters.items])
     return Calibration(
         model=model,
-        algorithm=ALGORITHM,
+        algorithm="diagnosis",
         weights="noise",
         seed=seed,
         x=x,

@@ -12,8 +12,8 @@ from robolaser.model.effects.run import Run
 
 TIME: Final = "time"  # name of the coordinate along the run
 LEAST_TORQUE_NM: Final = 1e-6  # least range of a joint's gravity torque
-WORDS: Final = {"temperature_c": "temperature", "payload_kg": "payload"}
-UNITS: Final = {"temperature_c": "°C", "payload_kg": "kg"}
+RECORDED: Final = {"temperature_c": ("temperature", "°C"), "payload_kg": ("payload", "kg")}
+"""Words and units of recorded conditions."""
 
 
 @final
@@ -33,7 +33,8 @@ def of_run(run: Run) -> Iterator[Coordinate]:
         yield Coordinate(TIME, run.progress[:, None], "share of the run")
     for name, values in poses.coordinates.items():
         if np.ptp(values) > 0:
-            yield Coordinate(WORDS.get(name, name), values[:, None], UNITS.get(name, ""))
+            word, unit = RECORDED.get(name, (name, ""))
+            yield Coordinate(word, values[:, None], unit)
 
 
 def angle_of(run: Run, joint: str) -> Coordinate:

@@ -26,8 +26,6 @@ from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources
 from robolaser.simulation.planned import planned
 
-FORMAT = "robolaser-plan/1"
-
 
 @final
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ class PosePlan:
     def to_dict(self) -> dict[str, Any]:
         """Contents of the output of `--json`, format `robolaser-plan/1`."""
         return {
-            "format": FORMAT,
+            "format": "robolaser-plan/1",
             "dataset": self.dataset.name,
             "sensor": self.dataset.kind,
             "poses": len(self.dataset.poses),

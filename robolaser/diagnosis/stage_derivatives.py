@@ -14,8 +14,6 @@ from robolaser.model.stages import OF_ROWS, Perturbation, Stage
 from robolaser.robot.flange_motion import FlangeMotion, moved_by_twists
 
 REMEMBERED = 3  # number of fits whose derivatives are cached
-NUMBERS = {Stage.PIXELS: 2, Stage.IMAGE: 2, Stage.LASER_PLANE: 4, Stage.POINTS: 3, Stage.TARGET: 3}
-"""Number of values of a row at these stages."""
 TWISTS = moved_by_twists(np.eye(4)[None, None], np.eye(6)[None, :, None])[0, :, 0]
 """Derivatives of a rigid motion at the identity by shifts along the axes and turns about them, (6, 4, 4)."""
 
@@ -64,8 +62,7 @@ class StageDerivatives:
     def by_row(self, stage: Stage) -> Array:
         """Derivatives of the residuals by shifts of each row's value, (q, m, k) [row's unit/px or 1/m]."""
         if stage not in self._by_row:
-            shift = Dual(np.zeros(NUMBERS[stage]), np.eye(NUMBERS[stage]), tuple(range(NUMBERS[stage])))
-            self._by_row[stage] = self._residuals(stage, lambda value: value + shift).slopes[:, 0]
+            self._by_row[stage] = self._residuals(stage, _shifted).slopes[:, 0]
         return self._by_row[stage]
 
     def of_rows(self, stage: Stage, moves: Array) -> Array:
@@ -132,6 +129,12 @@ class StageDerivatives:
 def stage_derivatives(fit: Fit) -> StageDerivatives:
     """The derivatives of a fit, each computed once; those of the last fits are cached."""
     return StageDerivatives(fit)
+
+
+def _shifted(value: Array) -> Any:
+    """The value (c, m, k) with derivatives by each of its numbers."""
+    k = value.shape[-1]
+    return value + Dual(np.zeros(k), np.eye(k), tuple(range(k)))
 
 
 def _motion(slopes: Array) -> Dual:
