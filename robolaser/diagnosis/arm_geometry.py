@@ -1,17 +1,14 @@
 """The geometry of a whole arm as one effect: all joint placements, each penalised by its usual size."""
 
 from collections.abc import Sequence
-from typing import Final
 
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.diagnosis.profile_likelihood import SIZES
 from robolaser.diagnosis.thresholds import LARGEST_USUAL, PLACEMENTS_OF_AN_ARM
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.link_geometry import LinkGeometry
-
-USUAL_SIZES: Final = np.geomspace(0.01, LARGEST_USUAL, 12)
-"""Sizes of an arm's errors that are tried, relative to those usual in industry: some arms were calibrated before."""
 
 
 def placements_of_arm(effects: Sequence[CandidateEffect]) -> tuple[CandidateEffect, ...]:
@@ -40,7 +37,7 @@ def marginal_cost(x: Array, covariance: Array, prior: Array) -> float:
     gradient = information @ (x / prior)
     of_data, V = np.linalg.eigh(information - np.eye(len(x)))
     of_data, along = np.maximum(of_data, 0.0), (V.T @ gradient) ** 2
-    variances = USUAL_SIZES[:, None] ** 2
+    variances = SIZES[SIZES <= LARGEST_USUAL, None] ** 2
     freedom = np.log1p(variances * of_data).sum(axis=1)
     explained = (along * variances / (1.0 + variances * of_data)).sum(axis=1)
     at_size_one = float((along / (1.0 + of_data)).sum())

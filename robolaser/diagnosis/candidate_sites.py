@@ -21,7 +21,7 @@ from robolaser.diagnosis.pose_coordinates import (
     torque_of,
 )
 from robolaser.diagnosis.stage_derivatives import StageDerivatives, stage_derivatives
-from robolaser.diagnosis.thresholds import DENT, FINE, MAX_DISTORTION_PX, SMOOTH_LOAD, SMOOTH_POSTURE
+from robolaser.diagnosis.thresholds import FINE, MAX_DISTORTION_PX, SMOOTH_LOAD, SMOOTH_POSTURE
 from robolaser.estimation.noise_estimate import LEVER_M
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
@@ -33,7 +33,6 @@ from robolaser.model.stages import Stage
 Basis = tuple[str, Array]
 """Name of a coordinate of poses, and its basis functions, (n, p)."""
 FORCE = "force at the flange"  # the coordinate of an external force at the flange
-SEVERAL = 2  # least number of joints for a common cause
 PER_LENGTH = 3  # least distinct values of a coordinate for each correlation length of waves: fewer may be chance
 SLACK = 10  # most basis functions that locate something loose, which its weight moves from side to side
 DENTS = 80  # most basis functions that locate dents in a target
@@ -148,7 +147,7 @@ def of_several_joints(fit: Fit) -> Iterator[Site]:
     """
     dataset, poses, derivatives = fit.model.dataset, fit.pose_of_number, stage_derivatives(fit)
     joints = moving_joints(dataset.robot)[::-1]
-    if len(joints) < SEVERAL:
+    if not joints:
         return
     robot, q = dataset.arm
     last = [robot.joints.index(name) for name in joints]
@@ -157,7 +156,7 @@ def of_several_joints(fit: Fit) -> Iterator[Site]:
     position = smooth(dataset.flange()[:, :3, 3], SMOOTH_LOAD)
 
     levers = robot.jacobian(q[None])[0, :, :3][poses][:, :, last]
-    for several in range(SEVERAL, len(last) + 1):
+    for several in range(len(last), 1, -1):
         middle, turns = joints[several // 2], by_joint[:, :several]
         yield Site(middle, "posture", turns, posture, poses)
         yield Site(middle, FORCE, (levers[:, :, :several] * turns[:, None]).sum(axis=2), position, poses)
@@ -255,7 +254,7 @@ def _of_target(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
     if points.pixel is None or points.xyz is None or derivatives.passing(Stage.TARGET) is None:
         return
     every, upwards = np.eye(3), fit.model.run.target.axes[:, 2][None]
-    for directions, basis in ((every, smooth(points.xyz)), (upwards, smooth(points.xyz, DENT, most=DENTS))):
+    for directions, basis in ((every, smooth(points.xyz)), (upwards, smooth(points.xyz, FINE, most=DENTS))):
         yield _of_rows("target", "position on the target", _over_rows(derivatives, Stage.TARGET, directions, basis))
 
 

@@ -26,7 +26,9 @@ PARTS: Final = frozenset(
     ("base", "camera", "flange", "hand_eye", "image", "laser", "measuring_system", "target", "timing", "tool")
 )
 """Sites other than joints."""
-FEW: Final = 3  # least number of joint names that are shortened
+NAMED: Final = 3
+"""Most effects, classes, sets or poses that a sentence names: the rest are counted. Of so many joints, or more, only
+the first has its whole name."""
 
 
 def spoken(name: str) -> str:
@@ -105,6 +107,6 @@ def joint_names(names: Sequence[str]) -> str:
     """Names of joints, after the first only their numbers if nothing else differs: "panda_joint2, 3 and 6"."""
     stem = names[0].rstrip("0123456789")
     rests = [name.removeprefix(stem) for name in names]
-    is_short = len(names) >= FEW and stem and all(rest.isdigit() for rest in rests)
+    is_short = len(names) >= NAMED and stem and all(rest.isdigit() for rest in rests)
     shown = [names[0], *rests[1:]] if is_short else list(names)
     return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"

@@ -8,8 +8,9 @@ import numpy as np
 
 from robolaser.calibration.checks import check_poses, check_target
 from robolaser.data.dataset import Dataset
-from robolaser.data.subsampling import subsampled
+from robolaser.data.subsampling import MAX_ROWS, subsampled
 from robolaser.diagnosis.score_tests import lack_of_poses
+from robolaser.diagnosis.thresholds import SMALL_SHARE
 from robolaser.errors import RobolaserError
 from robolaser.estimation.identifiability import null_directions
 from robolaser.estimation.outliers import MIN_POSES
@@ -18,13 +19,6 @@ from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import Effect
 from robolaser.model.effects.requirements import DataLack
 from robolaser.model.forward_model import Model, jacobian_matrix
-
-MOST_POINTS = 3000  # number of points for the check of parameters
-ASIDE = 0.02
-"""Share of the bounds' width: parameters are checked at random values near their start values, which are often special
-(a right angle, a lens without distortion), so that less is identifiable there than at the true values. A judgement."""
-EXTRACT = "There are no points yet: `robolaser extract` finds them in the images."
-NO_POINTS = "There are no points: points.csv must have the measurements of each pose."
 
 
 @final
@@ -110,11 +104,17 @@ def _testability(kind: type[Effect], dataset: Dataset, poses: int) -> Testabilit
 
 
 def _calibration(dataset: Dataset) -> tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]]:
-    """Why it cannot be calibrated, the parameters, and groups that cannot be separated."""
+    """Why it cannot be calibrated, the parameters, and groups that cannot be separated.
+
+    Parameters are checked at random values near their start values, which are often special (a right angle, a lens
+    without distortion), so that less is identifiable there than at the true values.
+    """
     if not len(dataset.points):
-        return EXTRACT if dataset.poses.image is not None else NO_POINTS, (), ()
+        if dataset.poses.image is not None:
+            return "There are no points yet: `robolaser extract` finds them in the images.", (), ()
+        return "There are no points: points.csv must have the measurements of each pose.", (), ()
     try:
-        model = Model(subsampled(dataset, MOST_POINTS), ()).sharing(Model(dataset).sensor_parameters)
+        model = Model(subsampled(dataset, MAX_ROWS), ()).sharing(Model(dataset).sensor_parameters)
         problem = Problem.of(model)
         check_target(model)
         check_poses(problem)
@@ -122,7 +122,7 @@ def _calibration(dataset: Dataset) -> tuple[str, tuple[str, ...], tuple[tuple[st
         return str(error), (), ()
     free = np.flatnonzero(~problem.fixed)
     names = np.array(model.parameters.names)
-    draw = np.random.default_rng(0).uniform(-ASIDE, ASIDE, len(names))
+    draw = np.random.default_rng(0).uniform(-SMALL_SHARE, SMALL_SHARE, len(names))
     aside = model.parameters.nominal + np.where(problem.fixed, 0.0, draw * model.parameters.width)
     J = np.nan_to_num(jacobian_matrix(model, np.clip(aside, model.parameters.lower, model.parameters.upper)))[:, free]
     moved = (J != 0.0).any(axis=0)  # a column of zeros: the parameter moves no row

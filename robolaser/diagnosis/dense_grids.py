@@ -9,7 +9,8 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from robolaser.arrays import Array
-from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
+from robolaser.diagnosis.fit import Fit
+from robolaser.estimation.nonlinear_parameters import NEGLIGIBLE
 from robolaser.model.grouped_rows import group_sums
 
 SPREAD = 12  # grid cells on either side over which a term of a Fourier sum is spread, for twelve correct digits

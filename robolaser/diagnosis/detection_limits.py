@@ -11,16 +11,12 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
-from robolaser.diagnosis.fit import NEGLIGIBLE
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.score_tests import ScoreTest
-from robolaser.diagnosis.thresholds import LARGEST_PLAUSIBLE
+from robolaser.diagnosis.thresholds import LARGEST_PLAUSIBLE, SEEN
 from robolaser.estimation.certainty import CERTAIN
+from robolaser.estimation.nonlinear_parameters import NEGLIGIBLE
 from robolaser.model.effects.effect import CandidateEffect
-
-IMITATED = 1e-4
-"""Ratio of the remaining share of a column's square with and without the effects found, below which they imitate it. A
-judgement: effects that are merely less visible keep a hundredth and more."""
 
 
 def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()) -> tuple[DetectionLimit, ...]:
@@ -53,7 +49,7 @@ def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()
                 identifiable=float(identifiable) if is_identified else None,
                 rival=rival if is_seen else None,
                 at_tool_m=_at_tool(test, float(size)) if is_seen else None,
-                is_imitated=not is_seen and _share_left(test) < IMITATED * seen_alone.get(one, 0.0),
+                is_imitated=not is_seen and _share_left(test) < SEEN * seen_alone.get(one, 0.0),
             )
         )
     return tuple(sorted(limits, key=lambda limit: (limit.candidate_effect.effect.name, limit.candidate_effect.where)))

@@ -12,15 +12,15 @@ from robolaser.data.cell_config import Limits
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.joining import stacked
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.held_out_gap import DRAWS
 from robolaser.estimation.outliers import MIN_POSES
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import touching
 from robolaser.robot.postures import limits, random_configurations
 
-TRIED = 1500  # number of configurations tried: half near measured ones, half anywhere
-NEAR_RAD = 0.4  # standard deviation of each joint around a measured configuration [rad or m]
-WANTED = 5
-APART_RAD = 0.3  # least distance of two configurations in joint space [rad or m]
+NEAR_RAD = 0.4
+"""Standard deviation of each joint of configurations near a measured one, and least distance of two returned ones in
+joint space [rad or m]."""
 
 
 def too_few_poses(dataset: Dataset) -> str:
@@ -78,10 +78,10 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
     chosen: list[int] = []
     bodies = collision_model(dataset, Limits())
     for i in np.argsort(-distance, kind="stable"):
-        apart_from_others = all(np.linalg.norm(tried[i] - tried[j]) >= APART_RAD for j in chosen)
+        apart_from_others = all(np.linalg.norm(tried[i] - tried[j]) >= NEAR_RAD for j in chosen)
         if apart_from_others and bodies.clear(tried[[i]])[0]:
             chosen.append(int(i))
-        if len(chosen) == WANTED:
+        if len(chosen) == MIN_POSES:
             break
     return tuple(dict(zip(robot.joints, tried[i].tolist(), strict=True)) for i in chosen)
 
@@ -91,8 +91,9 @@ def _configurations(dataset: Dataset, rng: np.random.Generator) -> Array:
     robot, q = dataset.arm
     lower, upper = limits(robot)
     measured = q[np.unique(dataset.points.pose)]
-    near = measured[rng.integers(len(measured), size=TRIED)] + NEAR_RAD * rng.standard_normal((TRIED, q.shape[1]))
-    tried = np.concatenate([near[: TRIED // 2], random_configurations(robot, TRIED - TRIED // 2, rng)])
+    tried = random_configurations(robot, DRAWS, rng)
+    near = measured[rng.integers(len(measured), size=DRAWS // 2)]
+    tried[: len(near)] = near + NEAR_RAD * rng.standard_normal(near.shape)
     still = _still(q)
     tried[:, still] = q[0, still]
     return np.asarray(tried[((tried >= lower) & (tried <= upper) | still).all(axis=1)])

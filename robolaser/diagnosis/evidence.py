@@ -13,8 +13,8 @@ from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import (
     CHI2_PER_EFFECT,
     LEAST_PROBABILITY,
-    MAX_ALTERNATIVES,
     NO_DIFFERENCE,
+    SEARCH_LIMIT,
     SHARE_OF_BEST_SCORE,
 )
 from robolaser.diagnosis.zeros_or_placement import set_rivals
@@ -114,7 +114,7 @@ def _alternatives_refitted(
     """
     without = refits.refit(final, removed=candidate_effect)
     tests = [test for test in refits.score_tests(without) if test.candidate_effect != candidate_effect]
-    best = sorted(tests, key=lambda test: -test.gain)[:MAX_ALTERNATIVES]
+    best = sorted(tests, key=lambda test: -test.gain)[:SEARCH_LIMIT]
     near = [test for test in best if test.gain > SHARE_OF_BEST_SCORE * (without.chi2 - final.chi2)]
     refitted = ((test.candidate_effect, refits.refit(without, [test])) for test in near)
     return ((one, fit) for one, fit in refitted if not fit.exceeds_bounds(one))

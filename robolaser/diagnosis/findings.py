@@ -29,7 +29,7 @@ from robolaser.diagnosis.result import (
 )
 from robolaser.diagnosis.score_tests import lack_of_poses
 from robolaser.diagnosis.standard_errors import standard_errors
-from robolaser.diagnosis.thresholds import MAX_ALTERNATIVES
+from robolaser.diagnosis.thresholds import SEARCH_LIMIT
 from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.outliers import MIN_POSES
 from robolaser.model.effects.effect import CandidateEffect, Effect
@@ -61,7 +61,7 @@ def findings_of(
                 gap_without_m=held_out.gap_without(refits.of(own.without)),
                 alternatives=tuple(
                     Alternative(one, _estimates(fit, one, standard_errors(fit)), held_out.gap(fit))
-                    for one, fit in own.alternatives[:MAX_ALTERNATIVES]
+                    for one, fit in own.alternatives[:SEARCH_LIMIT]
                 ),
             )
         )

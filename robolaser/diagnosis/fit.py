@@ -11,36 +11,28 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
 from robolaser.diagnosis.thresholds import (
-    FULLY_PENALIZED,
     LARGEST_PLAUSIBLE,
     LARGEST_USUAL,
-    LEAST_TYPICAL,
     NO_DIFFERENCE,
-    ROUNDS,
+    ONE_MEASUREMENT,
+    SEARCH_LIMIT,
+    SEEN,
 )
 from robolaser.estimation.identifiability import UNIFORM
-from robolaser.estimation.linearization import TOUCH, Linearization
+from robolaser.estimation.linearization import RANK, TOUCH, Linearization
+from robolaser.estimation.nonlinear_parameters import NEGLIGIBLE
 from robolaser.estimation.outliers import median_length
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
+from robolaser.model.sensors.placements import SIX
 from robolaser.parameters import Parameters
 
-SEEN, LEAST_SHARE = 1e-3, 0.1
-"""Least variance by the scatter of whole poses, relative to the largest, in directions that show it; and the least
-share of those directions that remains beside the sensor's parameters. Effects count by their penalties."""
-LEAST_FACTOR = 1e-2  # least factor on an assumed scatter
 MOST_STEPS = 20
-"""Most steps of a fit: a good model takes no more; a hopeless one may creep along a curved valley, where twenty more
-lower its error by a per cent, for a fifteenth of the time of a tracked arm's diagnosis."""
-NEGLIGIBLE = 1e-8
-"""Share of a column's squared length below which it is a combination of others, or imitated by the fitted parameters:
-half of double precision."""
-
-CORRELATED = 1e-12
-"""Eigenvalue of a correlation, relative to the largest, that is rounding: double precision with four spare digits."""
+"""Most steps of a fit, and of estimates of two quantities in turn: a good model takes no more; a hopeless one may creep
+along a curved valley, where twenty more lower its error by a per cent."""
 
 
 def problem_of(model: Model, noise: NoiseModel, sensor: Parameters) -> Problem:
@@ -151,10 +143,13 @@ class Fit:
 
     @cached_property
     def _profile(self) -> tuple[float, float]:
-        """Ratio of the likeliest scatter of whole poses to the assumed one, and the change of the deviance by it."""
+        """Ratio of the likeliest scatter of whole poses to the assumed one, and the change of the deviance by it.
+
+        The sensor's parameters take directions from those that show scatter; effects count by their penalties.
+        """
         noise = self.noise
-        showing = int(np.count_nonzero(noise.scatter > SEEN * noise.scatter.max(initial=0.0)))
-        share = max(LEAST_SHARE, 1.0 - len(self.sensor) / max(1, showing))
+        showing = max(1, int(np.count_nonzero(noise.scatter > SEEN * noise.scatter.max(initial=0.0))))
+        share = max(1, showing - len(self.sensor)) / showing
         return profile(noise.scatter_squares(self.at.white), noise.scatter, share)
 
     @property
@@ -172,11 +167,11 @@ class Fit:
         Weights and scatter are determined in turn: parameters that were fitted with other weights leave more scatter.
         """
         fit = self
-        for _ in range(ROUNDS):
+        for _ in range(SEARCH_LIMIT):
             factor, _ = fit._profile
-            if not len(fit.noise.scatter) or abs(np.log(max(factor, LEAST_FACTOR))) < np.log(NO_DIFFERENCE):
+            if not len(fit.noise.scatter) or abs(np.log(factor)) < np.log(NO_DIFFERENCE):
                 break
-            noise = fit.noise.with_scatter_times(max(factor, LEAST_FACTOR))
+            noise = fit.noise.with_scatter_times(factor)
             fit = Fit.of(fit.problem.with_noise(noise), fit.x)
         return fit
 
@@ -216,7 +211,7 @@ class Fit:
         own = own[self.deviations[own] > 0.0]
         unit, covariance = self.x[own] / self.deviations[own], self.at.covariance[np.ix_(own, own)]
         correlation = covariance / np.outer(self.deviations[own], self.deviations[own])
-        return float(unit @ np.linalg.pinv(correlation, rcond=CORRELATED, hermitian=True) @ unit)
+        return float(unit @ np.linalg.pinv(correlation, rcond=RANK, hermitian=True) @ unit)
 
     def exceeds_bounds(self, candidate_effect: CandidateEffect) -> bool:
         """Whether a parameter of an effect exceeds its plausible range: an amplitude on a bound, as in a long valley.
@@ -225,7 +220,7 @@ class Fit:
         shape parameters, which have no unit, or of a series' further terms.
         """
         kind, problem, near = candidate_effect.effect, self.problem, TOUCH * self.problem.scale
-        amplitudes = {one.name: np.logical_or(*self.at.touching) for one in kind.amplitudes()[:FULLY_PENALIZED]}
+        amplitudes = {one.name: np.logical_or(*self.at.touching) for one in kind.amplitudes()[: len(SIX)]}
         sizes = amplitudes | {one.name: self.at.pushed for one in kind.nonlinear_parameters() if one.unit}
         for item in candidate_effect.parameters.items:
             at, beyond = problem.parameters.names.index(item.name), sizes.get(item.name.rpartition(".")[2])
@@ -284,7 +279,7 @@ def spread_of(squares: Array, numbers: Ints) -> float:
     noise estimated from them is no noise of all rows.
     """
     typical = np.median(np.sqrt(squares) / median_length(numbers))
-    return float(np.sqrt(squares.sum() / numbers.sum()) / max(typical, LEAST_TYPICAL))
+    return float(np.sqrt(squares.sum() / numbers.sum()) / max(typical, ONE_MEASUREMENT))
 
 
 def best_amplitudes(columns: Array, residuals: Array) -> Array:

@@ -6,14 +6,11 @@ from functools import lru_cache
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.data.subsampling import MAX_POSES
 from robolaser.diagnosis.pose_coordinates import Coordinate
-from robolaser.diagnosis.thresholds import FLAT, ROUGH, SMOOTH
+from robolaser.diagnosis.thresholds import ROUGH, SEEN, SMALL_SHARE, SMOOTH
 
-KEPT = 1e-3  # least variance of a basis function, relative to the largest
 MOST = 24  # most basis functions, except of dents in a target
-LANDMARKS = 300  # number of values of a coordinate that determine its basis; the others are interpolated (Nyström)
-
-REMEMBERED = 64  # number of coordinates whose basis is cached
 
 
 def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array:
@@ -35,17 +32,17 @@ def rough(coordinate: Array) -> Array:
 Kernel = Callable[[Array, Array], Array]
 
 
-@lru_cache(maxsize=REMEMBERED)
+@lru_cache
 def _remembered(values: bytes, shape: tuple[int, ...], length: float, most: int, kernel: Kernel) -> Array:
     coordinate = np.frombuffer(values).reshape(shape)
     spread = np.ptp(coordinate, axis=0)
-    spread = np.maximum(spread, FLAT * spread.max(initial=0.0))
+    spread = np.maximum(spread, SMALL_SHARE * spread.max(initial=0.0))
     scaled = (coordinate - coordinate.mean(axis=0)) / np.where(spread > 0, spread, 1.0) / length
-    if len(scaled) <= LANDMARKS:
+    if len(scaled) <= MAX_POSES:
         basis = _basis(kernel(scaled, scaled), most)
     else:
         order = np.lexsort(scaled.T[::-1])
-        marks = scaled[order[np.linspace(0, len(order) - 1, LANDMARKS).round().astype(int)]]
+        marks = scaled[order[np.linspace(0, len(order) - 1, MAX_POSES).round().astype(int)]]
         basis = _basis(kernel(marks, marks), most)
         basis = kernel(scaled, marks) @ (basis / (basis**2).sum(axis=0))
     basis.setflags(write=False)
@@ -68,7 +65,7 @@ def _matern(first: Array, second: Array) -> Array:
 
 def _basis(kernel: Array, most: int) -> Array:
     variance, vectors = np.linalg.eigh(kernel)
-    kept = np.flatnonzero(variance > KEPT * variance[-1])[::-1][:most]
+    kept = np.flatnonzero(variance > SEEN * variance[-1])[::-1][:most]
     return np.asarray(vectors[:, kept] * np.sqrt(variance[kept]))
 
 

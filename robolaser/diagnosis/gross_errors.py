@@ -6,7 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.cause_words import listed
+from robolaser.diagnosis.cause_words import NAMED, listed
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.noise_remarks import over_stated
 from robolaser.diagnosis.summary_text import millimetres
@@ -15,8 +15,6 @@ from robolaser.estimation.certainty import EVEN, LIKELY
 from robolaser.estimation.outliers import OUTLIER_SIGMA
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
-
-NAMED = 5  # most poses that a sentence names; the rest are counted
 
 
 def outlying_poses(dataset: Dataset, rows: Ints) -> tuple[str, ...]:

@@ -1,12 +1,12 @@
 """Updates of a diagnosis: further poses change its probabilities and the sizes of its effects.
 
-Held-out errors remain those of the last full examination. After enough further poses, or a contradicting one, all
-poses are examined again.
+Held-out errors remain those of the last full examination. All poses are examined again after more than a small share of
+further poses, after one that is improbable by chance, and after a change of a probability that could make a certain
+effect doubtful: other effects may lead then.
 """
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 
@@ -18,12 +18,8 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.result import Diagnosis, Finding
 from robolaser.diagnosis.summary_text import imitated_sentence, sentence, transfer_sentences
-
-SHARE: Final = 0.05  # largest share of further poses, relative to those of the last full examination. A judgement
-SURPRISE: Final = 1e-3
-"""Probability of a pose's residuals by chance, below which all poses are examined again. A judgement."""
-CHANGE: Final = 0.1
-"""Change of a probability above which all poses are examined again: other effects may lead then. A judgement."""
+from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, SMALL_SHARE
+from robolaser.estimation.certainty import CERTAIN
 
 
 def with_poses(found: Diagnosis, dataset: Dataset, examine: Callable[[Dataset], Diagnosis]) -> Diagnosis:
@@ -54,12 +50,12 @@ def with_poses(found: Diagnosis, dataset: Dataset, examine: Callable[[Dataset], 
     is_as_described = not (found.wrong_input or found.hindrance or found.pose_scatter)
     is_as_described &= whole.sessions == so_far.sessions
     added = len(np.unique(further.points.pose)) + found.added_poses
-    if weighed is None or not is_as_described or added > SHARE * examined:
+    if weighed is None or not is_as_described or added > SMALL_SHARE * examined:
         return examine(whole)
     grown = weighed.with_poses(further)
     before = {one.candidate_effect: one.probability for one in weighed.evidence}
     change = max((abs(one.probability - before[one.candidate_effect]) for one in grown.reweighed), default=0.0)
-    if change > CHANGE or grown.now(grown.final).chance < SURPRISE:
+    if change > 1.0 - CERTAIN or grown.now(grown.final).chance < LEAST_PROBABILITY:
         return examine(whole)
     return _updated(found, weighed, whole, grown)
 

@@ -10,14 +10,15 @@ from scipy.special import ndtr, stdtrit
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import Calibration, rms
 from robolaser.diagnosis.effect_columns import prior_scales
-from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
+from robolaser.diagnosis.fit import Fit
 from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.folds import FoldFits, assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import FOLD_ENOUGH, FOLD_SHARE
+from robolaser.estimation.nonlinear_parameters import NEGLIGIBLE
 from robolaser.estimation.problem import Problem
 from robolaser.model.noise.covariance import NoiseModel
 
-RESAMPLES = 2000
+DRAWS = 2000  # random draws: of resampled poses, and of configurations that may be measured next
 
 
 @final
@@ -178,7 +179,7 @@ def interval(errors: Array, pose: Ints, seed: int) -> tuple[float, float]:
     squares = (errors**2).sum(axis=-1)
     seen, number = np.unique(pose, return_inverse=True)
     total, count = np.bincount(number, squares), np.bincount(number)
-    drawn = np.random.default_rng(seed).multinomial(len(seen), np.full(len(seen), 1 / len(seen)), RESAMPLES)
+    drawn = np.random.default_rng(seed).multinomial(len(seen), np.full(len(seen), 1 / len(seen)), DRAWS)
     gaps = np.sqrt(drawn @ total / (drawn @ count))
     n = len(seen)
     out = ndtr(np.sqrt(n / max(1, n - 1)) * stdtrit(max(1, n - 1), 0.975))

@@ -11,9 +11,9 @@ from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_classes import class_of
-from robolaser.diagnosis.cause_words import listed, members
+from robolaser.diagnosis.cause_words import NAMED, listed, members
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
-from robolaser.diagnosis.summary_text import NAMED, millimetres
+from robolaser.diagnosis.summary_text import millimetres
 from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, with_fault
 from robolaser.errors import RobolaserError

@@ -10,12 +10,11 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.candidate_sites import Site, sites
-from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.profile_likelihood import SIZES
 from robolaser.diagnosis.random_functions import RandomFunctions
-from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, MOST_CAUSES
-
-SIZES = np.exp(np.linspace(np.log(1e-2), np.log(1e4), 60))
-"""Standard deviations tried for a function, relative to one that is just visible in the noise."""
+from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, SEARCH_LIMIT
+from robolaser.estimation.nonlinear_parameters import NEGLIGIBLE
 
 
 @final
@@ -179,7 +178,7 @@ def _select_sites(fit: Fit, candidates: Iterable[Site]) -> tuple[list[_SelectedS
     least = np.array([NEGLIGIBLE * functions.largest_square(site) for site in tried])
     most, sizes = np.array([site.most for site in tried]), np.array([len(normal) for normal in normals])
     selected: list[_SelectedSite] = []
-    for _ in range(MOST_CAUSES):
+    for _ in range(SEARCH_LIMIT):
         gradients = [functions.gradient(site) for site in tried]
         ratios, size = np.zeros(len(tried)), np.zeros(len(tried))
         for p in np.unique(sizes):
@@ -190,7 +189,7 @@ def _select_sites(fit: Fit, candidates: Iterable[Site]) -> tuple[list[_SelectedS
         if ratios[best] < CHI2_PER_EFFECT:
             break
         selected.append(_SelectedSite(tried[best], float(ratios[best]), float(size[best])))
-        if len(selected) < MOST_CAUSES:
+        if len(selected) < SEARCH_LIMIT:
             functions.believe(tried[best], float(size[best]))
             normals = [normal - functions.newly_imitated(site) for normal, site in zip(normals, tried, strict=True)]
     return selected, len(tried)

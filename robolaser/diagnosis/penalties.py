@@ -8,9 +8,9 @@ from robolaser.diagnosis.thresholds import (
     CHI2_PER_EFFECT,
     CHI2_PER_FURTHER_PARAMETER,
     CHI2_PER_PARAMETER,
-    FULLY_PENALIZED,
     SMALL_SHARE,
 )
+from robolaser.model.sensors.placements import SIX
 
 
 def complexity_penalty(parameters: int, shapes: int) -> float:
@@ -20,7 +20,7 @@ def complexity_penalty(parameters: int, shapes: int) -> float:
         parameters: Number of its linear and nonlinear parameters.
         shapes: Number of shapes, by its nonlinear parameters, that the best was selected from.
     """
-    further = max(0, parameters - FULLY_PENALIZED)
+    further = max(0, parameters - len(SIX))
     each = CHI2_PER_PARAMETER * (parameters - further) + CHI2_PER_FURTHER_PARAMETER * further
     return CHI2_PER_EFFECT + each + 2.0 * float(np.log(shapes))
 

@@ -39,7 +39,7 @@ from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select, unless_one_does_it
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
-from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, LEFT_BY_IMITATION, ROUNDS
+from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, LEFT_BY_IMITATION, SEARCH_LIMIT
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Judgement, judged
 from robolaser.diagnosis.wrong_input import at_other_poses, mispaired
@@ -208,8 +208,8 @@ def _selected(
         rival = refits.separate and fresh.warm_start(refits.separate, refits)
         return fresh, select(fresh, fresh.warm_start(final, refits), rival, lambda what: progress(what, share))
 
-    for left in reversed(range(ROUNDS + 1)):
-        for _ in range(ROUNDS):
+    for left in reversed(range(SEARCH_LIMIT + 1)):
+        for _ in range(SEARCH_LIMIT):
             if (other := preparation.with_other_noise(data, start, final)) is None:
                 break
             start = other

@@ -6,25 +6,23 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
-from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.fit import MOST_STEPS, Fit
 from robolaser.diagnosis.localization import smooth_remainder
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.thresholds import MOTIONS_PER_PARAMETER, OPEN_SHARE
+from robolaser.diagnosis.thresholds import OPEN_SHARE
 from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA
 from robolaser.model.effects.effect import CandidateEffect
-
-ROUNDS = 30  # iterations between the scatter and the explained part
-MOTIONS = 6  # number of independent motions of a pose
+from robolaser.model.sensors.placements import SIX
 
 
 def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: bool) -> Array:
     """Directions of the plain residuals that parameters and effects within their bounds explain, (K, n).
 
-    Directions that need parameters far beyond their bounds are excluded. Effects with nearly as many parameters as the
-    poses have motions would explain anything: then only the sensor's parameters count, and the one effect, if any, that
-    explains the whole gap.
+    Directions that need parameters far beyond their bounds are excluded. With more than half as many parameters as the
+    poses have motions, effects would explain anything: then only the sensor's parameters count, and the one effect, if
+    any, that explains the whole gap.
 
     Args:
         fit: The model without effects, with row noise only.
@@ -32,8 +30,8 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: 
         poses_scatter: Whether the scatter of whole poses is estimated, not only that of rows.
     """
     e, amplitudes = fit.at.white, [one.effect.amplitudes() for one in effects]
-    independent = min(len(e), MOTIONS * len(fit.poses)) if poses_scatter else len(e)
-    if independent < MOTIONS_PER_PARAMETER * (fit.at.slopes.shape[1] + sum(map(len, amplitudes))):
+    independent = min(len(e), len(SIX) * len(fit.poses)) if poses_scatter else len(e)
+    if EVEN * independent < fit.at.slopes.shape[1] + sum(map(len, amplitudes)):
         return fit.noise.correlate(_beside_cause(fit, effects).at.slopes.T).T
     columns, parts = Columns(), [fit.at.slopes * UNIFORM]
     for one, own in zip(effects, amplitudes, strict=True):
@@ -44,7 +42,7 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: 
     along = U.T @ e
     plausible = np.abs(along) <= NOISE_CONTRADICTED_SIGMA * s
     rest, variance = float(e @ e - along @ along), float(e @ e) / len(e)
-    for _ in range(ROUNDS):
+    for _ in range(MOST_STEPS):
         free = plausible * s**2 / (s**2 + variance)
         left = rest + (((1.0 - free) * along) ** 2).sum()
         variance = float(left) / (len(e) - float(free.sum()))

@@ -4,13 +4,15 @@ With ν residuals that only scatter moves, a gain g of chi-squared counts as ν 
 Cox, Reid 1987, J. R. Stat. Soc. B 49.
 """
 
+from typing import Final
+
 import numpy as np
 
 from robolaser.arrays import Array
 
-FACTORS = np.concatenate([[0.0], np.geomspace(0.02, 1e5, 200)])  # first grid of the ratio of scatter to the assumed one
-ZOOM = np.linspace(-1.0, 1.0, 41)
-AT_ONCE = 8  # number of variances per logarithm: their product stays within double precision
+SIZES: Final = np.geomspace(1e-2, 1e4, 61)
+"""Unknown sizes that are tried: of a function, relative to one that is just visible in the noise; of effects, relative
+to those usual in industry; of a scatter, relative to the assumed one. Wide enough that the likeliest is inside."""
 
 
 def profile(squares: Array, variances: Array, share: float) -> tuple[float, float]:
@@ -27,19 +29,15 @@ def profile(squares: Array, variances: Array, share: float) -> tuple[float, floa
     if not len(squares):
         return 1.0, 0.0
 
-    padded = np.pad(variances, (0, -len(variances) % AT_ONCE))
     unscattered = squares * (1.0 + variances)
 
     def change(factors: Array) -> Array:
-        grown = 1.0 + factors[:, None] ** 2 * padded
-        logarithms = np.log(grown.reshape(len(factors), AT_ONCE, -1).prod(axis=1)).sum(axis=1)
-        fall = squares.sum() - (1.0 / grown[:, : len(squares)]) @ unscattered
-        return np.asarray(share * (logarithms - np.log1p(variances).sum()) - fall)
+        grown = 1.0 + factors[:, None] ** 2 * variances
+        fall = squares.sum() - (1.0 / grown) @ unscattered
+        return np.asarray(share * (np.log(grown).sum(axis=1) - np.log1p(variances).sum()) - fall)
 
-    best = int(np.argmin(change(FACTORS)))
-    if best == 0:
-        return 0.0, float(change(FACTORS[:1])[0])
-    near = FACTORS[best] * (FACTORS[-1] / FACTORS[-2]) ** ZOOM
+    best = SIZES[np.argmin(change(SIZES))]
+    near = best * (SIZES[1] / SIZES[0]) ** np.linspace(-1.0, 1.0, len(SIZES))
     changes = change(near)
     least = int(np.argmin(changes))
     return float(near[least]), min(0.0, float(changes[least]))

@@ -22,9 +22,10 @@ from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.penalties import posterior_weights
 from robolaser.diagnosis.score_tests import ScoreTest, retest, score_tests
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
-from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, LEAST_PROBABILITY, MIN_IMPROVEMENT
+from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, LEAST_PROBABILITY
 from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.problem import Problem
+from robolaser.estimation.solver import ENOUGH
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
 
@@ -67,7 +68,7 @@ class Refits:
         x = np.array([values[name] for name in problem.parameters.names])
         rival = min(fit.chi2 for fit in self._fits.values())
         fit = Fit.of(problem, x, self._slopes_near(near, added, values, problem), rival)
-        if key not in self._fits or fit.chi2 < self._fits[key].chi2 - MIN_IMPROVEMENT:
+        if key not in self._fits or fit.chi2 < self._fits[key].chi2 - ENOUGH:
             self._fits[key] = fit
         return self._fits[key]
 

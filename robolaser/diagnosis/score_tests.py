@@ -15,17 +15,17 @@ from robolaser.calibration.checks import different_poses
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.dense_grids import gains_of_steps, gains_of_waves
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
-from robolaser.diagnosis.fit import NEGLIGIBLE, Fit, best_amplitudes
+from robolaser.diagnosis.fit import Fit, best_amplitudes
 from robolaser.diagnosis.penalties import complexity_penalty
 from robolaser.diagnosis.thresholds import CHI2_PER_PARAMETER, OPEN_SHARE
+from robolaser.estimation.nonlinear_parameters import NEGLIGIBLE
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import DataLack
 from robolaser.model.grouped_rows import group_sums
 
 DENSE_GRID = 40
 """Number of values of nonlinear parameters above which sums over poses find the best for waves and for effects that
-begin at a moment, and ever smaller intervals for other effects."""
-BEFORE_ALL = -1.0  # a moment before the run
+begin at a moment, and ever smaller intervals for other effects; of knots, and of widths of play, of a shape."""
 
 
 @final
@@ -93,7 +93,7 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
         if tried > DENSE_GRID and one.effect.harmonics:
             grid = _likeliest_wave(fit, one, grid[:, 0], known)
         elif tried > DENSE_GRID and one.effect.begins:
-            white = known.by_effect(fit, one, np.array([[BEFORE_ALL]]))
+            white = known.by_effect(fit, one, np.zeros((1, 1)))
             gains = gains_of_steps(fit, white, fit.model.run.progress_of_all, grid[:, 0])
             grid = grid[[int(np.argmax(gains))]]
         elif tried > DENSE_GRID and grid.shape[1] == 1:

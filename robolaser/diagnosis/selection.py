@@ -6,14 +6,8 @@ from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.refits import Announce, Refits
-from robolaser.diagnosis.thresholds import (
-    MAX_EFFECTS,
-    MIN_IMPROVEMENT,
-    MOST_CAUSES,
-    PLACEMENTS_OF_AN_ARM,
-    REFITS,
-    SHARE_OF_BEST_SCORE,
-)
+from robolaser.diagnosis.thresholds import PLACEMENTS_OF_AN_ARM, REFITS, SEARCH_LIMIT, SHARE_OF_BEST_SCORE
+from robolaser.estimation.solver import ENOUGH
 from robolaser.model.effects.link_geometry import LinkGeometry
 
 
@@ -33,13 +27,13 @@ def select(
     """
     arm = begin if begin is not None and placements_of_arm(begin.effects) else None
     if arm is not None and separate is None:
-        return _stepwise(refits, arm, MAX_EFFECTS, progress)
-    most = MAX_EFFECTS if refits.start.has_optics else PLACEMENTS_OF_AN_ARM
+        return _stepwise(refits, arm, len(refits.effects), progress)
+    most = len(refits.effects) if refits.start.has_optics else PLACEMENTS_OF_AN_ARM
     few = _stepwise(refits, separate or begin or refits.start, most, progress)
     arm = arm or _whole_arm(refits, few, progress)
     if arm is None:
         return few
-    arm = _stepwise(refits, arm, len(arm.effects) + MOST_CAUSES, progress)
+    arm = _stepwise(refits, arm, len(arm.effects) + SEARCH_LIMIT, progress)
     if refits.cost(few) <= refits.cost(arm):
         return few
     refits.separate = few if few.has_optics else None
@@ -79,7 +73,7 @@ def _stepwise(refits: Refits, fit: Fit, most: int, progress: Announce) -> Fit:
             progress(f"adding effects to {len(fit.effects)}")
             options = _cheaper(refits, fit, _with_one_more(refits, fit))
             chosen = next((option for option in options if not refits.is_unmodelled(option, fit)), None)
-        if chosen is None and len(fit.effects) <= MOST_CAUSES:
+        if chosen is None and len(fit.effects) <= SEARCH_LIMIT:
             progress(f"exchanging {len(fit.effects)} effects")
             chosen = next(iter(_cheaper(refits, fit, _with_one_exchanged(refits, fit))), None)
         if chosen is None:
@@ -91,13 +85,13 @@ def _stepwise(refits: Refits, fit: Fit, most: int, progress: Announce) -> Fit:
 def _cheaper(refits: Refits, fit: Fit, options: Iterable[Fit]) -> list[Fit]:
     """The options that cost less than a fit, the cheapest first."""
     costs = [(refits.cost(option), option) for option in options]
-    limit = refits.cost(fit) - MIN_IMPROVEMENT
+    limit = refits.cost(fit) - ENOUGH
     return [option for cost, option in sorted(costs, key=lambda pair: pair[0]) if cost < limit]
 
 
 def _with_one_more(refits: Refits, fit: Fit) -> Iterator[Fit]:
     tests = refits.score_tests(fit)
-    promising = max(MIN_IMPROVEMENT, SHARE_OF_BEST_SCORE * max((test.gain for test in tests), default=0.0))
+    promising = SHARE_OF_BEST_SCORE * max((test.gain for test in tests), default=0.0)
     yield from (refits.refit(fit, [test]) for test in tests[:REFITS] if test.gain > promising)
 
 

@@ -12,20 +12,20 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.candidate_sites import Site
-from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
+from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.local_unknown import TARGET, joint_equations
 from robolaser.diagnosis.localization import function_ratio
 from robolaser.diagnosis.pose_coordinates import TIME, angle_of, torque_of
 from robolaser.diagnosis.random_functions import RandomFunctions
+from robolaser.diagnosis.score_tests import DENSE_GRID
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.estimation.noise_estimate import LEVER_M
+from robolaser.estimation.nonlinear_parameters import NEGLIGIBLE
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.rigid_motion_effect import moments
 from robolaser.model.grouped_rows import GroupedRows
 from robolaser.model.stages import Stage
 
-KNOTS: Final = 50  # number of positions of a ramp's ends over its coordinate's range
-WIDTHS: Final = 12  # number of widths of play, up to the coordinate's range
 DENT_WIDTHS: Final = (0.06, 0.08, 0.1, 0.13, 0.18, 0.25)
 """Standard deviations of dents' Gaussians, over a target's larger side; their spacing is half of it."""
 
@@ -99,8 +99,8 @@ def _of_joint(fit: Fit, joint: str) -> Iterator[Array]:
 
 def ramps(coordinate: Array) -> Array:
     """Functions of a coordinate (n,) that rise by 1 between two knots and are constant elsewhere, (s, n)."""
-    knots = np.linspace(coordinate.min(), coordinate.max(), KNOTS)
-    first, last = (knots[some][:, None] for some in np.triu_indices(KNOTS, 1))
+    knots = np.linspace(coordinate.min(), coordinate.max(), DENSE_GRID)
+    first, last = (knots[some][:, None] for some in np.triu_indices(DENSE_GRID, 1))
     return np.asarray(np.clip((coordinate - first) / np.maximum(last - first, 1e-300), 0.0, 1.0) - 0.5)
 
 
@@ -111,8 +111,8 @@ def waves(angle: Array) -> Array:
 
 def plays(coordinate: Array, order: Ints) -> Array:
     """Functions that follow a coordinate (n,) with play, from pose to pose in order (n,), and their lags, (s, n)."""
-    half_width = np.linspace(0.0, 0.5, WIDTHS + 1)[1:] * np.ptp(coordinate)
-    followed, at = np.empty((WIDTHS, len(coordinate))), np.full(WIDTHS, coordinate[order[0]])
+    half_width = np.linspace(0.0, 0.5, DENSE_GRID + 1)[1:] * np.ptp(coordinate)
+    followed, at = np.empty((DENSE_GRID, len(coordinate))), np.full(DENSE_GRID, coordinate[order[0]])
     for pose in order:
         at = np.clip(at, coordinate[pose] - half_width, coordinate[pose] + half_width)
         followed[:, pose] = at

@@ -5,21 +5,18 @@ be found bias those that were.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Final
 
 import numpy as np
 from scipy.special import stdtrit
 
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.evidence import EffectEvidence
-from robolaser.diagnosis.fit import NEGLIGIBLE, Fit
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.profile_likelihood import SIZES
 from robolaser.diagnosis.score_tests import ScoreTest
-from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
+from robolaser.diagnosis.thresholds import SEEN, SIGMA_OF_95_PERCENT
 from robolaser.estimation.certainty import EVEN
-
-SIZES: Final = np.concatenate([[0.0], np.geomspace(0.01, 1.0, 9)])
-"""Possible common sizes of all effects not found, relative to those usual in industry."""
-MOST_LEVERAGE: Final = 0.999  # leverage of a pose in a direction above which its residuals there carry no information
+from robolaser.estimation.nonlinear_parameters import NEGLIGIBLE
 
 
 def standard_errors(
@@ -104,7 +101,7 @@ def clustered_variances(influence: Array, Q: Array, residuals: Array, cluster: I
     for own in _alike_clusters(cluster):
         r = residuals[own][..., None]
         U, s, _ = np.linalg.svd(Q[own], full_matrices=False)
-        raised = 1.0 / np.sqrt(1.0 - np.minimum(s**2, MOST_LEVERAGE)) - 1.0
+        raised = 1.0 / np.sqrt(1.0 - np.minimum(s**2, 1.0 - SEEN)) - 1.0
         freed = r + U @ (raised[..., None] * (np.swapaxes(U, 1, 2) @ r))
         variances += np.square(np.einsum("dpk,pk->dp", influence[:, own], freed[..., 0])).sum(axis=1)
     return variances
@@ -121,7 +118,7 @@ def _alike_clusters(cluster: Ints) -> Iterator[Ints]:
 def considered_variances(pull: Array, columns: Array, residuals: Array) -> Array:
     """Variances that effects too small to be found add to linear estimates without them, (d,).
 
-    Their amplitudes are random, each with its usual size times a common factor, which is averaged over its posterior
+    Their amplitudes are random, each with its usual size times a common factor up to 1, averaged over its posterior
     (Schmidt's considered parameters, 1966, their size by marginal likelihood, MacKay 1992). Both the posterior variance
     and the posterior mean of the amplitudes shift the estimates.
 
@@ -133,10 +130,11 @@ def considered_variances(pull: Array, columns: Array, residuals: Array) -> Array
     eigenvalues, V = np.linalg.eigh(columns.T @ columns)
     eigenvalues = np.maximum(eigenvalues, 0.0)
     along, pull = V.T @ (columns.T @ residuals), pull @ V
-    t = SIZES[:, None] ** 2
+    sizes = np.append(0.0, SIZES[SIZES <= 1.0])
+    t = sizes[:, None] ** 2
     shrunk = t / (1.0 + t * eigenvalues)
     log_ratios = 0.5 * (along**2 * shrunk - np.log1p(t * eigenvalues)).sum(axis=1)
-    prior = np.where(SIZES > 0.0, (1.0 - EVEN) / (len(SIZES) - 1), EVEN)
+    prior = np.where(sizes > 0.0, (1.0 - EVEN) / (len(sizes) - 1), EVEN)
     weights = prior * np.exp(log_ratios - log_ratios.max())
     added = [pull**2 @ s + (pull @ (s * along)) ** 2 for s in shrunk]
     return np.asarray(weights @ np.array(added) / weights.sum())

@@ -6,14 +6,12 @@ import numpy as np
 
 from robolaser.calibration.exchanged_poses import exchanged
 from robolaser.diagnosis.cause_classes import class_of, of_model, unknown_instead
-from robolaser.diagnosis.cause_words import listed, members, named, noun, site_phrase
+from robolaser.diagnosis.cause_words import NAMED, listed, members, named, noun, site_phrase
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, PartScatter
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Repeatability, Validation
 from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, NO_DIFFERENCE
 from robolaser.estimation.certainty import CERTAIN, EVEN
-
-NAMED = 3  # most effects, classes or sets that a sentence names; the rest are counted
 
 
 def sentence(

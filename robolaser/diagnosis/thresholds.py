@@ -20,12 +20,15 @@ half of it one more of six blind worlds is not right, with twice as much none.""
 CHI2_PER_PARAMETER: Final = 4.5
 """Further chi-squared for each of its parameters. Chance gains 1 for each on average, the best of many candidates more.
 A judgement: with half of it two of six blind worlds give a wrong name as certain, with twice as much none."""
-FULLY_PENALIZED: Final = 6
-"""Number of parameters with this penalty: those of a rigid motion."""
 CHI2_PER_FURTHER_PARAMETER: Final = 1.5
-"""Chi-squared for each further parameter: the more parameters, the less likely all gain more than their share by
-chance. A judgement: with the full penalty a warped target and a sagging bracket, of 22 and 7 parameters, are no longer
-found on three of 258 data sets."""
+"""Chi-squared for each parameter beyond the six of a rigid motion: the more parameters, the less likely all gain more
+than their share by chance. A judgement: with the full penalty a warped target and a sagging bracket, of 22 and 7
+parameters, are no longer found on three of 258 data sets."""
+
+SEEN: Final = 1e-3
+"""Share of a squared length or variance, relative to the largest or to the whole, below which a direction does not
+count: of scatter, of a basis function, of an effect's column beside other effects, of a pose beside the others. A
+judgement: effects that are merely less visible beside others keep a hundredth and more."""
 
 # The search over sets of effects.
 
@@ -35,14 +38,12 @@ MOST_RMS_M: Final = 0.1
 
 SHARE_OF_BEST_SCORE: Final = 0.75
 """Least score of a candidate that is refitted, relative to the best score or to the chi-squared that an effect
-explains: scores are linear, with errors up to a quarter."""
-MIN_IMPROVEMENT: Final = 1e-3
-"""Difference of cost, in chi-squared, below which two models cost the same."""
-MOST_CAUSES: Final = 4
+explains: scores are linear, with errors up to a quarter. With 0.5 the effects of one of 55 blind worlds are lost."""
+SEARCH_LIMIT: Final = 4
 """Most effects in a model for which replacements are tried; most effects beside the geometry of a whole arm; most sites
-of a gap. With more, effects imitate a cause outside the library. Eight beside the geometry take twice the time."""
-MAX_EFFECTS: Final = 8
-"""Most effects in a model, except for those of an arm."""
+of a gap; most alternatives to an effect; most restarts of the search for another noise, and most repeated searches for
+gross errors with effects in the model. With more effects or sites, effects imitate a cause outside the library. Eight
+beside the geometry take twice the time."""
 REFITS: Final = 2
 """Number of effects, best scores first, that are refitted before one is added or replaces another."""
 PLACEMENTS_OF_AN_ARM: Final = 3
@@ -53,17 +54,10 @@ NO_DIFFERENCE: Final = 1.1
 """Ratio, either way, of two sizes that count as equal: of a model's remaining noise and the assumed one, else the
 search starts again; of a held-out gap and the noise floor, where a remainder may be an inexact form of an effect. A
 judgement: with 2.2 three data sets with a scatter of 1 mrad have no gap."""
-ROUNDS: Final = 4
-"""Most restarts of the search for that, and most repeated searches for gross errors with effects in the model."""
 ONE_MEASUREMENT: Final = 0.1
-"""Ratio of the scatter of a pose's rows to stated noise, below which they come from one measurement: reflectors
-computed from one 6-D pose agree to their last digit, 1e-3 to 2e-2 on two real campaigns. A judgement, for remarks."""
-
-# Noise.
-
-MOTIONS_PER_PARAMETER: Final = 2
-"""Least number of independent motions of poses for each parameter in a first estimate of the scatter of whole poses
-beside the whole library, which would explain anything with fewer. A judgement."""
+"""Ratio of the scatter of rows to their noise, below which they are no independent measurements: reflectors computed
+from one 6-D pose agree to their last digit, 1e-3 to 2e-2 on two real campaigns; the residuals of rows without noise are
+rounding. A judgement."""
 
 # An unmodelled cause: a smooth function of unknown form at some site.
 
@@ -85,26 +79,21 @@ ROUGH: Final = 0.25
 of the range is a tenth off, with 0.5 twice the log-likelihood of twelve blind worlds changes by 20 at most, and by 4
 for a joint with a dead zone."""
 FINE: Final = 0.1
-"""Correlation length of functions with several waves, which are no scatter: of a joint's coordinates, and of time, in
-which a stand sways. A judgement: a wave with three periods over a joint's range then explains 480 of 150 poses and 110
-of 40, where half of the apparent scatter is granted, and chance 50 and 25, for a price of 230 and 60; with 0.25 it
-explains 250 and 50. From 0.03 to 0.15 these change by 5 %."""
-FLAT: Final = 0.05
-"""Range of one coordinate relative to the largest, below which it is not scaled up: a flat target's height is its
-noise. A judgement."""
-DENT: Final = 0.08
-"""Correlation length for dents in a target, as a share of its extent. A judgement."""
+"""Correlation length of functions with several waves, which are no scatter: of a joint's coordinates, of time, in
+which a stand sways, and of the position on a target with dents. A judgement: a wave with three periods over a joint's
+range then explains 480 of 150 poses and 110 of 40, where half of the apparent scatter is granted, and chance 50 and 25,
+for a price of 230 and 60; with 0.25 it explains 250 and 50. From 0.03 to 0.15 these change by 5 %."""
 MAX_DISTORTION_PX: Final = 0.1
 """Largest plausible distortion of a lens beyond the model, as a standard deviation over the image. A judgement: without
 a limit, scatter of a camera's poses by 0.1 mrad is reported as a gap in its lens."""
 
 # The probability of an effect, and its alternatives.
 
-MAX_ALTERNATIVES: Final = 6
-"""Most candidates that are refitted instead of an effect, and reported."""
 SMALL_SHARE: Final = 0.05
-"""Unexplained chi-squared that halves an effect's credibility, relative to the chi-squared that the effect explains. A
-judgement, set by blind trials."""
+"""Unexplained chi-squared that halves an effect's credibility, relative to the chi-squared that the effect explains: a
+judgement, set by blind trials. And other small shares: of the largest range of a coordinate, below which another one is
+not scaled up, since a flat target's height is its noise; of poses, above which a growing diagnosis starts again; of a
+parameter's bounds, by which a check of the data moves it aside."""
 
 LARGEST_PLAUSIBLE: Final = 10.0
 """Largest plausible size of an effect, relative to that usual in industry: a larger one is no certain cause beside an
@@ -137,8 +126,6 @@ MOST_OVER_STATED: Final = 3.0
 """Ratio of estimated to stated row noise, above which it is no noise. A judgement: in blind worlds it is 2.6 at most;
 it is 3.4 with a rolling shutter, 5 with a tracked body whose angles have a bias that depends on the viewing position,
 and 20 with a slipped reflector, half of it reported as a moved base."""
-LEAST_TYPICAL: Final = 0.25
-"""Least value of the median in `spread_of`: the residuals of rows without noise are rounding."""
 SIGMA_WITHOUT_LOCATION: Final = 3.0
 """Standard deviations by which a gap without any location must exceed the noise. A quantile: chance reaches it in one
 of 740 sound data sets, and the end of a 95 % interval in one of 40. No unexplained gap of 257 data sets lacks one."""

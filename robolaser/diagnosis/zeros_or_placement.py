@@ -6,7 +6,7 @@ their posterior variance, since the data narrow them although they are not neede
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final, final
+from typing import final
 
 import numpy as np
 from scipy.special import expit
@@ -14,6 +14,7 @@ from scipy.special import expit
 from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.profile_likelihood import SIZES
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT
 from robolaser.estimation.certainty import LIKELY
@@ -21,9 +22,6 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.link_geometry import LinkGeometry
-
-SIZES: Final = np.geomspace(0.1, 100.0, 13)
-"""Sizes of zeros and placements tried, relative to those usual in industry: zeros of hobby arms are off by degrees."""
 
 
 @final

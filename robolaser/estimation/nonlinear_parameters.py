@@ -18,7 +18,9 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
 AGAIN = 2  # times that several effects choose in turn: the first may have explained another's part
-IMITATED = 1e-8  # share of a column's square up to which its unexplained part is rounding
+NEGLIGIBLE = 1e-8
+"""Share of a column's squared length below which it is a combination of others, or imitated by the fitted parameters:
+half of double precision."""
 CANDIDATES = 1000  # evaluated at a time: a long grid would fill the memory
 
 
@@ -74,7 +76,7 @@ def _best_of(columns: Array, grid: Array, effect: CandidateEffect, rest: Array, 
     whole = np.swapaxes(scaled, 1, 2) @ scaled
     A = whole - np.swapaxes(imitated, 1, 2) @ imitated
     size = np.einsum("gkk->gk", whole)
-    A += np.eye(A.shape[1]) * np.where(size > 0, IMITATED * size, 1.0)[:, None, :]
+    A += np.eye(A.shape[1]) * np.where(size > 0, NEGLIGIBLE * size, 1.0)[:, None, :]
     b = np.swapaxes(scaled, 1, 2) @ rest
     share = np.clip(-np.linalg.solve(A, b[..., None])[..., 0], lower / bound, 1.0)
     gains = -2.0 * (share * b).sum(axis=1) - np.einsum("gk,gkl,gl->g", share, A, share)

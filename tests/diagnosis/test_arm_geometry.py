@@ -8,12 +8,14 @@ from worlds import kinds
 
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import Diagnosis, examine
-from robolaser.diagnosis.arm_geometry import USUAL_SIZES, marginal_cost, placements_of_arm
+from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.preparation import Preparation
+from robolaser.diagnosis.profile_likelihood import SIZES
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import unless_one_does_it
+from robolaser.diagnosis.thresholds import LARGEST_USUAL
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.robot.by_name import find_robot
@@ -60,7 +62,8 @@ def test_the_marginal_cost_is_that_of_the_likeliest_size(true_size: float) -> No
     x, covariance = posterior(J, y)
     left = y - J @ x
     cost = left @ left + x @ x + marginal_cost(x, covariance, np.ones(8))
-    assert cost == pytest.approx(min(minus_twice_log_likelihood(J, y, size) for size in USUAL_SIZES), rel=1e-9)
+    sizes = SIZES[SIZES <= LARGEST_USUAL]
+    assert cost == pytest.approx(min(minus_twice_log_likelihood(J, y, size) for size in sizes), rel=1e-9)
 
 
 def test_parameters_that_the_data_do_not_see_cost_nothing() -> None:

@@ -9,7 +9,7 @@ from robolaser.diagnosis.dense_grids import fourier_sums, gains_of_steps, gains_
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit, best_amplitudes
 from robolaser.diagnosis.preparation import Preparation
-from robolaser.diagnosis.score_tests import BEFORE_ALL, normal_equations
+from robolaser.diagnosis.score_tests import normal_equations
 from robolaser.model.effects.base_shift import BaseShift
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.transmission_error import TransmissionError
@@ -56,6 +56,6 @@ def test_what_waves_explain_is_what_their_columns_explain(fitted: Fit) -> None:
 def test_what_steps_explain_is_what_their_columns_explain(fitted: Fit) -> None:
     step = CandidateEffect(BaseShift, "base")
     grid = step.effect.grid(fitted.model.dataset, step.where)
-    white = Columns().by_effect(fitted, step, np.array([[BEFORE_ALL]]))
+    white = Columns().by_effect(fitted, step, np.zeros((1, 1)))
     fast = gains_of_steps(fitted, white, fitted.model.run.progress, grid[:, 0])
     assert fast == pytest.approx(gains(fitted, step, grid), rel=1e-5)

@@ -11,7 +11,8 @@ from robolaser.data.joining import poses_beyond, with_poses_of
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.further_poses import Followed, FurtherRows
-from robolaser.diagnosis.growth import SHARE, with_poses
+from robolaser.diagnosis.growth import with_poses
+from robolaser.diagnosis.thresholds import SMALL_SHARE
 from robolaser.errors import DataError, UsageError
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import sources_of
@@ -130,7 +131,7 @@ def test_a_pose_that_the_model_does_not_predict_has_all_poses_examined_anew(arm,
 
 
 def test_after_a_twentieth_more_poses_all_are_examined_anew(arm, found):
-    assert not found.with_poses(first(arm, FIRST + int(SHARE * FIRST) + 1)).diagnosis.weighed.followed
+    assert not found.with_poses(first(arm, FIRST + int(SMALL_SHARE * FIRST) + 1)).diagnosis.weighed.followed
 
 
 def test_a_grown_diagnosis_has_files_of_its_own(tmp_path):

@@ -88,7 +88,6 @@ def test_each_parameter_costs_the_same_up_to_those_of_a_rigid_motion_and_less_be
     assert complexity_penalty(6, 1) == 16.0 + 6 * 4.5
     assert complexity_penalty(9, 1) == 16.0 + 6 * 4.5 + 3 * thresholds.CHI2_PER_FURTHER_PARAMETER
     assert thresholds.CHI2_PER_FURTHER_PARAMETER < thresholds.CHI2_PER_PARAMETER
-    assert thresholds.FULLY_PENALIZED == 6
 
 
 def test_the_best_of_more_shapes_costs_twice_the_logarithm_of_their_number():
