@@ -21,6 +21,7 @@ KEYS: Final = {
     "joint": "joint_rad",
 }
 """The key of each source in `[noise]`."""
+SHOWN: Final = {"repeats": "repeated shots", "estimated": "residuals"}  # the evidence for noise, by its origin
 
 
 def noise_remarks(final: Fit, noise: NoiseModel, shots: Dataset, *, fits: bool) -> tuple[str, ...]:
@@ -67,9 +68,8 @@ def _contradicted(noise: NoiseModel, shots: Dataset, prefix: str, *, fits: bool)
         origin = noise.origin.get(name, "stated")
         if stated is not None and used is not None and origin != "stated" and used > stated:
             is_no_noise = not fits and origin == "estimated" and used >= MOST_OVER_STATED * stated
-            shown = "repeated shots" if origin == "repeats" else "residuals"
             which = "the stated value counts as noise" if is_no_noise else "the larger one is used"
-            yield f"[noise] states {key} = {stated:.2g}, but {shown} scatter by {used:.2g}: {which}."
+            yield f"[noise] states {key} = {stated:.2g}, but {SHOWN[origin]} scatter by {used:.2g}: {which}."
 
 
 def _smaller(final: Fit, shots: Dataset, repeats: PixelRepeats | None) -> Iterator[str]:

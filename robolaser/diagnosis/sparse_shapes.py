@@ -106,7 +106,7 @@ def ramps(coordinate: Array) -> Array:
 
 def waves(angle: Array) -> Array:
     """Functions of an angle (n,) with two periods a turn, as of an oval encoder disc, (s, n)."""
-    return np.asarray(np.cos(2.0 * angle - np.linspace(0.0, np.pi, KNOTS, endpoint=False)[:, None]))
+    return np.asarray(np.cos(2.0 * angle - np.linspace(0.0, np.pi, DENSE_GRID, endpoint=False)[:, None]))
 
 
 def plays(coordinate: Array, order: Ints) -> Array:
