@@ -71,7 +71,7 @@ def plan(
             raise UsageError(f"State --robot and --sensor, which {poses} does not contain.")
         dataset = _of_table(poses, robot, flange, sensor)
         _warn_of_collisions(dataset, terminal)
-    noise.refuse_unused(dataset)
+    terminal.warn(*noise.unused(dataset))
     dataset = replace(dataset, noise=replace(dataset.noise, **noise.typed))
     terminal.warn(*dataset.warnings)
     with terminal.progress():

@@ -85,7 +85,7 @@ def simulate(
                 options=CellOptions(repeats=repeats, sessions=sessions, placed=not unplaced, mount=mount, name=name),
             )
             dataset = made.dataset
-            noise.refuse_unused(dataset)
+            terminal.warn(*noise.unused(dataset))
             if not isinstance(dataset.options, Mounting):
                 refuse("Only a camera and a profile sensor stand in the cell", {"--mount": mount != "flange"})
             counts = {"poses": len(dataset.poses), "points": len(dataset.points)}

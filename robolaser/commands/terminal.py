@@ -125,14 +125,14 @@ class NoiseOptions:
         """The typed options."""
         return {name: value for name, value in vars(self).items() if value is not None}
 
-    def refuse_unused(self, dataset: "Dataset") -> None:
-        """Refuse typed options that no sensor of a data set has a use for."""
+    def unused(self, dataset: "Dataset") -> tuple[str, ...]:
+        """A warning of typed options that no sensor of a data set has a use for, if any."""
         used = {"joint_rad"}
         for columns in (one.data.format.columns for one in dataset.sensors):
             used |= {"pixel_px", "target_m"} if "pixel" in columns else {"point_m"} if columns else set()
             used |= {"angle_rad"} if "quaternion" in columns else set()
-        idle = {f"--{name.replace('_', '-')}": name not in used for name in self.typed}
-        refuse(f"A {dataset.format.title} has no such noise", idle)
+        idle = [f"--{name.replace('_', '-')}" for name in self.typed if name not in used]
+        return (f"A {dataset.format.title} has no such noise, so it is not used: {', '.join(idle)}",) if idle else ()
 
 
 def refuse(why: str, options: Mapping[str, object]) -> None:
