@@ -25,10 +25,10 @@ def select(
         separate: Its rival then.
         progress: Called with the current step.
     """
-    arm = begin if begin is not None and placements_of_arm(begin.effects) else None
+    arm, most = begin if begin is not None and placements_of_arm(begin.effects) else None, 2 * SEARCH_LIMIT
     if arm is not None and separate is None:
-        return _stepwise(refits, arm, len(refits.effects), progress)
-    most = len(refits.effects) if refits.start.has_optics else PLACEMENTS_OF_AN_ARM
+        return _stepwise(refits, arm, most, progress)
+    most = most if refits.start.has_optics else PLACEMENTS_OF_AN_ARM
     few = _stepwise(refits, separate or begin or refits.start, most, progress)
     arm = arm or _whole_arm(refits, few, progress)
     if arm is None:

@@ -42,8 +42,8 @@ explains: scores are linear, with errors up to a quarter. With 0.5 the effects o
 SEARCH_LIMIT: Final = 4
 """Most effects in a model for which replacements are tried; most effects beside the geometry of a whole arm; most sites
 of a gap; most alternatives to an effect; most restarts of the search for another noise, and most repeated searches for
-gross errors with effects in the model. With more effects or sites, effects imitate a cause outside the library. Eight
-beside the geometry take twice the time."""
+gross errors with effects in the model. Most effects in a model are twice as many. With more effects or sites, effects
+imitate a cause outside the library. Eight beside the geometry take twice the time."""
 REFITS: Final = 2
 """Number of effects, best scores first, that are refitted before one is added or replaces another."""
 PLACEMENTS_OF_AN_ARM: Final = 3
