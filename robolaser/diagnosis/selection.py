@@ -25,11 +25,12 @@ def select(
         separate: Its rival then.
         progress: Called with the current step.
     """
-    arm, most = begin if begin is not None and placements_of_arm(begin.effects) else None, 2 * SEARCH_LIMIT
+    most = 2 * SEARCH_LIMIT
+    arm = begin if begin is not None and placements_of_arm(begin.effects) else None
     if arm is not None and separate is None:
         return _stepwise(refits, arm, most, progress)
-    most = most if refits.start.has_optics else PLACEMENTS_OF_AN_ARM
-    few = _stepwise(refits, separate or begin or refits.start, most, progress)
+    at_first = most if refits.start.has_optics else PLACEMENTS_OF_AN_ARM
+    few = _stepwise(refits, separate or begin or refits.start, at_first, progress)
     arm = arm or _whole_arm(refits, few, progress)
     if arm is None:
         return few
