@@ -187,7 +187,7 @@ def _along_time(fit: MotionFit) -> Chart | None:
         " held out of the fit.",
         f"Errors of {log.joints[joint]} along time, before and after.",
         [layer(line(), data, x=quantity("time", "time [s]"), y=quantity("error", "error [°]"),
-               color=colours({"before": FITTED, "after, unseen": HELD_OUT}),
+               color=colours({"before": HELD_OUT, "after, unseen": FITTED}),
                tooltip=hover("series", time="time [s]", error="error [°]"))],
     )  # fmt: skip
 
