@@ -99,8 +99,8 @@ def read_result(path: Path, *formats: str) -> tuple[dict[str, Any], SavedResult,
     return contents, entries, file.parent if file.name in FILES.values() else None
 
 
-def robot_in(folder: Path | None) -> Robot | None:
-    """The corrected arm of a saved result; None for flange poses, moving arms, and without a URDF in its folder.
+def robot_in(folder: Path | None, *, nominal: bool = False) -> Robot | None:
+    """The corrected arm of a saved result, or the nominal one; None for flange poses, moving arms, and without a URDF.
 
     Raises:
         DataError: The folder's files cannot be read.
@@ -111,8 +111,8 @@ def robot_in(folder: Path | None) -> Robot | None:
     saved = read_result(folder, CALIBRATION)[1]
     if saved.model.robot is None or saved.kind == "motion":
         return None
-    files = (folder / name for name in ("robot_corrected.urdf", saved.model.robot))
-    file = next((file for file in files if file.is_file()), None)
+    names = (saved.model.robot,) if nominal else ("robot_corrected.urdf", saved.model.robot)
+    file = next((folder / name for name in names if (folder / name).is_file()), None)
     return None if file is None else saved.model.arm(read_text(file, ROBOT_BYTES), file)
 
 

@@ -31,18 +31,20 @@ def export(
 
     Args:
         result: Folder of a calibration or a diagnosis.
-        into: Your URDF; for a moving arm also MJCF; or, for the zeros, LeRobot's calibration of the arm, .json.
+        into: Your URDF or MJCF; or, for the zeros, LeRobot's calibration of the arm, .json.
         output: File for the copy.
         replay: Drive your MJCF and the copy in MuJoCo with this log's commands, and compare both with its readings.
         force: Overwrite an earlier file.
     """
     from robolaser.bounded_reading import ROBOT_BYTES, read_text
-    from robolaser.calibration.saved import read_result
+    from robolaser.calibration.saved import read_result, robot_in
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.export.into import motion_into, placements_into, zeros_into
+    from robolaser.export.into_mjcf import placements_into_mjcf
     from robolaser.export.servo_table import less_hold
     from robolaser.motion.reading import load_motion
     from robolaser.motion.replay import replay as replayed
+    from robolaser.robot.urdf import markup
 
     log = None if replay is None else load_motion(replay)
     before = None if log is None else replayed(into, log)
@@ -59,7 +61,13 @@ def export(
                 f"{result} has no robot_corrected.urdf: it has neither joint_offset nor link_geometry, or its errors"
                 " are so large that no file was written."
             )
-        written = placements_into(text, read_text(corrected, ROBOT_BYTES), contents["effects"], into.name)
+        if markup.read(text, into.name, ROBOT_BYTES).tag == "mujoco":
+            nominal, calibrated = robot_in(folder, nominal=True), robot_in(folder)
+            if nominal is None or calibrated is None:
+                raise DataError(f"{result} lacks robot.urdf or calibration.json, by which an MJCF is changed.")
+            written = placements_into_mjcf(into, text, nominal, calibrated, contents["effects"])
+        else:
+            written = placements_into(text, read_text(corrected, ROBOT_BYTES), contents["effects"], into.name)
     inputs = [result, into, *filter(None, [replay])]
     with results_in(output.parent, command="export", files=[output.name], inputs=inputs, force=force):
         write_results(output.parent, {output.name: written.text})

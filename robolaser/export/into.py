@@ -190,11 +190,6 @@ def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, An
     Raises:
         RobotError: The user's file is no URDF, has none of the joints, or other origins.
     """
-    if markup.read(text, source, ROBOT_BYTES).tag == "mujoco":
-        raise RobotError(
-            f"{source} is an MJCF, which takes only effects of a moving arm. For MuJoCo, the result has"
-            " robot_corrected.xml; a URDF takes the placements of its joints."
-        )
     wanted, there = _origins(read_xml(corrected), "robot_corrected.urdf"), _origins(read_xml(text, source), source)
     shared = {name: T for name, T in wanted.items() if name in there}
     pairs = [(one["effect"], one["where"]) for one in effects]

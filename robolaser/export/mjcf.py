@@ -51,7 +51,7 @@ def mjcf(calibration: Calibration) -> str | None:
             elements[body.name] = _root(world, arm, body)
         else:
             elements[body.name] = ET.SubElement(
-                elements[body.parent], "body", {"name": body.name, **_placement(body.T)}
+                elements[body.parent], "body", {"name": body.name, **placement_attributes(body.T)}
             )
             if body.joint is not None:
                 _joints(elements[body.name], body.joint, arm)
@@ -141,7 +141,8 @@ def _mass(element: ET.Element, body: RigidBody) -> None:
         element.insert(0, inertial)
 
 
-def _placement(T: Array) -> dict[str, str]:
+def placement_attributes(T: Array) -> dict[str, str]:
+    """`pos` and `quat` of a placement (4, 4), exact to the last bit."""
     return {"pos": digits(T[:3, 3]), "quat": digits(np.roll(to_quaternion(T[:3, :3]), 1))}
 
 

@@ -220,11 +220,6 @@ def test_a_robot_that_shares_only_other_joints_gets_no_copy(tmp_path):
         placements_into(other, corrected, found.to_dict()["effects"], "other.urdf")
 
 
-def test_placements_do_not_go_into_an_mjcf():
-    with pytest.raises(RobotError, match="is an MJCF, which takes only effects of a moving arm"):
-        placements_into(MJCF, "", [effect("joint_offset", "lift", offset=0.01)], "arm.xml")
-
-
 def test_a_replay_that_mujoco_refuses_leaves_no_copy(tmp_path, capsys):
     pytest.importorskip("mujoco")
     log, arm = tmp_path / "log", find_robot("ur5e")
