@@ -39,7 +39,7 @@ DENTS = 80  # most basis functions that locate dents in a target
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Site:
     """A site, a coordinate, and the effect of smooth functions of that coordinate there."""
 

@@ -26,8 +26,9 @@ class RandomFunctions:
         self._rows, self._Q, self._residuals = len(fit.at.white), fit.at.Q, fit.at.r
         self._accepted: list[tuple[Array, Array]] = []
         self._imitated, self._along = self._Q, self._back(self._residuals)[:, None]
-        self._sums: dict[tuple[int, int, str], Array] = {}
-        self._apart: dict[tuple[int, int], Array] = {}
+        # the arrays whose identities are keys are kept with the values: no other array can take their place
+        self._sums: dict[tuple[int, int, str], tuple[Array, Array]] = {}
+        self._apart: dict[tuple[int, int], tuple[Array, Array]] = {}
         self._grouped: dict[int, GroupedRows] = {}
 
     def normal_equations(self, site: Site) -> Array:
@@ -83,17 +84,18 @@ class RandomFunctions:
         key = id(site.moves), len(site.basis), what
         if key not in self._sums:
             own = np.swapaxes(self._by_group(site, site.moves), 1, 2) @ self._by_group(site, by)
-            self._sums[key] = np.zeros((len(site.basis), *own.shape[1:]))
-            self._sums[key][: len(own)] = own
-        return self._sums[key]
+            sums = np.zeros((len(site.basis), *own.shape[1:]))
+            sums[: len(own)] = own
+            self._sums[key] = site.moves, sums
+        return self._sums[key][1]
 
     def _by_group(self, site: Site, columns: Array) -> Array:
         """Columns (K + e, d) grouped by pose or row, (n', k, d)."""
         key = id(columns), len(site.basis)
         if key not in self._apart:
             rows = self._grouped.setdefault(len(site.basis), GroupedRows(site.of_number))
-            self._apart[key] = rows.apart(columns[: self._rows])
-        return self._apart[key]
+            self._apart[key] = columns, rows.apart(columns[: self._rows])
+        return self._apart[key][1]
 
 
 def _whitened(columns: Array, U: Array, less: Array) -> Array:
