@@ -6,6 +6,7 @@ from typing import final
 
 import numpy as np
 
+from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.penalties import credibility, posterior_weights
@@ -110,11 +111,20 @@ def _alternatives_refitted(
 ) -> Iterator[tuple[CandidateEffect, Fit]]:
     """Candidates with a score near that of an effect of the final model, and that model with each instead.
 
-    Candidates beyond their bounds there are omitted.
+    One may make another effect unnecessary, too. Candidates beyond their bounds there are omitted.
     """
     without = refits.refit(final, removed=candidate_effect)
     tests = [test for test in refits.score_tests(without) if test.candidate_effect != candidate_effect]
     best = sorted(tests, key=lambda test: -test.gain)[:SEARCH_LIMIT]
     near = [test for test in best if test.gain > SHARE_OF_BEST_SCORE * (without.chi2 - final.chi2)]
     refitted = ((test.candidate_effect, refits.refit(without, [test])) for test in near)
-    return ((one, fit) for one, fit in refitted if not fit.exceeds_bounds(one))
+    needed = ((one, _with_all_needed(refits, fit, one)) for one, fit in refitted)
+    return ((one, fit) for one, fit in needed if not fit.exceeds_bounds(one))
+
+
+def _with_all_needed(refits: Refits, fit: Fit, new: CandidateEffect) -> Fit:
+    """The cheapest of a fit and those without one of the effects that the new one may make unnecessary."""
+    kept = (new, *placements_of_arm(fit.effects))
+    others = [test for test in refits.tests_of(fit) if test.candidate_effect not in kept]
+    unneeded = (test.candidate_effect for test in others if fit.wald(test.candidate_effect) < test.penalty)
+    return min([fit, *(refits.refit(fit, removed=one) for one in unneeded)], key=refits.cost)

@@ -15,7 +15,7 @@ from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.evidence import EffectEvidence
+from robolaser.diagnosis.evidence import EffectEvidence, evidence_for
 from robolaser.diagnosis.findings import explained_sites
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import localize, p_value
@@ -91,6 +91,20 @@ def test_a_base_that_was_moved_is_found_though_two_of_three_sockets_do_not_show_
     assert [str(one.candidate_effect) for one in found.findings] == ["base_shift at base"]
     assert found.findings[0].probability > 0.9
     assert found.gap.after_m < 0.3 * found.gap.calibrated_m
+
+
+def test_one_cause_is_a_rival_of_two_that_imitate_it_together():
+    effects, noise = {"link_compliance:elbow_joint": 2e-5}, Noise(point_m=5e-5)
+    made = simulate(find_robot("ur5"), kind="point", poses=40, noise=noise, effects=effects, seed=3)
+    _, fitted = begun(made.dataset)
+    yielding = ["joint_compliance:shoulder_lift_joint", "joint_compliance:elbow_joint"]
+    both = candidate_effects(yielding, fitted.model.dataset)
+    (link,) = candidate_effects(list(effects), fitted.model.dataset)
+    refits = Refits(fitted, [*both, link])
+    final = refits.refit(fitted, score_tests(fitted, both))
+    found = evidence_for(refits, final, both[0], HeldOut(fitted, 0))
+    assert found.fits[link].effects == (link,)
+    assert found.weights[link] > 0.99
 
 
 @pytest.mark.parametrize(
