@@ -1,6 +1,6 @@
 """A simulated camera: on the flange above a board, or in the cell below a board on the flange."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self, final
 
@@ -12,7 +12,6 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
-from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.camera_projection import project
 from robolaser.model.sensors.in_cell import Mounting, is_static
@@ -23,7 +22,7 @@ from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, foot_of, most_crowded, random_configurations
 from robolaser.simulation.nominal import facing_outward
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, impossible, moved_within
-from robolaser.simulation.setup import RandomStreams, SensorSetup
+from robolaser.simulation.setup import Effects, RandomStreams, SensorSetup
 
 IMAGE_PX = (1280, 1024)
 INTRINSICS = {  # middle and half range [px, 1]: an industrial camera with a lens of 8 mm
@@ -128,9 +127,7 @@ class SimulatedCamera(SimulatedSensor):
             truth |= numbers_of_motion(target, "target")
         return cls(truth, candidates, corners)
 
-    def measure(
-        self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
-    ) -> tuple[Dataset, Bools]:
+    def measure(self, dataset: Dataset, chosen: Ints, values: Values, effects: Effects) -> tuple[Dataset, Bools]:
         """Every corner in the image."""
         n, k = len(dataset.poses), len(self.corners)
         names = tuple(map(str, range(k))) * n
@@ -138,9 +135,9 @@ class SimulatedCamera(SimulatedSensor):
             np.repeat(np.arange(n), k), names, pixel=np.zeros((n * k, 2)), xyz=np.tile(self.corners, (n, 1))
         )
         pixel = -Model(replace(dataset, points=points)).residuals_at(values)[0]
-        for _ in range(ROUNDS if candidate_effects else 0):
+        for _ in range(ROUNDS if effects else 0):
             there = replace(dataset, points=replace(points, pixel=pixel))
-            off = Model(there, tuple(candidate_effects)).residuals_at(values)[0]
+            off = Model(there, effects).residuals_at(values)[0]
             pixel = pixel - off
             if not np.abs(off).max(initial=0.0) > SETTLED_PX:
                 break
