@@ -44,12 +44,6 @@ def parts_of(
 ) -> tuple[list[KindDiagnosis], dict[str, str], list[str]]:
     """Diagnose each kind of rows.
 
-    Args:
-        log: Commands, encoders and torques along time.
-        library: Effects that may be at work.
-        searching: Chooses the effects.
-        progress: Called with the current step and its finished share.
-
     Returns:
         The diagnoses, reasons why effects cannot be tested, and remarks.
 
