@@ -72,11 +72,7 @@ def algorithms() -> Mapping[str, NamedAlgorithm]:
 
 @cache
 def operators(slot: str) -> Mapping[str, type[Any]]:
-    """The operators of a slot that installed packages announce, by name.
-
-    Raises:
-        PluginError: What a package announces cannot be used.
-    """
+    """The operators of a slot that installed packages announce, by name; raises as `algorithms`."""
     group = f"{OPERATOR_GROUP}.{slot}"
     if not entry_points(group=group):
         return {}

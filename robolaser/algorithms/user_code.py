@@ -55,11 +55,7 @@ def made(spec: AlgorithmSpec, make: Callable[..., Any], settings: Mapping[str, A
 
 
 def check_settings(spec: AlgorithmSpec, settings: Mapping[str, Any], make: Callable[..., Any], first: int = 0) -> None:
-    """Check that a class or function takes a setting, not counting so many first arguments.
-
-    Raises:
-        UsageError: It does not.
-    """
+    """Raise a `UsageError` if a class or function does not take a setting, not counting so many first arguments."""
     known, takes_all = keywords(make)
     for name in settings:
         if name not in known[first:] and not takes_all:
@@ -67,11 +63,7 @@ def check_settings(spec: AlgorithmSpec, settings: Mapping[str, Any], make: Calla
 
 
 def copies(spec: AlgorithmSpec, instance: Any) -> Callable[[], Any]:
-    """A function that returns copies of an instance, for which no settings may be typed.
-
-    Raises:
-        UsageError: There are some.
-    """
+    """A function that returns copies of an instance; a `UsageError` if settings were typed for it."""
     if spec.values:
         raise UsageError(f"{spec.text}: an instance has its settings already. Name its class instead.")
     return partial(copy.deepcopy, instance)

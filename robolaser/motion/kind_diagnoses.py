@@ -46,9 +46,6 @@ def parts_of(
 
     Returns:
         The diagnoses, reasons why effects cannot be tested, and remarks.
-
-    Raises:
-        DataError: Nothing can be compared: there are neither commands nor torques nor a second encoder.
     """
     every = (*library, *FUNCTIONS)
     parts: list[KindDiagnosis] = []

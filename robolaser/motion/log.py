@@ -62,15 +62,9 @@ class MotionLog:
         return self.robot.joints
 
     @cached_property
-    def starts(self) -> Ints:
-        """The first row of each run, (runs,)."""
-        return np.searchsorted(self.run, np.arange(len(self.series))).astype(np.int64)
-
-    @cached_property
     def rows_of_runs(self) -> tuple[slice, ...]:
         """The rows of each run."""
-        ends = [*self.starts[1:].tolist(), len(self)]
-        return tuple(slice(start, end) for start, end in zip(self.starts.tolist(), ends, strict=True))
+        return self._between(np.inf)
 
     @cached_property
     def has_signs(self) -> bool:

@@ -117,12 +117,7 @@ class Ranges:
 
 
 def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> World:
-    """A random cell around any arm, which may be moving at the exposures.
-
-    Raises:
-        RobotError: The arm cannot look at a target often enough.
-        TrialError: Its poses have too few points.
-    """
+    """A random cell around any arm, which may be moving at the exposures."""
     quat = facing_outward(robot)
     drawing = scanner(quat)
     truth = built(drawing, rng, most=WORKSHOP, within=0.0)

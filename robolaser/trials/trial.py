@@ -140,11 +140,7 @@ def score(truths: Mapping[str, Mapping[str, Any]], files: Mapping[str, Path]) ->
 
 
 def read_diagnosis(path: Path) -> dict[str, Any]:
-    """A diagnosis.json.
-
-    Raises:
-        TrialError: It is none.
-    """
+    """The contents of a diagnosis.json; a `TrialError` if it is none."""
     try:
         contents = read_result(path, DIAGNOSED)[0]
     except DataError as error:

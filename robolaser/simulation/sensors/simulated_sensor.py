@@ -39,11 +39,7 @@ class SimulatedSensor(ABC):
 
     @classmethod
     def check_counts(cls, *, poses: int, points: int, repeats: int) -> None:
-        """Check that the sensor can measure so often.
-
-        Raises:
-            UsageError: It cannot.
-        """
+        """Raise a `UsageError` if the sensor cannot measure so often."""
         for what, count in (("poses", poses), ("points", points), ("repeats", repeats)):
             if count < 1:
                 raise impossible(f"number of {what}", count, "1 or more")

@@ -53,9 +53,6 @@ class MujocoArm:
         robot: Names the URDF, its joints and its flange; joints that it does not list stay at neutral.
         springs: Its compliant parts.
         load_kg: On the bracket, at `SCANNER_AT`.
-
-    Raises:
-        DependencyMissing: MuJoCo is not installed.
     """
 
     def __init__(self, robot: Robot, springs: Sequence[Spring] = (), load_kg: float = 0.0) -> None:

@@ -150,7 +150,8 @@ class DroopingBracket(FaultModel, effect="hand_eye_sag", sizes=(2e-4, 2e-3), loc
 
     def mount(self, T_flange_camera: Array, run: SyntheticRun) -> Array:
         """Sunk by `size` [m] where the weight is across the beam, and turned by as much as that bends it."""
-        down = np.einsum("nba,b->na", run.arm.forward(run.q)[:, :3, :3], run.arm.down)
+        gravity = np.array(run.robot.gravity)
+        down = np.einsum("nba,b->na", run.arm.forward(run.q)[:, :3, :3], gravity / np.linalg.norm(gravity))
         beam = T_flange_camera[:, :3, 3]
         length = np.linalg.norm(beam, axis=1, keepdims=True)
         inline = (beam * down).sum(axis=1, keepdims=True) * beam / length**2
