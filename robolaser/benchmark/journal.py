@@ -61,11 +61,7 @@ class Journal:
         return {key: run.seconds for key, run in self._runs.items() if run.state == DONE}
 
     def begin(self, plan: Mapping[str, Any]) -> None:
-        """Add a plan.
-
-        Args:
-            plan: `conditions` that all runs share, `problems`, `solvers`, `refused`, `seeds`, `target`, `engine`,
-                `workers`.
+        """Add a plan: its `conditions`, `problems`, `solvers`, `refused`, `seeds`, `target`, `engine` and `workers`.
 
         Raises:
             BenchmarkError: The existing runs were made under other conditions.

@@ -256,9 +256,7 @@ def _common(of: Quantities, columns: Array) -> tuple[Array, Array]:
 def _other_gravity(of: Quantities, pulls: Array) -> Array | None:
     """The gravity that explains the torques of all joints best, if it is another one of the stated size, (3,).
 
-    Args:
-        of: Torques.
-        pulls: Torques of gravity along each axis, (n, j, 3).
+    By the torques of gravity along each axis, (n, j, 3).
     """
     stated = np.array(of.log.robot.gravity)
     size = float(np.linalg.norm(stated))

@@ -84,8 +84,7 @@ class MotionPlan:
 def plan_motion(log: MotionLog) -> MotionPlan:
     """Determine which effects the motions of a log could show, whatever the readings.
 
-    Args:
-        log: With commands; torques are taken as recorded, and a second encoder where the log has one.
+    Torques are taken as recorded, and a second encoder where the log has one.
 
     Raises:
         DataError: There are no commands.
@@ -160,13 +159,9 @@ def _linear(of: Any, kind: str) -> tuple[list[_Signatures], dict[str, str]]:
 
 
 def _limits(found: Sequence[_Signatures], noise: Array, follows: Array, values: float) -> list[MotionLimit]:
-    """Limits of all effects on rows of one kind.
+    """Limits of all effects on rows of one kind, by their signatures.
 
-    Args:
-        found: Their signatures.
-        noise: By joint, (j,).
-        follows: Usual error of each joint, (j,).
-        values: Effective sample size of a joint's rows.
+    Noise and usual error are by joint, (j,); the effective sample size is that of each joint's rows.
     """
 
     def gain(errors: Mapping[int, Array]) -> float:

@@ -70,11 +70,7 @@ def is_motion(folder: str | Path) -> bool:
 
 
 def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
-    """Read and check a log.
-
-    Args:
-        folder: Holds dataset.toml with kind = "motion", and motion.csv.
-        planned: Whether commands without readings are sufficient.
+    """Read and check the log in a folder; of a planned one, commands without readings are sufficient.
 
     Raises:
         DataError: Names file, row and column of the fault.

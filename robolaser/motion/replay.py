@@ -14,11 +14,7 @@ MOST_S = 60.0  # of each run that is replayed
 
 
 def replay(model: Path, log: MotionLog) -> dict[str, float]:
-    """Drive a simulated arm by the commands of a log.
-
-    Args:
-        model: An MJCF file whose position actuators drive joints of the log's names.
-        log: With commands.
+    """Drive the arm of an MJCF file, whose position actuators are at joints of the log's names, by its commands.
 
     Returns:
         Root-mean-square difference of each driven joint from its readings [rad].

@@ -31,13 +31,7 @@ def seen_beside(
 ) -> Dataset:
     """A data set of two sensors, `stripe` and `camera`: all that the scanner's images show.
 
-    Args:
-        exact: The scanner's stripe points, without noise.
-        truth: All parameters by name.
-        effects: Of the cell.
-        noisy: The same with noise.
-        noise: Including corners.
-        rng: Draws it.
+    By the scanner's stripe points, exact and noisy, and all true parameters by name.
 
     Raises:
         EffectError: There is an effect of the target, which is not implemented for corners.

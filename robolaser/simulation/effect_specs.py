@@ -46,9 +46,7 @@ def _unclear(text: str) -> UsageError:
 def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[CandidateEffect, ...], dict[str, float]]:
     """The requested effects, and all their numbers by name: unstated ones are nominal.
 
-    Args:
-        sizes: By NAME[:WHERE[.NUMBER]]: without NUMBER the principal one, without WHERE at every location.
-        dataset: The cell, with poses and without points.
+    Sizes are by NAME[:WHERE[.NUMBER]]: without NUMBER the principal one, without WHERE at every location of the cell.
 
     Raises:
         UsageError: There is no such effect or location, or the effect cannot be of this size.

@@ -174,13 +174,8 @@ def keep_truth(
 ) -> str:
     """Write the truth about data sets and the hashes of their files; the text of the trial's seal.
 
-    A truth is named by its own hash: it never takes the place of another one.
-
-    Args:
-        folder: Of the truth.
-        truths: By data set.
-        files: Contents of each data set's files, by its name and theirs.
-        rng: Of the salt, without which a guess could be checked against the hash.
+    A truth is named by its own hash: it never takes the place of another one. Without the salt that `rng` draws, a
+    guess could be checked against the hash.
 
     Raises:
         OutputError: Writing fails.

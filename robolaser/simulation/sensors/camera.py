@@ -192,16 +192,12 @@ def configurations_facing(
 ) -> tuple[Array, Array]:
     """Configurations in which the carried part looks down on one point, at many tilts, turns and distances.
 
-    Args:
-        robot: Any arm.
-        T_flange_carried: Its z axis is the view, (4, 4).
-        sees: Whether the camera sees the board, for T_base_carried (n, 4, 4) and the target point, (3,) [m].
-        wanted: How many are needed; spares follow.
-        rng: Random numbers.
-        place: The target point, (3,) [m]; when absent, the point that most configurations look down on.
+    The z axis of the carried part is the view. `sees` tells whether the camera sees the board, for T_base_carried,
+    (n, 4, 4), and the target point, (3,) [m].
 
     Returns:
-        Configurations (≥ wanted, j), ones far from each other first, and the target point, (3,) [m].
+        Configurations (≥ wanted, j), ones far from each other first, and the target point, (3,) [m]: by default the one
+        that most configurations look down on.
 
     Raises:
         RobotError: There are too few.

@@ -47,12 +47,8 @@ class Spring:
 class MujocoArm:
     """The arm of a URDF with its masses, held at commanded joint values.
 
-    The base frame is that of the unloaded foot.
-
-    Args:
-        robot: Names the URDF, its joints and its flange; joints that it does not list stay at neutral.
-        springs: Its compliant parts.
-        load_kg: On the bracket, at `SCANNER_AT`.
+    The base frame is that of the unloaded foot. Joints that the robot does not list stay at neutral. The load is on the
+    bracket, at `SCANNER_AT`.
     """
 
     def __init__(self, robot: Robot, springs: Sequence[Spring] = (), load_kg: float = 0.0) -> None:
