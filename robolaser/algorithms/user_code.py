@@ -15,11 +15,7 @@ from robolaser.errors import RobolaserError, UsageError, near
 
 
 def imported(spec: AlgorithmSpec) -> Any:
-    """Import the object at a path; modules in the current directory count.
-
-    Raises:
-        UsageError: The module does not exist or fails, or it has no such attribute.
-    """
+    """Import the object at a path, also from the current directory; a `UsageError` if there is none, or it fails."""
     importlib.invalidate_caches()
     try:
         with _current_directory():
@@ -38,11 +34,7 @@ def imported(spec: AlgorithmSpec) -> Any:
 
 
 def made(spec: AlgorithmSpec, make: Callable[..., Any], settings: Mapping[str, Any]) -> Any:
-    """Call the class or function that a text names, with these settings.
-
-    Raises:
-        UsageError: It does not take one of them, or fails.
-    """
+    """Call what a text names with these settings; a `UsageError` if it does not take one of them, or fails."""
     check_settings(spec, settings, make)
     try:
         with _current_directory():

@@ -187,11 +187,7 @@ def _sees(robot: Robot, q: Array, view: View, level: float) -> Bools:
 
 
 def in_sight(cell: ScannerCell, image_px: tuple[int, int]) -> ScannerCell:
-    """The same cell without points that are invisible to the camera.
-
-    Raises:
-        TrialError: No pose keeps enough of them.
-    """
+    """The same cell without points that are invisible to the camera; a `TrialError` if no pose keeps enough of them."""
     pixel = cell.seen(())["pixel"]
     with np.errstate(invalid="ignore"):
         good = (np.abs(pixel / (np.array(image_px) - 1.0) - 0.5) < 0.5 - MARGIN / 2).all(axis=1)

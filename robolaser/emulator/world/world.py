@@ -138,11 +138,7 @@ TRUTHS: Mapping[str, type] = {  # `[truth]` by the kind of sensor
 
 
 def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
-    """Read and check a world.toml for the robot, scanner and board of a cell.
-
-    Raises:
-        RobolaserError: With file and key of the error.
-    """
+    """Read and check a world.toml for the robot, scanner and board of a cell; errors name file and key."""
     path = Path(path)
     read = typed(read_toml(path, FORMAT), WorldFile, file=path.name)
     robot, size = description.robot, description.image_px

@@ -107,11 +107,7 @@ class MujocoArm:
 
 
 def mujoco() -> Any:
-    """The engine, which is slow to import.
-
-    Raises:
-        DependencyMissing: It is not installed.
-    """
+    """The engine, which is slow to import; a `DependencyMissing` if it is not installed."""
     why = "MuJoCo, which moves the arms of the kind 'physics', is not installed: pip install 'robolaser[trials]'."
     return extra("mujoco", why)
 
