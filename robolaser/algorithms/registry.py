@@ -64,10 +64,8 @@ def algorithms() -> Mapping[str, NamedAlgorithm]:
     from pymoo.core.algorithm import Algorithm  # noqa: PLC0415 - pymoo takes a second to import
 
     kinds = announced(GROUP, Algorithm, taken=[SCREENING, *ALGORITHMS, POLISH_ONLY], name="")
-    return {
-        **ALGORITHMS,
-        **{n: NamedAlgorithm(title_of(k, n), f"{k.__module__}:{k.__qualname__}") for n, k in kinds.items()},
-    }
+    theirs = {n: NamedAlgorithm(title_of(k, n), f"{k.__module__}:{k.__qualname__}") for n, k in kinds.items()}
+    return {**ALGORITHMS, **theirs}
 
 
 @cache

@@ -13,6 +13,8 @@ from typing import Any
 from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.errors import RobolaserError, UsageError, near
 
+Given = Sequence[object] | Mapping[str, object]  # a user's list of things, or a mapping that names them
+
 
 def imported(spec: AlgorithmSpec) -> Any:
     """Import the object at a path, also from the current directory; a `UsageError` if there is none, or it fails."""
@@ -61,9 +63,7 @@ def copies(spec: AlgorithmSpec, instance: Any) -> Callable[[], Any]:
     return partial(copy.deepcopy, instance)
 
 
-def by_name(
-    given: Sequence[object] | Mapping[str, object], find: Callable[[Any, str], Any], hint: str
-) -> dict[str, Any]:
+def by_name(given: Given, find: Callable[[Any, str], Any], hint: str) -> dict[str, Any]:
     """A user's list, or mapping, of things by name, each once.
 
     Raises:

@@ -150,11 +150,8 @@ def _linear(of: Any, kind: str) -> tuple[list[_Signatures], dict[str, str]]:
         sizes = at.effect.numbers[number].usual * SIZES
         joints = np.flatnonzero(np.any(columns != 0.0, axis=(0, 2))).tolist()
         there = {joint: np.isfinite(of.measured[:, joint]) for joint in joints}
-        found.append(
-            _Signatures(
-                at, number, sizes, [{joint: size * columns[there[joint], joint] for joint in joints} for size in sizes]
-            )
-        )
+        errors = [{joint: size * columns[there[joint], joint] for joint in joints} for size in sizes]
+        found.append(_Signatures(at, number, sizes, errors))
     return found, missing
 
 

@@ -81,9 +81,7 @@ class NonUniformMutation(Mutation):
         self.b = Real(b, bounds=(1.0, 10.0), strict=(0.0, None))
         self.progress = progress
 
-    def _do(
-        self, problem: Any, X: Array, *args: Any, random_state: Any = None, algorithm: Any = None, **kwargs: Any
-    ) -> Array:
+    def _do(self, problem: Any, X: Array, *args: Any, random_state: Any, algorithm: Any = None, **kwargs: Any) -> Array:
         lower, upper = finite_bounds(problem, self.name)
         mutated = random_state.random(X.shape) < self.get_prob_var(problem, size=len(X))[:, None]
         gene = np.nonzero(mutated)[1]

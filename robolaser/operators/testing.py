@@ -186,11 +186,8 @@ def _keeps_to_the_bounds(operator: Any) -> str | None:
     return None
 
 
-LAWS: tuple[Callable[[Any], str | None], ...] = (  # each returns how an operator breaks it, or None
-    _repeats,
-    _leaves_parents_alone,
-    _keeps_to_the_bounds,
-)
+LAWS: tuple[Callable[[Any], str | None], ...] = (_repeats, _leaves_parents_alone, _keeps_to_the_bounds)
+"""Each returns how an operator breaks it, or None."""
 
 
 def _outcome(operator: Any, slot: str, name: str) -> tuple[str, str]:

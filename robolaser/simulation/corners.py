@@ -22,12 +22,7 @@ FEWEST = 6  # corners of a pose that locate the board; a pose with fewer has non
 
 
 def seen_beside(
-    exact: Dataset,
-    truth: Mapping[str, float],
-    effects: Effects,
-    noisy: Dataset,
-    noise: Noise,
-    rng: np.random.Generator,
+    exact: Dataset, truth: Mapping[str, float], effects: Effects, noisy: Dataset, noise: Noise, rng: np.random.Generator
 ) -> Dataset:
     """A data set of two sensors, `stripe` and `camera`: all that the scanner's images show.
 

@@ -104,16 +104,14 @@ def diagnosis_files(folder: Path, names: Iterable[str], output: Path) -> dict[st
     return {name: (folder if (folder / name / DIAGNOSIS).exists() else output) / name / DIAGNOSIS for name in names}
 
 
-def diagnose_missing(
-    folder: Path, files: Mapping[str, Path], *, seed: int, executor: Executor, progress: Progress
-) -> None:
+def diagnose_missing(folder: Path, files: Mapping[str, Path], *, seed: int, pool: Executor, progress: Progress) -> None:
     """Diagnose the data sets of a trial that have none of the files yet, which are named by data set.
 
     Raises:
         TrialError: One cannot be made.
     """
     missing = [name for name, path in files.items() if not path.exists()]
-    futures = {executor.submit(_diagnosed, load(folder / name), seed): name for name in missing}
+    futures = {pool.submit(_diagnosed, load(folder / name), seed): name for name in missing}
     for i, future in enumerate(as_completed(futures)):
         progress("diagnosing", i / len(missing))
         path = files[futures[future]]

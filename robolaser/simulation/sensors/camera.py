@@ -95,10 +95,8 @@ class SimulatedCamera(SimulatedSensor):
         corners = Board(*_board(setup.points), SQUARE_M).corners.reshape(-1, 3)[: setup.points]
         T_facing_board = pose(np.diag([1.0, -1.0, -1.0]), np.zeros(3)) @ pose(np.eye(3), -corners.mean(axis=0))
         rides = not is_static(dataset)
-        T_flange_bracket = pose(
-            from_quaternion(np.array(facing_outward(robot))) @ _turn(rng, np.array([TURN_RAD, TURN_RAD, np.pi])),
-            rng.uniform(-SHIFT_M, SHIFT_M, 3),
-        )
+        outward = from_quaternion(np.array(facing_outward(robot))) @ _turn(rng, np.array([TURN_RAD, TURN_RAD, np.pi]))
+        T_flange_bracket = pose(outward, rng.uniform(-SHIFT_M, SHIFT_M, 3))
         upright, place = _turn(rng, np.array([TILT_RAD, TILT_RAD, np.pi])), None
         if setup.hand_eye is not None and rides:
             T_flange_bracket = setup.hand_eye

@@ -59,12 +59,8 @@ class SimulatedProfile(SimulatedSensor):
             turn = rng.uniform(-np.pi, np.pi, setup.points)
             around = np.stack([np.cos(turn), np.sin(turn), np.ones_like(turn)], axis=-1)
             balls = around * rng.uniform(*BALLS_M, (setup.points, 1)) @ outward.T
-            T = setup.hand_eye
-            aim = (
-                within_reach(robot, balls[0], 1, random.place)
-                if T is None
-                else apply(T, np.array([[0.0, 0.0, STANDOFF_M]]))
-            )
+            T, ahead = setup.hand_eye, np.array([[0.0, 0.0, STANDOFF_M]])
+            aim = within_reach(robot, balls[0], 1, random.place) if T is None else apply(T, ahead)
             of_ball = [reaching(robot, ball, aim, wanted=-(-n // len(balls)), rng=random.place)[0] for ball in balls]
             least = min(map(len, of_ball))
             q = np.stack([found[:least] for found in of_ball], axis=1).reshape(-1, len(robot.joints))
