@@ -137,10 +137,9 @@ def _planned(spec: ProblemSpec, terms: Terms) -> tuple[BenchmarkProblem, RunLimi
 
         lowest = min(multistart(problem.model, seed=seed).cost for seed in OUR_SEEDS)
     seen = f"{problem.lower} {problem.upper}" if noisy else first
-    problem = replace(
-        problem, summary=replace(problem.summary, budget=budget, noisy=noisy, lowest=lowest, fingerprint=seen)
-    )
-    return problem, RunLimits(budget, terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy)
+    summary = replace(problem.summary, budget=budget, noisy=noisy, lowest=lowest, fingerprint=seen)
+    limits = RunLimits(budget, terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy)
+    return replace(problem, summary=summary), limits
 
 
 def _pickled(thing: Any, name: str) -> bytes:

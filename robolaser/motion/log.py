@@ -69,10 +69,8 @@ class MotionLog:
     @cached_property
     def has_signs(self) -> bool:
         """Whether torques have a sign: the log does not deny it, and of several joints some are negative."""
-        several = self.tau[:, self.has("tau")]
-        return self.torque_signed and (
-            several.shape[1] < 2 or bool(np.nanmin(several) < 0.0 or np.nanmax(several) <= 0.0)
-        )
+        tau = self.tau[:, self.has("tau")]
+        return self.torque_signed and (tau.shape[1] < 2 or bool(np.nanmin(tau) < 0.0 or np.nanmax(tau) <= 0.0))
 
     @cached_property
     def stretches(self) -> tuple[slice, ...]:

@@ -60,9 +60,8 @@ class CommandSeries:
             for values, of_run in zip((sent, holding, moving), (command, *torques), strict=True):
                 values[:, : len(command), s] = of_run.T
                 values[:, len(command) :, s] = of_run[-1][:, None]
-        return cls(
-            np.array(list(map(len, commands))), step, sent, holding, moving, sent[:, 0], np.zeros_like(sent[:, 0])
-        )
+        length, start = np.array(list(map(len, commands))), sent[:, 0]
+        return cls(length, step, sent, holding, moving, start, np.zeros_like(start))
 
     def simulate(self, joint: Ints, numbers: Sequence[Mapping[str, float]]) -> Array:
         """Simulate cases, a joint (m,) and its servo's numbers each, (t, s, m) [rad].

@@ -149,9 +149,7 @@ def _matched(each: Sequence[Mapping[str, Any]], named: Sequence[LocatedEffect], 
     def is_same(item: Mapping[str, Any], i: int) -> bool:
         return (item["effect"], item["where"]) in alike[i] or list(named[i]) in item["rivals"]
 
-    return any(
-        all(is_same(item, i) for item, i in zip(each, order, strict=True)) for order in permutations(range(len(named)))
-    )
+    return any(all(map(is_same, each, order)) for order in permutations(range(len(named))))
 
 
 def _covered(each: Sequence[Mapping[str, Any]], findings: Mapping[LocatedEffect, Mapping[str, Any]]) -> list[bool]:
