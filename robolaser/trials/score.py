@@ -159,11 +159,8 @@ def _covered(each: Sequence[Mapping[str, Any]], findings: Mapping[LocatedEffect,
         found = findings.get((item["effect"], item["where"]), {"parameters": {}})["parameters"]
         for name, value in item["values"].items():
             number = found.get(name)
-            if number is None or number["std"] is None or name not in _AMPLITUDES[item["effect"]]:
-                continue
-            half = NORMAL_95 * number["std"]
-            low, high = number.get("ci95") or (number["value"] - half, number["value"] + half)
-            covered.append(low <= value <= high)
+            if number is not None and number["std"] is not None and name in _AMPLITUDES[item["effect"]]:
+                covered.append(abs(value - number["value"]) <= NORMAL_95 * number["std"])
     return covered
 
 
