@@ -33,12 +33,8 @@ Ackley's function 6 to 20 end three times closer than 1 or 2."""
 
 EVALUATED = ["F", "G", "H"]  # the values that pymoo's evaluator requests of a problem by default
 
-_BELONGS_TO = {  # the operator that takes each setting
-    "prob_crossover": "crossover",
-    "prob_var": "mutation",
-    "b": "mutation",
-    "n_elites": "survival",
-}
+_BELONGS_TO = {"prob_crossover": "crossover", "prob_var": "mutation", "b": "mutation", "n_elites": "survival"}
+"""The operator that takes each setting."""
 
 
 @final

@@ -64,19 +64,13 @@ def algorithms() -> Mapping[str, NamedAlgorithm]:
     from pymoo.core.algorithm import Algorithm  # noqa: PLC0415 - pymoo takes a second to import
 
     kinds = announced(GROUP, Algorithm, taken=[SCREENING, *ALGORITHMS, POLISH_ONLY], name="")
-    return {
-        **ALGORITHMS,
-        **{n: NamedAlgorithm(title_of(k, n), f"{k.__module__}:{k.__qualname__}") for n, k in kinds.items()},
-    }
+    theirs = {n: NamedAlgorithm(title_of(k, n), f"{k.__module__}:{k.__qualname__}") for n, k in kinds.items()}
+    return {**ALGORITHMS, **theirs}
 
 
 @cache
 def operators(slot: str) -> Mapping[str, type[Any]]:
-    """The operators of a slot that installed packages announce, by name.
-
-    Raises:
-        PluginError: What a package announces cannot be used.
-    """
+    """The operators of a slot that installed packages announce, by name; raises as `algorithms`."""
     group = f"{OPERATOR_GROUP}.{slot}"
     if not entry_points(group=group):
         return {}

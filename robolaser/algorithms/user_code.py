@@ -13,13 +13,11 @@ from typing import Any
 from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.errors import RobolaserError, UsageError, near
 
+Given = Sequence[object] | Mapping[str, object]  # a user's list of things, or a mapping that names them
+
 
 def imported(spec: AlgorithmSpec) -> Any:
-    """Import the object at a path; modules in the current directory count.
-
-    Raises:
-        UsageError: The module does not exist or fails, or it has no such attribute.
-    """
+    """Import the object at a path, also from the current directory; a `UsageError` if there is none, or it fails."""
     importlib.invalidate_caches()
     try:
         with _current_directory():
@@ -38,11 +36,7 @@ def imported(spec: AlgorithmSpec) -> Any:
 
 
 def made(spec: AlgorithmSpec, make: Callable[..., Any], settings: Mapping[str, Any]) -> Any:
-    """Call the class or function that a text names, with these settings.
-
-    Raises:
-        UsageError: It does not take one of them, or fails.
-    """
+    """Call what a text names with these settings; a `UsageError` if it does not take one of them, or fails."""
     check_settings(spec, settings, make)
     try:
         with _current_directory():
@@ -55,11 +49,7 @@ def made(spec: AlgorithmSpec, make: Callable[..., Any], settings: Mapping[str, A
 
 
 def check_settings(spec: AlgorithmSpec, settings: Mapping[str, Any], make: Callable[..., Any], first: int = 0) -> None:
-    """Check that a class or function takes a setting, not counting so many first arguments.
-
-    Raises:
-        UsageError: It does not.
-    """
+    """Raise a `UsageError` if a class or function does not take a setting, not counting so many first arguments."""
     known, takes_all = keywords(make)
     for name in settings:
         if name not in known[first:] and not takes_all:
@@ -67,19 +57,13 @@ def check_settings(spec: AlgorithmSpec, settings: Mapping[str, Any], make: Calla
 
 
 def copies(spec: AlgorithmSpec, instance: Any) -> Callable[[], Any]:
-    """A function that returns copies of an instance, for which no settings may be typed.
-
-    Raises:
-        UsageError: There are some.
-    """
+    """A function that returns copies of an instance; a `UsageError` if settings were typed for it."""
     if spec.values:
         raise UsageError(f"{spec.text}: an instance has its settings already. Name its class instead.")
     return partial(copy.deepcopy, instance)
 
 
-def by_name(
-    given: Sequence[object] | Mapping[str, object], find: Callable[[Any, str], Any], hint: str
-) -> dict[str, Any]:
+def by_name(given: Given, find: Callable[[Any, str], Any], hint: str) -> dict[str, Any]:
     """A user's list, or mapping, of things by name, each once.
 
     Raises:

@@ -14,6 +14,7 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any, Literal
 
+from robolaser.algorithms.user_code import Given
 from robolaser.arrays import Progress
 from robolaser.benchmark import BUDGET, SEEDS, TIME_LIMIT_S
 from robolaser.benchmark.executors import Engine, WorkerLost, engine_of
@@ -32,8 +33,8 @@ REPORT_S = 0.5  # time between two reports of progress
 
 
 def compare(
-    problems: Sequence[object] | Mapping[str, object],
-    algorithms: Sequence[object] | Mapping[str, object] = DEFAULT,
+    problems: Given,
+    algorithms: Given = DEFAULT,
     *,
     seeds: int = SEEDS,
     first_seed: int = 1,

@@ -35,9 +35,7 @@ class WorkerLost(BenchmarkError):
 
 
 @contextmanager
-def engine_of(
-    jobs: int | None = None, scheduler: str | None = None, *, time_limit_s: float | None = None
-) -> Iterator[Engine]:
+def engine_of(jobs: int | None, scheduler: str | None, *, time_limit_s: float | None) -> Iterator[Engine]:
     """Processes of this machine, one on each core by default, or the workers of a Dask cluster at tcp://HOST:PORT.
 
     A process of this machine that takes longer than the time limit for one call is killed.

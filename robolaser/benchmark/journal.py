@@ -61,11 +61,7 @@ class Journal:
         return {key: run.seconds for key, run in self._runs.items() if run.state == DONE}
 
     def begin(self, plan: Mapping[str, Any]) -> None:
-        """Add a plan.
-
-        Args:
-            plan: `conditions` that all runs share, `problems`, `solvers`, `refused`, `seeds`, `target`, `engine`,
-                `workers`.
+        """Add a plan: its `conditions`, `problems`, `solvers`, `refused`, `seeds`, `target`, `engine` and `workers`.
 
         Raises:
             BenchmarkError: The existing runs were made under other conditions.
@@ -94,11 +90,7 @@ class Journal:
             know_budget |= {name for name, _, knows in plan["solvers"] if knows}
             refused |= {(problem, solver): reason for problem, solver, reason in plan["refused"]}
             seeds |= set(plan["seeds"])
-        made = [
-            run
-            for run in self._runs.values()
-            if run.problem in problems and run.algorithm in solvers and run.seed in seeds
-        ]
+        made = [run for (p, a, seed), run in self._runs.items() if p in problems and a in solvers and seed in seeds]
         made.sort(key=lambda run: (run.seed, list(solvers).index(run.algorithm)))  # not in the order of their ends
         ranked: list[BenchmarkRun] = []
         for name, problem in problems.items():

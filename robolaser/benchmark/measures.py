@@ -56,9 +56,8 @@ def _by_fronts(problem: ProblemSummary, runs: Sequence[BenchmarkRun]) -> tuple[P
     else:
         return problem, list(runs)
     extent = np.where((width := np.ptp(best, axis=0)) > 0, width, 1.0)
-    return replace(problem, best=0.0, found_by=by), [
-        replace(run, trace=_igd_plus(run.trace, best / extent, extent)) for run in runs
-    ]
+    ranked = [replace(run, trace=_igd_plus(run.trace, best / extent, extent)) for run in runs]
+    return replace(problem, best=0.0, found_by=by), ranked
 
 
 def _igd_plus(trace: ConvergenceTrace, best: Array, extent: Array) -> ConvergenceTrace:

@@ -2,7 +2,7 @@
 
 import copy
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from pymoo.problems.functional import FunctionalProblem
 
 from robolaser.algorithms.registry import reference_directions
 from robolaser.algorithms.spec import AlgorithmSpec
-from robolaser.algorithms.user_code import by_name, copies, imported, made, named, title_of
+from robolaser.algorithms.user_code import Given, by_name, copies, imported, made, named, title_of
 from robolaser.arrays import Array
 from robolaser.benchmark.problem import BenchmarkProblem, Family, ProblemSpec, ProblemSummary
 from robolaser.data.dataset import Dataset
@@ -34,7 +34,7 @@ UNKNOWN = re.compile(r"unexpected keyword argument '(\w+)'")  # Python's words f
 RANGE = re.compile(r":instance=(\d+)\.\.(\d+)")
 
 
-def specs_of(problems: Sequence[object] | Mapping[str, object]) -> tuple[ProblemSpec, ...]:
+def specs_of(problems: Given) -> tuple[ProblemSpec, ...]:
     """Find problems by name, or name given pymoo problems.
 
     Raises:

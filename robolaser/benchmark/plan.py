@@ -4,12 +4,12 @@ import math
 import pickle
 import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal, final
 
-from robolaser.algorithms.user_code import by_name
+from robolaser.algorithms.user_code import Given, by_name
 from robolaser.benchmark.evaluator import RunLimits
 from robolaser.benchmark.executors import PACKAGES
 from robolaser.benchmark.named_problems import specs_of
@@ -70,12 +70,7 @@ class BenchmarkPlan:
     tasks: tuple[Task, ...]  # all runs, those with the first seed first: stopping early is then fair to all solvers
 
     @classmethod
-    def of(
-        cls,
-        problems: Sequence[object] | Mapping[str, object],
-        algorithms: Sequence[object] | Mapping[str, object],
-        terms: Terms,
-    ) -> "BenchmarkPlan":
+    def of(cls, problems: Given, algorithms: Given, terms: Terms) -> "BenchmarkPlan":
         """Find problems and algorithms, and test whether each problem is noisy or slow.
 
         Raises:
@@ -142,10 +137,9 @@ def _planned(spec: ProblemSpec, terms: Terms) -> tuple[BenchmarkProblem, RunLimi
 
         lowest = min(multistart(problem.model, seed=seed).cost for seed in OUR_SEEDS)
     seen = f"{problem.lower} {problem.upper}" if noisy else first
-    problem = replace(
-        problem, summary=replace(problem.summary, budget=budget, noisy=noisy, lowest=lowest, fingerprint=seen)
-    )
-    return problem, RunLimits(budget, terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy)
+    summary = replace(problem.summary, budget=budget, noisy=noisy, lowest=lowest, fingerprint=seen)
+    limits = RunLimits(budget, terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy)
+    return replace(problem, summary=summary), limits
 
 
 def _pickled(thing: Any, name: str) -> bytes:

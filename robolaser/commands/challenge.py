@@ -135,7 +135,7 @@ def score(
         executor = stack.enter_context(Processes(jobs))
         progress = stack.enter_context(terminal.progress())
         try:
-            trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, progress=progress)
+            trial.diagnose_missing(folder, diagnoses, seed=seed, pool=executor, progress=progress)
         except KeyboardInterrupt:
             made = sum(path.exists() for path in diagnoses.values())
             raise Interrupted(f"Stopped. {made} of {len(diagnoses)} data sets are diagnosed, and stay so.") from None

@@ -28,9 +28,8 @@ class BusServos(ServoChain):
         self._loop = loop
         self._memory = {servo: bytearray(REGISTERS) for servo in self._ids}
         self._dynamixel = cell.arm.kind == "dynamixel"
-        self._torque, self._goal, self._present, self._status = (
-            (64, 116, 132, 70) if self._dynamixel else (40, 42, 56, 65)
-        )
+        registers = (64, 116, 132, 70) if self._dynamixel else (40, 42, 56, 65)
+        self._torque, self._goal, self._present, self._status = registers
         self._size = 4 if self._dynamixel else 2
         self._heard = b""
 

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, final
 
 import numpy as np
@@ -26,43 +27,39 @@ class MotionFit:
     log: MotionLog
     parts: tuple[KindDiagnosis, ...]
     findings: tuple[SelectedEffect, ...]
-    gap_mm: dict[str, Any]  # the tracking error at the flange, as JSON files give it
-    levers_mm: Array  # motion of the flange with each joint, (j,) [mm/rad]
+    seed: int  # of the resampling of runs
     seconds: float
-
-    @classmethod
-    def of(
-        cls,
-        log: MotionLog,
-        parts: Sequence[KindDiagnosis],
-        findings: Sequence[SelectedEffect],
-        seed: int,
-        seconds: float,
-    ) -> "MotionFit":
-        """From the diagnosis of each kind of rows."""
-        gap_mm: dict[str, Any] = dict.fromkeys(("nominal", "calibrated", "after", "noise_floor"))
-        gap_mm["after_ci95"], levers_mm = [None, None], np.zeros(len(log.joints))
-        for part in parts:
-            if part.gap.kind == "tracking":
-                gap_mm, levers_mm = at_flange(log, part.gap, part.before, part.after, seed)
-        return cls(log, tuple(parts), tuple(findings), gap_mm, levers_mm, seconds)
 
     @property
     def gaps(self) -> list[KindGap]:
         """Errors of each kind of rows."""
         return [part.gap for part in self.parts]
 
+    @property
+    def gap_mm(self) -> dict[str, Any]:
+        """The tracking error at the flange, as JSON files give it."""
+        return self._at_flange[0]
+
+    @property
+    def levers_mm(self) -> Array:
+        """Motion of the flange with each joint, (j,) [mm/rad]."""
+        return self._at_flange[1]
+
+    @cached_property
+    def _at_flange(self) -> tuple[dict[str, Any], Array]:
+        for part in self.parts:
+            if part.gap.kind == "tracking":
+                return at_flange(self.log, part.gap, part.before, part.after, self.seed)
+        nothing = dict.fromkeys(("nominal", "calibrated", "after", "noise_floor"))
+        return {**nothing, "after_ci95": [None, None]}, np.zeros(len(self.log.joints))
+
 
 def calibrate_motion(
     log: MotionLog, effects: Sequence[str] = (), seed: int = 1, progress: Progress | None = None
 ) -> MotionFit:
-    """Find the numbers of effects.
+    """Find the numbers of effects, NAME[:WHERE] each; without WHERE, at every joint that can show it.
 
-    Args:
-        log: Commands, encoders and torques along time.
-        effects: As NAME[:WHERE]; without WHERE, at every joint that can show it.
-        seed: Of the resampling of runs.
-        progress: Called with the current step and its finished share.
+    The seed is of the resampling of runs.
 
     Raises:
         UsageError: There is no effect of that name, or not at that location.
@@ -93,7 +90,7 @@ def calibrate_motion(
         if not any(at.effect.name == name and where in ("", at.where) for at in found):
             reason = missing.get(name, "with it, the error on unseen motions is no smaller")
             raise EffectError(f"{name}{f' at {where}' if where else ''} cannot be found: {reason}.")
-    return MotionFit.of(log, parts, findings, seed, time.monotonic() - began)
+    return MotionFit(log, tuple(parts), tuple(findings), seed, time.monotonic() - began)
 
 
 def merged(findings: Sequence[SelectedEffect]) -> list[SelectedEffect]:

@@ -56,12 +56,7 @@ def diagnose_motion(
 ) -> MotionDiagnosis:
     """Find the effects that separate a moving arm from its model.
 
-    Args:
-        log: Commands, encoders and torques along time.
-        effects: Names of those in the library; all of `MOTION_EFFECTS` by default.
-        without: Names of effects to leave out.
-        seed: Of the resampling of runs.
-        progress: Called with the current step and its finished share.
+    By default all of `MOTION_EFFECTS` may be at work. The seed is of the resampling of runs.
 
     Raises:
         DataError: Nothing can be compared: there are neither commands nor torques nor a second encoder.
@@ -85,7 +80,7 @@ def diagnose_motion(
         verdict = "explained" if verdict == "no_gap" else verdict
     findings.sort(key=lambda one: one.without.score, reverse=True)
     places = [] if verdict == "no_gap" else _places(restated if verdict == "explained" else parts, log.joints, verdict)
-    fit = MotionFit.of(read, restated, findings, seed, time.monotonic() - began)
+    fit = MotionFit(read, tuple(restated), tuple(findings), seed, time.monotonic() - began)
     return MotionDiagnosis(fit, verdict, tuple(places), missing, (*remarks, *_remarks(log)))
 
 

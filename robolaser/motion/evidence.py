@@ -77,12 +77,8 @@ def independent_values(residual: Array, run: Ints) -> float:
 def score_of(squares: Array, rows: Array, independent: Array, form: Array, numbers: float) -> float:
     """BIC of a model: n log(mean square) over joints, and log n for each number (Schwarz 1978).
 
-    Args:
-        squares: Sum of squared residuals of each joint, (j,).
-        rows: Their count, (j,).
-        independent: Their effective sample sizes, (j,).
-        form: Error of each joint's model form, (j,): less is no evidence.
-        numbers: Their count in the model.
+    Of each joint, (j,), the sum of squared residuals, the count and effective sample size of its rows, and the error of
+    its model's form: less is no evidence.
     """
     there = rows > 0
     mean = np.maximum(squares[there] / rows[there], np.maximum(form[there] ** 2, 1e-24))

@@ -146,14 +146,9 @@ def _distinct(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _part(
-    run: RecordedRun,
-    robot: Robot,
-    columns: Mapping[str, str],
-    angles: _Angles,
-    time_unit: str,
-    read_from: dict[str, str],
+    run: RecordedRun, robot: Robot, columns: Mapping[str, str], angles: _Angles, time_unit: str, sources: dict[str, str]
 ) -> dict[str, Array]:
-    """The columns of a run, with their sources in `read_from`."""
+    """The columns of a run; adds their sources."""
     time = run.numbers(columns["time_s"]) if "time_s" in columns else _time(run)
     if not len(time):
         raise DataError(f"{run.source}: series '{run.series}' has no times.", file=run.source)
@@ -171,7 +166,7 @@ def _part(
             values[:, j] = (
                 of_file if quantity == "tau" else angles.radians(of_file, joint, run.angle_unit, speed=quantity == "qd")
             )
-            read_from[f"{quantity}_{joint}"] = f"{wanted} of {run.source}"
+            sources[f"{quantity}_{joint}"] = f"{wanted} of {run.source}"
     return part
 
 

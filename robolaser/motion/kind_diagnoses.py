@@ -44,17 +44,8 @@ def parts_of(
 ) -> tuple[list[KindDiagnosis], dict[str, str], list[str]]:
     """Diagnose each kind of rows.
 
-    Args:
-        log: Commands, encoders and torques along time.
-        library: Effects that may be at work.
-        searching: Chooses the effects.
-        progress: Called with the current step and its finished share.
-
     Returns:
         The diagnoses, reasons why effects cannot be tested, and remarks.
-
-    Raises:
-        DataError: Nothing can be compared: there are neither commands nor torques nor a second encoder.
     """
     every = (*library, *FUNCTIONS)
     parts: list[KindDiagnosis] = []
@@ -135,7 +126,7 @@ def _tracking(
     better, after = where_lower(after, calibrated, log.run, LEAST_SHARE["tracking"])
     if clocks is not None and not better[rows.joints].all():  # a clock shifts all joints
         return _tracking(recorded, [one for one in library if one is not CLOCK], missing, searching)
-    before, then = root_mean_squares(calibrated), root_mean_squares(after)
+    nominal, before, then = map(root_mean_squares, (ideal, calibrated, after))
     step = log.encoder_step_rad or resolution(log.q)
     holding = log.robot.gravity_torques(np.nan_to_num(log.q))
     patterns = Patterns(log.run, log.time_s, np.nan_to_num(log.command), holding)
@@ -151,9 +142,7 @@ def _tracking(
     findings = _distinguished_from_clocks(findings, len(rows.joints))
     if clocks is not None:
         findings.append(clocks.finding(log, rows.joints))
-    gap = KindGap(
-        "tracking", "rad", root_mean_squares(ideal), before, then, np.minimum(floor, MOST_NOISE_RAD), len(log)
-    )
+    gap = KindGap("tracking", "rad", nominal, before, then, np.minimum(floor, MOST_NOISE_RAD), len(log))
     enough = np.full(len(log.joints), FOLLOWS_RAD)
     tested = tuple(at for each in candidates for at in each if at.effect.cause != UNKNOWN)
     return KindDiagnosis(gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
@@ -256,7 +245,7 @@ def _linear(
         again = part.fitted(selected.model.effects, selected.model.shapes)
         after[fold == number] = rows.residuals(again, of_part=part)[fold == number]
     better, after = where_lower(after, ideal, of.run, LEAST_SHARE[kind])
-    before, then = root_mean_squares(ideal), root_mean_squares(after)
+    nominal, before, then = map(root_mean_squares, (values, ideal, after))
     white = white_noise(after, of.run, None)
     patterns = Patterns(of.run, of.time_s, of.q, of.rigid, size_by_speed_only=kind == "torque")
     white = np.hypot(white, of.torque_noise) if kind == "torque" else white
@@ -268,7 +257,7 @@ def _linear(
         for one in [_fitted(found, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))]
         if _helps(one, before, better)
     ]
-    gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor, len(of.q))
+    gap = KindGap(kind, "Nm" if kind == "torque" else "rad", nominal, before, then, floor, len(of.q))
     remarks = tuple(map(str, limits))
     tested = tuple(at for at in candidates if at.effect.cause != UNKNOWN)
     return KindDiagnosis(gap, tested, tuple(findings), of.run, ideal, after, places, enough, cut, remarks)

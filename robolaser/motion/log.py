@@ -62,23 +62,15 @@ class MotionLog:
         return self.robot.joints
 
     @cached_property
-    def starts(self) -> Ints:
-        """The first row of each run, (runs,)."""
-        return np.searchsorted(self.run, np.arange(len(self.series))).astype(np.int64)
-
-    @cached_property
     def rows_of_runs(self) -> tuple[slice, ...]:
         """The rows of each run."""
-        ends = [*self.starts[1:].tolist(), len(self)]
-        return tuple(slice(start, end) for start, end in zip(self.starts.tolist(), ends, strict=True))
+        return self._between(np.inf)
 
     @cached_property
     def has_signs(self) -> bool:
         """Whether torques have a sign: the log does not deny it, and of several joints some are negative."""
-        several = self.tau[:, self.has("tau")]
-        return self.torque_signed and (
-            several.shape[1] < 2 or bool(np.nanmin(several) < 0.0 or np.nanmax(several) <= 0.0)
-        )
+        tau = self.tau[:, self.has("tau")]
+        return self.torque_signed and (tau.shape[1] < 2 or bool(np.nanmin(tau) < 0.0 or np.nanmax(tau) <= 0.0))
 
     @cached_property
     def stretches(self) -> tuple[slice, ...]:

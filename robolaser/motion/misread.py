@@ -142,9 +142,8 @@ def _unit(of: Quantities) -> str:
     for name, size in PER_NM.items():
         within = _times(of, 1.0 / size)
         _, rest = _common(within, of.payload())
-        left[name] = float(
-            np.nanmedian(root_mean_squares(rest) / np.maximum(root_mean_squares(within.measured), 1e-12))
-        )
+        torques = np.maximum(root_mean_squares(within.measured), 1e-12)
+        left[name] = float(np.nanmedian(root_mean_squares(rest) / torques))
     best = min(left, key=left.__getitem__)
     return best if FALLS * left[best] < 1.0 else ""
 
@@ -237,10 +236,8 @@ def _common(of: Quantities, columns: Array) -> tuple[Array, Array]:
     Friction apart; joints that fit badly count little.
     """
     there = np.isfinite(of.measured)
-    rows = [
-        _less_friction(of, j, np.column_stack([columns[:, j], of.measured[:, j] - of.rigid[:, j]]))
-        for j in range(of.q.shape[1])
-    ]
+    short = of.measured - of.rigid
+    rows = [_less_friction(of, j, np.column_stack([columns[:, j], short[:, j]])) for j in range(of.q.shape[1])]
     change, left = np.zeros(columns.shape[2]), [each[:, -1] for each in rows]
     for _ in range(ROUNDS if any(each.any() for each in rows) else 0):
         scale = [max(float(np.nan_to_num(root_mean_squares(each))), np.finfo(float).eps) for each in left]
@@ -256,9 +253,7 @@ def _common(of: Quantities, columns: Array) -> tuple[Array, Array]:
 def _other_gravity(of: Quantities, pulls: Array) -> Array | None:
     """The gravity that explains the torques of all joints best, if it is another one of the stated size, (3,).
 
-    Args:
-        of: Torques.
-        pulls: Torques of gravity along each axis, (n, j, 3).
+    By the torques of gravity along each axis, (n, j, 3).
     """
     stated = np.array(of.log.robot.gravity)
     size = float(np.linalg.norm(stated))

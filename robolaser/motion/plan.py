@@ -84,8 +84,7 @@ class MotionPlan:
 def plan_motion(log: MotionLog) -> MotionPlan:
     """Determine which effects the motions of a log could show, whatever the readings.
 
-    Args:
-        log: With commands; torques are taken as recorded, and a second encoder where the log has one.
+    Torques are taken as recorded, and a second encoder where the log has one.
 
     Raises:
         DataError: There are no commands.
@@ -151,22 +150,15 @@ def _linear(of: Any, kind: str) -> tuple[list[_Signatures], dict[str, str]]:
         sizes = at.effect.numbers[number].usual * SIZES
         joints = np.flatnonzero(np.any(columns != 0.0, axis=(0, 2))).tolist()
         there = {joint: np.isfinite(of.measured[:, joint]) for joint in joints}
-        found.append(
-            _Signatures(
-                at, number, sizes, [{joint: size * columns[there[joint], joint] for joint in joints} for size in sizes]
-            )
-        )
+        errors = [{joint: size * columns[there[joint], joint] for joint in joints} for size in sizes]
+        found.append(_Signatures(at, number, sizes, errors))
     return found, missing
 
 
 def _limits(found: Sequence[_Signatures], noise: Array, follows: Array, values: float) -> list[MotionLimit]:
-    """Limits of all effects on rows of one kind.
+    """Limits of all effects on rows of one kind, by their signatures.
 
-    Args:
-        found: Their signatures.
-        noise: By joint, (j,).
-        follows: Usual error of each joint, (j,).
-        values: Effective sample size of a joint's rows.
+    Noise and usual error are by joint, (j,); the effective sample size is that of each joint's rows.
     """
 
     def gain(errors: Mapping[int, Array]) -> float:

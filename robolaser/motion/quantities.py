@@ -261,12 +261,7 @@ def hardly_moves(of: Quantities, joint: int) -> str:
 def _of_point(T: Array) -> Array:
     """Ten inertial numbers about the last joint, for mass and first moments in the flange frame, (10, 4)."""
     R, t = T[:3, :3], T[:3, 3]
-    out = np.zeros((10, 4))
-    out[0, 0], out[1:4, 0], out[1:4, 1:] = 1.0, t, R
-    pairs = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
-    for row, (a, b) in enumerate(pairs, start=4):
-        out[row, 0] = (a == b) * (t @ t) - t[a] * t[b]
-        for k in range(3):
-            r = R[:, k]
-            out[row, 1 + k] = (a == b) * 2.0 * (t @ r) - t[a] * r[b] - r[a] * t[b]
-    return out
+    inertia = [t @ t * np.eye(3) - np.outer(t, t)]
+    inertia += [2.0 * (t @ r) * np.eye(3) - np.outer(t, r) - np.outer(r, t) for r in R.T]
+    xx_to_zz = np.array(inertia)[:, [0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+    return np.concatenate([[[1.0, 0.0, 0.0, 0.0]], np.column_stack([t, R]), xx_to_zz.T])

@@ -70,11 +70,7 @@ def is_motion(folder: str | Path) -> bool:
 
 
 def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
-    """Read and check a log.
-
-    Args:
-        folder: Holds dataset.toml with kind = "motion", and motion.csv.
-        planned: Whether commands without readings are sufficient.
+    """Read and check the log in a folder; of a planned one, commands without readings are sufficient.
 
     Raises:
         DataError: Names file, row and column of the fault.
@@ -112,7 +108,8 @@ def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
         if name not in labels:
             raise DataError(f"{FILE}, [motion] payload_kg: there is no series '{name}'.{near(name, labels)}", file=FILE)
     log, repeated = _in_order(log, np.array(csv.lines)[order])
-    log = replace(log, time_s=log.time_s - log.time_s[log.starts][log.run])
+    begins = np.array([rows.start for rows in log.rows_of_runs])
+    log = replace(log, time_s=log.time_s - log.time_s[begins][log.run])
     return replace(log, warnings=(*warnings, *repeated, *_checked(log, planned=planned)))
 
 

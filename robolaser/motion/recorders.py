@@ -173,17 +173,14 @@ def _named_by_rtde(run: RecordedRun) -> RecordedRun:
     """A table of Universal Robots' RTDE with the names of a log: NAME[i] for the joint i."""
     if "actual_q_0" not in run.columns:
         return run
-    named: dict[str, Array] = {}
-    current = False
+    named, current = dict(run.columns), False
     for quantity, names in RTDE.items():
         name = next((name for name in names if f"{name}_0" in run.columns), None)
         if name is not None:
             current |= name == CURRENT
             numbered = [one for one in run.columns if one.rpartition("_")[0] == name]
             named |= {f"{quantity}[{one.rpartition('_')[2]}]": run.columns[one] for one in numbered}
-    return replace(
-        run, columns={**run.columns, **named}, angle_unit="rad", torque_unit="A" if current else run.torque_unit
-    )
+    return replace(run, columns=named, angle_unit="rad", torque_unit="A" if current else run.torque_unit)
 
 
 def _lerobot(folder: Path) -> list[RecordedRun]:

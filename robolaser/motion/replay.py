@@ -6,32 +6,26 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.errors import DataError, RobotError, UsageError
+from robolaser.errors import DataError, RobotError
 from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.log import MotionLog, filled
+from robolaser.plugins import extra
 
 MOST_S = 60.0  # of each run that is replayed
 
 
 def replay(model: Path, log: MotionLog) -> dict[str, float]:
-    """Drive a simulated arm by the commands of a log.
-
-    Args:
-        model: An MJCF file whose position actuators drive joints of the log's names.
-        log: With commands.
+    """Drive the arm of an MJCF file, whose position actuators are at joints of the log's names, by its commands.
 
     Returns:
         Root-mean-square difference of each driven joint from its readings [rad].
 
     Raises:
-        UsageError: MuJoCo is not installed.
+        DependencyMissing: MuJoCo is not installed.
         RobotError: MuJoCo cannot load or simulate the file, or no actuator drives a joint of the log.
         DataError: The log has no commands.
     """
-    try:
-        import mujoco  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise UsageError("A replay needs MuJoCo: pip install mujoco") from None
+    mujoco = extra("mujoco", "A replay needs MuJoCo, which is not installed: pip install 'robolaser[mujoco]'.")
     if not log.has("command").any():
         raise DataError(
             "The log has no commands to replay: motion.csv has no column command_<joint>.", file="motion.csv"

@@ -17,6 +17,7 @@ from robolaser.motion.kind_diagnosis import FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE
 from robolaser.motion.selection import SelectedEffect
 
 NAMED = 3  # effects, and joints of each, that the sentence names
+ERRORS = {"tracking": "the tracking error", "torque": "the torque error", "load": "the encoders' difference"}
 
 
 def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
@@ -266,9 +267,6 @@ def _locations(group: Sequence[SelectedEffect], joints: Sequence[str]) -> str:
 def _shrinks(gap: KindGap) -> str:
     scale, unit = (180.0 / np.pi, "°") if gap.unit == "rad" else (1.0, " Nm")
     before, after, noise = (scale * gap.whole(name) for name in ("calibrated", "after", "noise_floor"))
-    what = {"tracking": "the tracking error", "torque": "the torque error", "load": "the encoders' difference"}[
-        gap.kind
-    ]
     was, left, floor = (f"{float(f'{error:.3g}'):g}{unit}" for error in (before, after, noise))
     change = f"falls from {was} to {left}" if after < before and left != was else f"is {was}"
-    return f"{what} {change} (noise {floor})"
+    return f"{ERRORS[gap.kind]} {change} (noise {floor})"

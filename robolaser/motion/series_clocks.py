@@ -46,11 +46,8 @@ class SeriesClocks:
         """Delays common to all joints; None where the series do not differ, or joints disagree.
 
         Each joint's delay in a series is one linear step of its model. Their variance between series, common to all
-        joints, is compared with the remaining scatter of each joint alone (an F-test).
-
-        Args:
-            joints: The evidence of each.
-            known: Earlier delays: then the remaining ones are returned, however small.
+        joints, is compared with the remaining scatter of each joint alone (an F-test). Beside earlier delays the
+        remaining ones are returned, however small.
         """
         runs = np.unique(np.concatenate([one.run for one in joints])) if joints else np.empty(0, np.int64)
         if len(runs) < FEWEST_SERIES or len(joints) < FEWEST_JOINTS:

@@ -49,13 +49,9 @@ class CommandSeries:
 
     @classmethod
     def of(cls, robot: Robot, commands: Sequence[Array], step: Array, step_s: float) -> Self:
-        """Runs by their commands, (n, j) each, the longest first, with their torques, from rest.
+        """Runs from rest by their commands, (n, j) each, the longest first; NaN where a joint has none.
 
-        Args:
-            robot: The arm.
-            commands: NaN where a joint has none.
-            step: From each row to the next, (t, s) [s].
-            step_s: The usual one.
+        Steps are from each row to the next, (t, s) [s]; `step_s` is the usual one.
         """
         sent, holding, moving = np.empty((3, len(robot.joints), *step.shape))
         for s, command in enumerate(commands):
@@ -64,19 +60,13 @@ class CommandSeries:
             for values, of_run in zip((sent, holding, moving), (command, *torques), strict=True):
                 values[:, : len(command), s] = of_run.T
                 values[:, len(command) :, s] = of_run[-1][:, None]
-        return cls(
-            np.array(list(map(len, commands))), step, sent, holding, moving, sent[:, 0], np.zeros_like(sent[:, 0])
-        )
+        length, start = np.array(list(map(len, commands))), sent[:, 0]
+        return cls(length, step, sent, holding, moving, start, np.zeros_like(start))
 
     def simulate(self, joint: Ints, numbers: Sequence[Mapping[str, float]]) -> Array:
-        """Simulate joints whose servos have given numbers.
+        """Simulate cases, a joint (m,) and its servo's numbers each, (t, s, m) [rad].
 
-        Args:
-            joint: Of each case, (m,).
-            numbers: Of each case; others are those of an ideal servo.
-
-        Returns:
-            (t, s, m) [rad].
+        Other numbers are those of an ideal servo.
         """
         rows, runs = self.step.shape
         share = max(1, MOST_CELLS // (rows * runs))
@@ -169,11 +159,7 @@ class _Answer:
         return cls(which.reshape(step.shape), parts if second.any() else parts[:1])
 
     def alike(self, going: Ints) -> list[tuple[int, int]]:
-        """The first row, and the one after the last, of each series of rows whose steps and running cases are equal.
-
-        Args:
-            going: Number of cases that run at each row, (t,).
-        """
+        """First row, and the one after the last, of each series of rows with equal steps and running cases, (t,)."""
         changes = (np.diff(self.which, axis=0) != 0).any(axis=1) | (np.diff(going) != 0)
         bounds = [0, *(np.flatnonzero(changes) + 1).tolist(), len(going)]
         return list(pairwise(bounds))

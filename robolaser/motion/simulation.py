@@ -131,9 +131,8 @@ def _followed(robot: Robot, runs: list[Array], time: Array, requested: list[tupl
         given = {one.servo: numbers[one.name] for one in at.effect.numbers if one.name in numbers}
         for joint in [at.joint] if at.effect.site == "joint" else range(joints):
             servos[joint] |= {name: servos[joint].get(name, 0.0) + value for name, value in given.items()}
-    paths = CommandSeries.of(robot, runs, np.full((len(time), len(runs)), step_s), step_s).simulate(
-        np.arange(joints), servos
-    )
+    sent = CommandSeries.of(robot, runs, np.full((len(time), len(runs)), step_s), step_s)
+    paths = sent.simulate(np.arange(joints), servos)
     return np.concatenate(list(paths.transpose(1, 0, 2)))
 
 

@@ -65,9 +65,7 @@ class _ServoFit:
 class TrackingRows:
     """Models of joints that follow commands, one joint each; a joint's index in `joints` is the number of its search.
 
-    Args:
-        log: The log.
-        runs: Those that count, by number; all by default.
+    Some runs count, by number; all by default.
     """
 
     def __init__(self, log: MotionLog, runs: Ints | None = None) -> None:

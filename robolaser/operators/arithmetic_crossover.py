@@ -47,5 +47,5 @@ class ArithmeticCrossover(Crossover):
         super().__init__(n_parents=2, n_offsprings=2, prob=prob, **kwargs)
         check_share(self.name, "prob", prob)
 
-    def _do(self, problem: Any, X: Array, *args: Any, random_state: Any = None, **kwargs: Any) -> Array:
+    def _do(self, problem: Any, X: Array, *args: Any, random_state: Any, **kwargs: Any) -> Array:
         return arithmetic(X.astype(np.float64), random_state.random((X.shape[1], 1)))

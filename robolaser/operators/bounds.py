@@ -9,11 +9,7 @@ from robolaser.errors import AlgorithmError
 
 
 def finite_bounds(problem: Any, operator: str) -> tuple[Array, Array]:
-    """Lower and upper bounds of a problem's variables, (d,) each.
-
-    Raises:
-        AlgorithmError: A variable has no finite bounds.
-    """
+    """Lower and upper bounds of a problem's variables, (d,) each; an `AlgorithmError` if they are not finite."""
     none = np.full(problem.n_var, np.nan)
     lower, upper = (none if x is None else np.asarray(x, np.float64) for x in (problem.xl, problem.xu))
     open_ended = np.flatnonzero(~(np.isfinite(lower) & np.isfinite(upper)))
@@ -26,10 +22,6 @@ def finite_bounds(problem: Any, operator: str) -> tuple[Array, Array]:
 
 
 def check_share(owner: str, setting: str, value: Any) -> None:
-    """Check that a number is a share or probability; None, functions and pymoo's variables are not checked.
-
-    Raises:
-        AlgorithmError: It is below 0 or above 1.
-    """
+    """Raise an `AlgorithmError` if a number is no share; None, functions and pymoo's variables are not checked."""
     if isinstance(value, (int, float)) and not 0.0 <= value <= 1.0:
         raise AlgorithmError(f"{owner}: {setting} is {value!r}, expected a number from 0 to 1.")

@@ -79,11 +79,7 @@ def _number_of_parents(pop: Any, algorithm: Any, n_survive: int) -> int:
 
 
 def refuse(algorithm: Any) -> None:
-    """Refuse an algorithm that reads attributes which its own survival writes on individuals.
-
-    Raises:
-        AlgorithmError: It does.
-    """
+    """Raise an `AlgorithmError` if an algorithm reads attributes which its own survival writes on individuals."""
     if algorithm is None:
         return
     bases = _class_names(algorithm)

@@ -24,10 +24,7 @@ _CONVERGENCE = (DeltaToleranceTermination, IndicatorTermination, MinimumFunction
 def step_size(r: Array, progress: float, b: float) -> Array:
     """Step as a share of the distance to the bound, (...) -> (...), between 0 and 1. Lee et al. 2004, eq. 23.
 
-    Args:
-        r: Uniform draws from 0 to 1.
-        progress: k/T, from 0 to 1.
-        b: Non-uniformity: how soon the steps shrink.
+    By uniform draws from 0 to 1, the progress k/T, and the non-uniformity b: how soon the steps shrink.
     """
     return r * float((1.0 - progress) ** b)
 
@@ -84,9 +81,7 @@ class NonUniformMutation(Mutation):
         self.b = Real(b, bounds=(1.0, 10.0), strict=(0.0, None))
         self.progress = progress
 
-    def _do(
-        self, problem: Any, X: Array, *args: Any, random_state: Any = None, algorithm: Any = None, **kwargs: Any
-    ) -> Array:
+    def _do(self, problem: Any, X: Array, *args: Any, random_state: Any, algorithm: Any = None, **kwargs: Any) -> Array:
         lower, upper = finite_bounds(problem, self.name)
         mutated = random_state.random(X.shape) < self.get_prob_var(problem, size=len(X))[:, None]
         gene = np.nonzero(mutated)[1]

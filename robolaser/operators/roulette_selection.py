@@ -49,7 +49,5 @@ class RouletteSelection(Selection):
         True
     """
 
-    def _do(
-        self, problem: Any, pop: Any, n_select: int, n_parents: int = 1, *, random_state: Any = None, **kwargs: Any
-    ) -> Ints:
+    def _do(self, problem: Any, pop: Any, n_select: int, n_parents: int, *, random_state: Any, **kwargs: Any) -> Ints:
         return roulette_wheel(inverse_cost(cost.of_population(pop)), random_state.random((n_select, n_parents)))

@@ -124,10 +124,8 @@ def check_operator(operator: Any, *, algorithms: Iterable[str] = STOCK_ALGORITHM
 def _act(operator: Any, pop: Any, seed: int) -> Array:
     """One call, as by pymoo's algorithms -> its result: genes, or the indices of the selected."""
     problem = Bowl()
-    given = {
-        "random_state": np.random.default_rng(seed),
-        "algorithm": SimpleNamespace(n_iter=3, termination=NoTermination()),
-    }
+    algorithm = SimpleNamespace(n_iter=3, termination=NoTermination())
+    given = {"random_state": np.random.default_rng(seed), "algorithm": algorithm}
     match _slot(operator):
         case "crossover":
             pairs = np.arange(len(pop)).reshape(-1, operator.n_parents)
@@ -186,11 +184,8 @@ def _keeps_to_the_bounds(operator: Any) -> str | None:
     return None
 
 
-LAWS: tuple[Callable[[Any], str | None], ...] = (  # each returns how an operator breaks it, or None
-    _repeats,
-    _leaves_parents_alone,
-    _keeps_to_the_bounds,
-)
+LAWS: tuple[Callable[[Any], str | None], ...] = (_repeats, _leaves_parents_alone, _keeps_to_the_bounds)
+"""Each returns how an operator breaks it, or None."""
 
 
 def _outcome(operator: Any, slot: str, name: str) -> tuple[str, str]:

@@ -60,9 +60,8 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
     stated = recording.noise.pixel_px
     source = source_of(fitted, stated if stated is not None else calibrated.noise.get("pixel", float("nan")))
     scanner, notes = carried_over(calibrated, fitted, sample_points(source, fitted))
-    return Scan(
-        calibrated, fitted, Cloud((ScannedRecording(scanner, source, arm_scatter(scanner, calibrated)),)), notes
-    )
+    scanned = ScannedRecording(scanner, source, arm_scatter(scanner, calibrated))
+    return Scan(calibrated, fitted, Cloud((scanned,)), notes)
 
 
 def merged(scans: Sequence[Scan]) -> Scan:

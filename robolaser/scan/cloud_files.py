@@ -101,11 +101,7 @@ def _extended(cloud: Vertices, fields: list[tuple[str, str]], columns: Iterable[
 
 @final
 class Subsample:
-    """Evenly taken points of a cloud of unknown size: all at first, then ever fewer.
-
-    Args:
-        most: Largest number of points.
-    """
+    """Evenly taken points of a cloud of unknown size: all at first, then ever fewer, at most so many."""
 
     def __init__(self, most: int = SAMPLED) -> None:
         self._most, self._every, self._seen = most, 1, 0

@@ -27,11 +27,7 @@ MOST_HEADER = 1 << 16  # bytes in which the header of a cloud of ours ends
 
 
 def write_ply(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype: np.dtype[Any] = VERTEX) -> int:
-    """Write a cloud piece by piece, (n,) each, with comments at the head of the file; the number of vertices.
-
-    Raises:
-        OutputError: Writing fails.
-    """
+    """Write a cloud piece by piece, (n,) each, with comments at the head of the file; the number of vertices."""
     return write_streamed(path, lambda count: _header(count, comments, dtype), pieces)
 
 

@@ -1,6 +1,6 @@
 """Corners of a board, seen by a simulated stripe scanner's camera beside the stripe."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -9,10 +9,10 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.several_sensors import scanner_with_corners
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import EffectError
-from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
 from robolaser.parameters import as_batch
+from robolaser.simulation.setup import Effects
 
 ALONG = 5  # squares of the board along a stripe that crosses the image
 ROUNDS = 40  # of a fixed-point iteration that converges by a factor of ten or more each
@@ -22,22 +22,11 @@ FEWEST = 6  # corners of a pose that locate the board; a pose with fewer has non
 
 
 def seen_beside(
-    exact: Dataset,
-    truth: Mapping[str, float],
-    effects: Sequence[CandidateEffect],
-    noisy: Dataset,
-    noise: Noise,
-    rng: np.random.Generator,
+    exact: Dataset, truth: Mapping[str, float], effects: Effects, noisy: Dataset, noise: Noise, rng: np.random.Generator
 ) -> Dataset:
     """A data set of two sensors, `stripe` and `camera`: all that the scanner's images show.
 
-    Args:
-        exact: The scanner's stripe points, without noise.
-        truth: All parameters by name.
-        effects: Of the cell.
-        noisy: The same with noise.
-        noise: Including corners.
-        rng: Draws it.
+    By the scanner's stripe points, exact and noisy, and all true parameters by name.
 
     Raises:
         EffectError: There is an effect of the target, which is not implemented for corners.
@@ -45,14 +34,14 @@ def seen_beside(
     for one in effects:
         if one.effect.stage is Stage.TARGET:
             raise EffectError(f"{one.effect.name} cannot be simulated for a stripe and corners together.")
-    corners = _seen(exact, truth, tuple(effects))
+    corners = _seen(exact, truth, effects)
     shaken = corners["pixel"] + (noise.pixel_px or 0.0) * rng.standard_normal((len(corners), 2))
     both = scanner_with_corners(noisy, replace(corners, pixel=shaken))
     members = [replace(one, data=replace(one.data, noise=noisy.noise)) for one in both.members]
     return replace(both, members=tuple(members))
 
 
-def _seen(exact: Dataset, truth: Mapping[str, float], effects: tuple[CandidateEffect, ...]) -> Points:
+def _seen(exact: Dataset, truth: Mapping[str, float], effects: Effects) -> Points:
     """The corners within each image, as the model with its effects predicts them."""
     assert exact.image_px is not None  # a scanner has it
     size, corners = np.array(exact.image_px), _near(exact)

@@ -46,9 +46,7 @@ def _unclear(text: str) -> UsageError:
 def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[CandidateEffect, ...], dict[str, float]]:
     """The requested effects, and all their numbers by name: unstated ones are nominal.
 
-    Args:
-        sizes: By NAME[:WHERE[.NUMBER]]: without NUMBER the principal one, without WHERE at every location.
-        dataset: The cell, with poses and without points.
+    Sizes are by NAME[:WHERE[.NUMBER]]: without NUMBER the principal one, without WHERE at every location of the cell.
 
     Raises:
         UsageError: There is no such effect or location, or the effect cannot be of this size.
@@ -62,20 +60,20 @@ def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[Cand
         effect = everywhere[0].effect
         known = list(effect.units())
         number = known[0]
-        if where not in {candidate_effect.where for candidate_effect in everywhere}:
+        if where not in {one.where for one in everywhere}:
             location, _, last = where.rpartition(".")
             where, number = (location, last) if location and last in known else (where, number)
-        there = [candidate_effect for candidate_effect in everywhere if not where or candidate_effect.where == where]
+        there = [one for one in everywhere if not where or one.where == where]
         if not there:
-            raise unknown_location(name, where, [candidate_effect.where for candidate_effect in everywhere])
+            raise unknown_location(name, where, [one.where for one in everywhere])
         _check(effect, number, size)
-        for candidate_effect in there:
-            if candidate_effect not in chosen:
-                chosen[candidate_effect] = None
-                numbers |= {item.name: item.nominal for item in candidate_effect.parameters.items}
-                shape = effect.usual_shape(dataset, candidate_effect.where)
-                numbers |= {candidate_effect.key(inner): value for inner, value in shape.items()}
-            numbers[candidate_effect.key(number)] = float(size)
+        for one in there:
+            if one not in chosen:
+                chosen[one] = None
+                numbers |= {item.name: item.nominal for item in one.parameters.items}
+                shape = effect.usual_shape(dataset, one.where)
+                numbers |= {one.key(inner): value for inner, value in shape.items()}
+            numbers[one.key(number)] = float(size)
     return tuple(chosen), numbers
 
 

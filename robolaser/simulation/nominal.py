@@ -51,9 +51,8 @@ def scanner(bracket_quat: Quaternion) -> dict[str, Parameter]:
     corners = np.array(list(product(*shifts[:, ::2]))) @ R.T
     turned = np.stack([corners.min(axis=0), R @ shifts[:, 1], corners.max(axis=0)], axis=1).round(12)
     drawn = DRAWN | {f"t_{axis}": tuple(turned[i].tolist()) for i, axis in enumerate("xyz")}
-    return {
-        name: Parameter(name, Stripe.format.unit_of(name), mid, low, high) for name, (low, mid, high) in drawn.items()
-    }
+    unit_of = Stripe.format.unit_of
+    return {name: Parameter(name, unit_of(name), mid, low, high) for name, (low, mid, high) in drawn.items()}
 
 
 def built(

@@ -10,8 +10,11 @@ from robolaser.arrays import Array
 from robolaser.data.sensor_format import Mount
 from robolaser.data.stated_noise import Noise
 from robolaser.geometry.rigid_motion import Quaternion
+from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.sensors.placements import motion
 from robolaser.parameters import as_batch
+
+Effects = tuple[CandidateEffect, ...]  # of a cell
 
 
 @final

@@ -14,7 +14,6 @@ from robolaser.data.sensor_format import Mount
 from robolaser.data.sessions import Sessions
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import EffectError, UsageError, check_seed
-from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.outliers import NAME as OUTLIERS
 from robolaser.model.effects.outliers import WHERE as OF_OUTLIERS
 from robolaser.parameters import Values, as_batch
@@ -24,7 +23,7 @@ from robolaser.simulation.corners import seen_beside
 from robolaser.simulation.effect_specs import numbers_of
 from robolaser.simulation.sensors import simulated_sensor
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, impossible
-from robolaser.simulation.setup import CellOptions, RandomStreams, SensorSetup
+from robolaser.simulation.setup import CellOptions, Effects, RandomStreams, SensorSetup
 
 TRAVEL = 0.3  # fastest joint's mean speed between poses [rad/s or m/s]
 PAUSE_S = 30.0  # time spent at each pose
@@ -47,7 +46,7 @@ class Simulated:
 
     dataset: Dataset  # as measured
     truth: Mapping[str, float]  # every parameter of the sensor, and the numbers of the effects, by name
-    effects: tuple[CandidateEffect, ...] = ()  # its effects
+    effects: Effects = ()  # its effects
     gross: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))  # rows with gross errors
 
 
@@ -204,11 +203,7 @@ def _check_noise(noise: Noise) -> None:
 
 
 def _measure(
-    blank: Dataset,
-    sensor: SimulatedSensor,
-    truth: Mapping[str, float],
-    candidate_effects: Sequence[CandidateEffect],
-    rng: np.random.Generator,
+    blank: Dataset, sensor: SimulatedSensor, truth: Mapping[str, float], effects: Effects, rng: np.random.Generator
 ) -> Dataset:
     """Measure in the first candidates, in random order, and replace those in which the sensor cannot until it can."""
     values: Values = as_batch(truth)
@@ -217,7 +212,7 @@ def _measure(
     while True:
         q = candidates[chosen]
         there = replace(blank, poses=replace(blank.poses, q=q, time_s=_times(q)))
-        dataset, good = sensor.measure(there, chosen, values, candidate_effects)
+        dataset, good = sensor.measure(there, chosen, values, effects)
         bad = np.flatnonzero(~good)
         if not len(bad):
             return dataset

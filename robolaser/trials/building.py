@@ -117,12 +117,7 @@ class Ranges:
 
 
 def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> World:
-    """A random cell around any arm, which may be moving at the exposures.
-
-    Raises:
-        RobotError: The arm cannot look at a target often enough.
-        TrialError: Its poses have too few points.
-    """
+    """A random cell around any arm, which may be moving at the exposures."""
     quat = facing_outward(robot)
     drawing = scanner(quat)
     truth = built(drawing, rng, most=WORKSHOP, within=0.0)
@@ -192,11 +187,7 @@ def _sees(robot: Robot, q: Array, view: View, level: float) -> Bools:
 
 
 def in_sight(cell: ScannerCell, image_px: tuple[int, int]) -> ScannerCell:
-    """The same cell without points that are invisible to the camera.
-
-    Raises:
-        TrialError: No pose keeps enough of them.
-    """
+    """The same cell without points that are invisible to the camera; a `TrialError` if no pose keeps enough of them."""
     pixel = cell.seen(())["pixel"]
     with np.errstate(invalid="ignore"):
         good = (np.abs(pixel / (np.array(image_px) - 1.0) - 0.5) < 0.5 - MARGIN / 2).all(axis=1)

@@ -88,11 +88,8 @@ class Detectability:
         """The parameters of a library effect that are closest to the fault, by name.
 
         A fault of the library's form has its own; for another form these are the limit of an estimate as the noise
-        vanishes (White 1982, Maximum likelihood estimation of misspecified models).
-
-        Args:
-            effect: Of the library.
-            known: Equivalent parameters of the fault: the start of the search.
+        vanishes (White 1982, Maximum likelihood estimation of misspecified models). The search starts from the fault's
+        known equivalent parameters.
         """
         names = [*effect.effect.units()]
         inner = [each.name for each in effect.effect.nonlinear_parameters()]

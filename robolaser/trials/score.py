@@ -149,9 +149,7 @@ def _matched(each: Sequence[Mapping[str, Any]], named: Sequence[LocatedEffect], 
     def is_same(item: Mapping[str, Any], i: int) -> bool:
         return (item["effect"], item["where"]) in alike[i] or list(named[i]) in item["rivals"]
 
-    return any(
-        all(is_same(item, i) for item, i in zip(each, order, strict=True)) for order in permutations(range(len(named)))
-    )
+    return any(all(map(is_same, each, order)) for order in permutations(range(len(named))))
 
 
 def _covered(each: Sequence[Mapping[str, Any]], findings: Mapping[LocatedEffect, Mapping[str, Any]]) -> list[bool]:
@@ -161,11 +159,8 @@ def _covered(each: Sequence[Mapping[str, Any]], findings: Mapping[LocatedEffect,
         found = findings.get((item["effect"], item["where"]), {"parameters": {}})["parameters"]
         for name, value in item["values"].items():
             number = found.get(name)
-            if number is None or number["std"] is None or name not in _AMPLITUDES[item["effect"]]:
-                continue
-            half = NORMAL_95 * number["std"]
-            low, high = number.get("ci95") or (number["value"] - half, number["value"] + half)
-            covered.append(low <= value <= high)
+            if number is not None and number["std"] is not None and name in _AMPLITUDES[item["effect"]]:
+                covered.append(abs(value - number["value"]) <= NORMAL_95 * number["std"])
     return covered
 
 

@@ -104,16 +104,14 @@ def diagnosis_files(folder: Path, names: Iterable[str], output: Path) -> dict[st
     return {name: (folder if (folder / name / DIAGNOSIS).exists() else output) / name / DIAGNOSIS for name in names}
 
 
-def diagnose_missing(
-    folder: Path, files: Mapping[str, Path], *, seed: int, executor: Executor, progress: Progress
-) -> None:
+def diagnose_missing(folder: Path, files: Mapping[str, Path], *, seed: int, pool: Executor, progress: Progress) -> None:
     """Diagnose the data sets of a trial that have none of the files yet, which are named by data set.
 
     Raises:
         TrialError: One cannot be made.
     """
     missing = [name for name, path in files.items() if not path.exists()]
-    futures = {executor.submit(_diagnosed, load(folder / name), seed): name for name in missing}
+    futures = {pool.submit(_diagnosed, load(folder / name), seed): name for name in missing}
     for i, future in enumerate(as_completed(futures)):
         progress("diagnosing", i / len(missing))
         path = files[futures[future]]
@@ -140,11 +138,7 @@ def score(truths: Mapping[str, Mapping[str, Any]], files: Mapping[str, Path]) ->
 
 
 def read_diagnosis(path: Path) -> dict[str, Any]:
-    """A diagnosis.json.
-
-    Raises:
-        TrialError: It is none.
-    """
+    """The contents of a diagnosis.json; a `TrialError` if it is none."""
     try:
         contents = read_result(path, DIAGNOSED)[0]
     except DataError as error:
@@ -178,13 +172,8 @@ def keep_truth(
 ) -> str:
     """Write the truth about data sets and the hashes of their files; the text of the trial's seal.
 
-    A truth is named by its own hash: it never takes the place of another one.
-
-    Args:
-        folder: Of the truth.
-        truths: By data set.
-        files: Contents of each data set's files, by its name and theirs.
-        rng: Of the salt, without which a guess could be checked against the hash.
+    A truth is named by its own hash: it never takes the place of another one. Without the salt that `rng` draws, a
+    guess could be checked against the hash.
 
     Raises:
         OutputError: Writing fails.

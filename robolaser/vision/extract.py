@@ -71,11 +71,7 @@ class Look:
 
 
 def look(shots: PoseImages, search: StripeSearch, board: Board) -> Look:
-    """Detect the board, without the laser where there is such an image, and candidates for the stripe.
-
-    Raises:
-        ImageError: A file is missing, no image, or of another size.
-    """
+    """Detect the board, without the laser where there is such an image, and candidates for the stripe."""
     without = None if shots.unlit is None else search.camera.grey(shots.unlit)
     seen = None if without is None else _board_in(without, board)
     found: list[LineCentres] = []

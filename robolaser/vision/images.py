@@ -35,26 +35,22 @@ class CameraImages:
 
     @classmethod
     def of(cls, files: Iterable[Path], size_px: tuple[int, int]) -> "CameraImages":
-        """The format with the depth that all files together need: a dark image of twelve bits does not show its depth.
-
-        Raises:
-            ImageError: A file is missing, no image, or of another size.
-        """
+        """The format with the depth that all files need together: a dark image of twelve bits does not show its own."""
         raw = (read_image(file, size_px, cv2.IMREAD_ANYCOLOR) for file in files)
         deep = takewhile(lambda image: image.dtype != np.uint8, raw)  # of one camera: one of eight bits is enough
         return cls(size_px, max(map(depth_of, deep), default=8))
 
     def grey(self, file: Path) -> Image:
-        """An image as eight bits of grey, (height, width).
-
-        Raises:
-            ImageError: It is missing, no image, or of another size.
-        """
+        """An image as eight bits of grey, (height, width)."""
         return eight_bits(read_image(file, self.size_px, cv2.IMREAD_GRAYSCALE), self.depth)
 
 
 def read_image(path: Path, size_px: tuple[int, int], colours: int) -> Raw:
-    """An image as in its file: 8 or 16 bits, grey (height, width) or blue, green and red, (height, width, 3)."""
+    """An image as in its file: 8 or 16 bits, grey (height, width) or blue, green and red, (height, width, 3).
+
+    Raises:
+        ImageError: It is missing, no image, or of another size.
+    """
     try:
         coded = read_bytes(path, IMAGE_BYTES)
     except DataError as error:

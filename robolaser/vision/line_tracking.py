@@ -65,14 +65,12 @@ def _next_to_step(piece: Ints) -> Bools:
 
 def _fitting(centres: LineCentres) -> Bools:
     """Whether each run is symmetric, and about as wide as those with most light."""
-    order = np.argsort(centres.width)
+    width, order = centres.width, np.argsort(centres.width)
     heavy = np.cumsum(centres.light[order])
     if len(heavy) == 0:
         return np.zeros(0, dtype=np.bool_)
-    typical = centres.width[order[np.searchsorted(heavy, 0.5 * heavy[-1])]]
-    return np.asarray(
-        centres.is_symmetric & (centres.width >= BREADTHS[0] * typical) & (centres.width <= BREADTHS[1] * typical)
-    )
+    least, most = np.array(BREADTHS) * width[order[np.searchsorted(heavy, 0.5 * heavy[-1])]]
+    return np.asarray(centres.is_symmetric & (width >= least) & (width <= most))
 
 
 def pieces(line: Ints, x: Array) -> Ints:

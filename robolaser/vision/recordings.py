@@ -28,11 +28,8 @@ def points_from_images(
 ) -> tuple[Extraction, Dataset]:
     """Detect board and stripe in every image.
 
-    Args:
-        recording: A data set on disk with [board], [image] and a column `image` in poses.csv. A column `image_off`
-            holds images with the laser off; `image_2`, `image_3` ... hold repeats.
-        progress: Called with the current step and its finished share.
-        known: Earlier detections; new ones are added, and no image is searched twice.
+    The recording has [board], [image] and a column `image` in poses.csv. A column `image_off` holds images with the
+    laser off; `image_2`, `image_3` ... hold repeats. Detections are added to those known: no image is searched twice.
 
     Returns:
         The result for each image, and the data set with the points of two sensors, stripe and camera, and the scatter
@@ -117,9 +114,7 @@ def _with_noise_stated(dataset: Dataset, pixel_px: float) -> Dataset:
 def stripes_from_images(recording: Dataset, *, progress: Progress | None = None) -> Iterator[Stripes]:
     """Trace the stripe in every image, on any surface, an image at a time.
 
-    Args:
-        recording: A data set on disk with [image] and a column `image` in poses.csv, and others as for points.
-        progress: Called with the current step and its finished share.
+    The recording has [image] and a column `image` in poses.csv, and others as for points.
 
     Yields:
         The centres of each image, with repeats, (n,) of STRIPE.

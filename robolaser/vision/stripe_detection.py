@@ -23,11 +23,8 @@ FEWEST = 7  # pixels for a Gaussian's five unknowns
 def find_line_centres(image: Image, axis: ImageAxis) -> LineCentres:
     """Find every bright run that may be the stripe, and its centre to a fraction of a pixel.
 
-    Runs cut by the image's border have no centre and are left out.
-
-    Args:
-        image: Grey image, (height, width).
-        axis: Image axis that the stripe runs along: one centre per row for "v", per column for "u".
+    Runs cut by the image's border have no centre and are left out. The image is grey, (height, width); a stripe along
+    the image axis "v" has one centre per row, along "u" one per column.
 
     Returns:
         The candidates, by line and then by position in the line.

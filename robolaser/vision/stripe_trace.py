@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import final
 
 import cv2
@@ -17,17 +16,15 @@ from robolaser.vision.line_tracking import track_stripe
 from robolaser.vision.runs import ImageAxis
 from robolaser.vision.stripe_detection import find_line_centres
 
-CHANNELS: Mapping[str, Weights | None] = MappingProxyType(
-    {
-        "grey": None,
-        "red": (0.0, 0.0, 1.0),
-        "green": (0.0, 1.0, 0.0),
-        "blue": (1.0, 0.0, 0.0),
-        "red-excess": (-0.5, -0.5, 1.0),
-        "green-excess": (-0.5, 1.0, -0.5),
-        "blue-excess": (1.0, -0.5, -0.5),
-    }
-)
+CHANNELS: Mapping[str, Weights | None] = {
+    "grey": None,
+    "red": (0.0, 0.0, 1.0),
+    "green": (0.0, 1.0, 0.0),
+    "blue": (1.0, 0.0, 0.0),
+    "red-excess": (-0.5, -0.5, 1.0),
+    "green-excess": (-0.5, 1.0, -0.5),
+    "blue-excess": (1.0, -0.5, -0.5),
+}
 """Weights of blue, green and red by name; an excess is half of 2R - G - B, 2G - R - B or 2B - R - G. None: grey."""
 LOOKED_AT = 3  # poses, evenly taken, for the choice of a channel
 COLOURFUL = 12  # least difference of two channels [grey of 255] in a coloured pixel
@@ -64,11 +61,7 @@ class StripeSearch:
 
     @classmethod
     def of(cls, recording: Dataset, shots: Sequence[PoseImages]) -> "StripeSearch":
-        """The search in a stripe scanner's recording, in the channel with the most visible light.
-
-        Raises:
-            ImageError: An image is missing, broken or of another size.
-        """
+        """The search in a stripe scanner's recording, in the channel with the most visible light."""
         assert recording.image_px is not None  # data sets of stripes have an image size
         camera = CameraImages.of((file for one in shots for file in one.files), recording.image_px)
         axis: ImageAxis = "u" if recording.stripe_axis == "u" else "v"
@@ -78,9 +71,6 @@ class StripeSearch:
         """Yield each image of a pose with the laser on as eight bits of grey, and the laser's light in it, if known.
 
         Both are (height, width). The light of deeper images has fractions of an eight-bit grey.
-
-        Raises:
-            ImageError: An image is missing, broken or of another size.
         """
         weights, depth = CHANNELS[self.channel], self.camera.depth
         colours = cv2.IMREAD_GRAYSCALE if weights is None else cv2.IMREAD_COLOR
@@ -92,11 +82,7 @@ class StripeSearch:
             yield image, one if shots.unlit is None else laser_alone(one, light[lit])
 
     def traces(self, shots: PoseImages) -> Iterator[Stripes]:
-        """Trace the stripe in each image of a pose with the laser on, with repeats, (n,) of STRIPE.
-
-        Raises:
-            ImageError: An image is missing, broken or of another size.
-        """
+        """Trace the stripe in each image of a pose with the laser on, with repeats, (n,) of STRIPE."""
         for _, light in self.lights(shots):
             stripes = trace(light, self.axis)
             stripes["pose"] = shots.row
@@ -107,9 +93,6 @@ def find_channel(shots: Sequence[PoseImages], camera: CameraImages, axis: ImageA
     """Name of the channel in which the stripe is the longest in some of the images; "grey" of grey images.
 
     An image with the laser off is subtracted in each channel first.
-
-    Raises:
-        ImageError: An image is missing, broken or of another size.
     """
     some = [shots[i] for i in np.unique(np.linspace(0, len(shots) - 1, LOOKED_AT).astype(np.int64))] if shots else []
     seen = (eight_bits(read_image(one.lit[0], camera.size_px, cv2.IMREAD_COLOR), camera.depth) for one in some)

@@ -46,10 +46,8 @@ def points_of_target(
 ) -> tuple[list[Frame], Dataset]:
     """Detect the target in every image.
 
-    Args:
-        recording: A data set on disk with [board], [image] and a column `image` in poses.csv.
-        progress: Called with the current step and its finished share.
-        known: Earlier detections; new ones are added, and no image is searched twice.
+    The recording has [board], [image] and a column `image` in poses.csv. Detections are added to those known: no image
+    is searched twice.
 
     Returns:
         The result for each image, and the data set with the points; images without the target have none.

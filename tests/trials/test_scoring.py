@@ -151,12 +151,6 @@ def test_a_verdict_is_right_by_what_is_wrong(each, verdict, after, right):
     assert seen(each, said(verdict=verdict, after=after)).verdict_right == right
 
 
-def test_an_interval_that_is_stated_counts_more_than_the_standard_deviation():
-    wide = found(value=1.0e-3, std=1e-6)
-    wide["parameters"]["offset"]["ci95"] = [0.9e-3, 1.2e-3]
-    assert seen([true(size=1.1e-3)], said(wide)).covered == (True,)
-
-
 def test_an_unknown_effect_may_be_found_at_any_of_its_sites():
     hose = true("hose", "joint_4", sites=["joint_3", "joint_4", "joint_5"])
     assert seen([hose], said(verdict="unexplained", where="joint_5")).site_first

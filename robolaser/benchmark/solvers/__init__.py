@@ -25,9 +25,7 @@ ARGUMENTS = 2  # of a search function: the evaluator and the seed. A function th
 
 def solver_titles() -> Mapping[str, str]:
     """Titles of all solvers by name, with those of installed packages last."""
-    return {**SOLVERS} | {
-        name: algorithm.title for name, algorithm in registry.algorithms().items() if name not in SOLVERS
-    }
+    return {**SOLVERS} | {name: one.title for name, one in registry.algorithms().items() if name not in SOLVERS}
 
 
 def find(given: Any, name: str = "") -> Solver:

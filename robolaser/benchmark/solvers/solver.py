@@ -23,11 +23,6 @@ same candidates in the same order.
 RefusalReason = Callable[[BenchmarkProblem], str | None]  # why a solver does not apply to a problem; None if it does
 
 
-def applies_to_all(problem: BenchmarkProblem) -> str | None:
-    """Any number of objectives, variables of any kind."""
-    return None
-
-
 def one_objective_of_reals(problem: BenchmarkProblem) -> str | None:
     """One objective of real variables."""
     if problem.mixed or problem.discrete:
@@ -43,7 +38,7 @@ class Solver:
     name: str  # given by the user, `de` or `rcga:b=2`; unique in a benchmark
     title: str  # a description
     search: Search  # the method
-    refuses: RefusalReason = applies_to_all  # reason why it does not apply to a problem
+    refuses: RefusalReason = lambda problem: None  # reason why it does not apply to a problem
     knows_budget: bool = False  # whether its search depends on the budget, so that no run is a part of a longer one
 
 

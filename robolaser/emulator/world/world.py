@@ -138,11 +138,7 @@ TRUTHS: Mapping[str, type] = {  # `[truth]` by the kind of sensor
 
 
 def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
-    """Read and check a world.toml for the robot, scanner and board of a cell.
-
-    Raises:
-        RobolaserError: With file and key of the error.
-    """
+    """Read and check a world.toml for the robot, scanner and board of a cell; errors name file and key."""
     path = Path(path)
     read = typed(read_toml(path, FORMAT), WorldFile, file=path.name)
     robot, size = description.robot, description.image_px
@@ -183,14 +179,8 @@ def _truth(file: str, stated: Mapping[str, Any], description: Dataset) -> dict[s
 
 def _optics_of_camera(truth: Mapping[str, float]) -> ScannerOptics:
     """A camera as a scanner of focal length 1 m without distortion."""
-    pinhole = {
-        "f": 1.0,
-        "s_u": 1 / truth["fx"],
-        "s_v": 1 / truth["fy"],
-        "u_0": truth["cx"],
-        "v_0": truth["cy"],
-        "k": 0.0,
-    }
+    fx, fy, cx, cy = (truth[name] for name in PINHOLE)
+    pinhole = {"f": 1.0, "s_u": 1 / fx, "s_v": 1 / fy, "u_0": cx, "v_0": cy, "k": 0.0}
     turns = {name: truth[f"hand_eye.{name}"] for name in ("w", "phi", "psi")}
     origin = {f"t_{name}": truth[f"hand_eye.{name}"] for name in "xyz"}
     return ScannerOptics({**pinhole, **turns, **origin}, (0.0, 0.0, 0.0, 1.0), "xyz", "v")

@@ -23,11 +23,7 @@ copyreg.pickle(MotionEffect, lambda one: (_of_library, (one.name, one.form, one.
 
 
 def library_of(effects: Sequence[str] | None, without: Sequence[str] = ()) -> list[MotionEffect]:
-    """The effects with given names, all by default, without some names.
-
-    Raises:
-        UsageError: There is no effect of a name.
-    """
+    """The effects with given names, all by default, without some names; a `UsageError` if there is none of a name."""
     names = list(dict.fromkeys(one.name for one in MOTION_EFFECTS))
     chosen = names if effects is None else effects
     for name in (*chosen, *without):

@@ -8,11 +8,7 @@ from robolaser.simulation.sensors.simulated_sensor import REGISTERED, SimulatedS
 
 
 def simulated_sensor(kind: str) -> type[SimulatedSensor]:
-    """The simulated sensor of that kind.
-
-    Raises:
-        UsageError: No sensor of that kind can be simulated.
-    """
+    """The simulated sensor of that kind; a `UsageError` if there is none."""
     if kind not in REGISTERED:
         raise impossible("sensor kind", kind, " or ".join(REGISTERED))
     return REGISTERED[kind]

@@ -1,6 +1,6 @@
 """A simulated camera: on the flange above a board, or in the cell below a board on the flange."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self, final
 
@@ -12,7 +12,6 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
-from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.camera_projection import project
 from robolaser.model.sensors.in_cell import Mounting, is_static
@@ -23,7 +22,7 @@ from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, foot_of, most_crowded, random_configurations
 from robolaser.simulation.nominal import facing_outward
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, impossible, moved_within
-from robolaser.simulation.setup import RandomStreams, SensorSetup
+from robolaser.simulation.setup import Effects, RandomStreams, SensorSetup
 
 IMAGE_PX = (1280, 1024)
 INTRINSICS = {  # middle and half range [px, 1]: an industrial camera with a lens of 8 mm
@@ -96,10 +95,8 @@ class SimulatedCamera(SimulatedSensor):
         corners = Board(*_board(setup.points), SQUARE_M).corners.reshape(-1, 3)[: setup.points]
         T_facing_board = pose(np.diag([1.0, -1.0, -1.0]), np.zeros(3)) @ pose(np.eye(3), -corners.mean(axis=0))
         rides = not is_static(dataset)
-        T_flange_bracket = pose(
-            from_quaternion(np.array(facing_outward(robot))) @ _turn(rng, np.array([TURN_RAD, TURN_RAD, np.pi])),
-            rng.uniform(-SHIFT_M, SHIFT_M, 3),
-        )
+        outward = from_quaternion(np.array(facing_outward(robot))) @ _turn(rng, np.array([TURN_RAD, TURN_RAD, np.pi]))
+        T_flange_bracket = pose(outward, rng.uniform(-SHIFT_M, SHIFT_M, 3))
         upright, place = _turn(rng, np.array([TILT_RAD, TILT_RAD, np.pi])), None
         if setup.hand_eye is not None and rides:
             T_flange_bracket = setup.hand_eye
@@ -128,9 +125,7 @@ class SimulatedCamera(SimulatedSensor):
             truth |= numbers_of_motion(target, "target")
         return cls(truth, candidates, corners)
 
-    def measure(
-        self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
-    ) -> tuple[Dataset, Bools]:
+    def measure(self, dataset: Dataset, chosen: Ints, values: Values, effects: Effects) -> tuple[Dataset, Bools]:
         """Every corner in the image."""
         n, k = len(dataset.poses), len(self.corners)
         names = tuple(map(str, range(k))) * n
@@ -138,9 +133,9 @@ class SimulatedCamera(SimulatedSensor):
             np.repeat(np.arange(n), k), names, pixel=np.zeros((n * k, 2)), xyz=np.tile(self.corners, (n, 1))
         )
         pixel = -Model(replace(dataset, points=points)).residuals_at(values)[0]
-        for _ in range(ROUNDS if candidate_effects else 0):
+        for _ in range(ROUNDS if effects else 0):
             there = replace(dataset, points=replace(points, pixel=pixel))
-            off = Model(there, tuple(candidate_effects)).residuals_at(values)[0]
+            off = Model(there, effects).residuals_at(values)[0]
             pixel = pixel - off
             if not np.abs(off).max(initial=0.0) > SETTLED_PX:
                 break
@@ -195,16 +190,12 @@ def configurations_facing(
 ) -> tuple[Array, Array]:
     """Configurations in which the carried part looks down on one point, at many tilts, turns and distances.
 
-    Args:
-        robot: Any arm.
-        T_flange_carried: Its z axis is the view, (4, 4).
-        sees: Whether the camera sees the board, for T_base_carried (n, 4, 4) and the target point, (3,) [m].
-        wanted: How many are needed; spares follow.
-        rng: Random numbers.
-        place: The target point, (3,) [m]; when absent, the point that most configurations look down on.
+    The z axis of the carried part is the view. `sees` tells whether the camera sees the board, for T_base_carried,
+    (n, 4, 4), and the target point, (3,) [m].
 
     Returns:
-        Configurations (≥ wanted, j), ones far from each other first, and the target point, (3,) [m].
+        Configurations (≥ wanted, j), ones far from each other first, and the target point, (3,) [m]: by default the one
+        that most configurations look down on.
 
     Raises:
         RobotError: There are too few.

@@ -1,6 +1,5 @@
 """A simulated laser tracker in the cell that sees reflectors on the flange."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self, final
 
@@ -9,13 +8,12 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.geometry.rigid_motion import apply
-from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion, named_parts, vector
 from robolaser.parameters import Values
 from robolaser.robot.postures import random_configurations
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, nominal_points, seen_by_tracker
-from robolaser.simulation.setup import RandomStreams, SensorSetup
+from robolaser.simulation.setup import Effects, RandomStreams, SensorSetup
 
 TRACKER_M = (2.5, -1.5, 1.2)  # position of the base, seen from the tracker
 TILT_RAD = 0.02  # of the base against the tracker's level, at most
@@ -48,9 +46,7 @@ class SimulatedTracker(SimulatedSensor):
             truth |= named_parts(f"tool.{name}", place)
         return cls(truth, random_configurations(dataset.arm[0], len(dataset.poses), random.place), names)
 
-    def measure(
-        self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
-    ) -> tuple[Dataset, Bools]:
+    def measure(self, dataset: Dataset, chosen: Ints, values: Values, effects: Effects) -> tuple[Dataset, Bools]:
         """Every reflector, in the tracker's frame."""
         n = len(dataset.poses)
         rows = np.repeat(np.arange(n), len(self.names))
@@ -58,7 +54,7 @@ class SimulatedTracker(SimulatedSensor):
         points = Points(rows, self.names * n, xyz=np.zeros((len(rows), 3)))
 
         def seen(points: Points) -> Points:
-            model = Model(replace(dataset, points=points), tuple(candidate_effects))
+            model = Model(replace(dataset, points=points), effects)
             perturb = model.perturb(values)
             T_world_flange = motion(values, "base")[0] @ model.flange(values, perturb)[0]
             there = apply(T_world_flange[rows], np.tile(tools, (n, 1)))

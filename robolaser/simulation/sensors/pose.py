@@ -1,6 +1,5 @@
 """A simulated tracker in the cell that measures positions and orientations of bodies on the flange."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self, final
 
@@ -10,7 +9,6 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.stated_noise import Noise
 from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, to_quaternion
-from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX
 from robolaser.model.sensors.pose import Pose
@@ -18,7 +16,7 @@ from robolaser.parameters import Values
 from robolaser.robot.postures import random_configurations
 from robolaser.simulation.sensors.point import GROSS_M, SimulatedTracker
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, nominal_points, seen_by_tracker
-from robolaser.simulation.setup import RandomStreams, SensorSetup
+from robolaser.simulation.setup import Effects, RandomStreams, SensorSetup
 
 GROSS_RAD = (0.02, 0.2)  # markers are mixed up
 
@@ -43,9 +41,7 @@ class SimulatedPoseTracker(SimulatedSensor):
             truth |= {f"tool.{name}.{part}": float(angle) for part, angle in zip(SIX[3:], turn, strict=True)}
         return cls(truth, random_configurations(dataset.arm[0], len(dataset.poses), random.place), names)
 
-    def measure(
-        self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
-    ) -> tuple[Dataset, Bools]:
+    def measure(self, dataset: Dataset, chosen: Ints, values: Values, effects: Effects) -> tuple[Dataset, Bools]:
         """Every body, in the tracker's frame."""
         n = len(dataset.poses)
         rows = np.repeat(np.arange(n), len(self.names))
@@ -53,7 +49,7 @@ class SimulatedPoseTracker(SimulatedSensor):
 
         def seen(points: Points) -> Points:
             there = replace(dataset, points=points)
-            model = Model(there, tuple(candidate_effects))
+            model = Model(there, effects)
             perturb = model.perturb(values)
             T = Pose(there).predicted(values, model.flange(values, perturb), perturb)[0]
             turned = {"quaternion": to_quaternion(T[:, :3, :3])}

@@ -1,6 +1,5 @@
 """A simulated laser profile sensor and its balls: one of them on the arm, the others in the cell."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self, final
 
@@ -10,7 +9,6 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
 from robolaser.model.blocks.cell_frames import in_cell
-from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.in_cell import Mounting
 from robolaser.model.sensors.placements import motion, named_parts, numbers_of_motion, vector
@@ -20,7 +18,7 @@ from robolaser.robot.inverse_kinematics import reaching, within_reach
 from robolaser.robot.postures import limits
 from robolaser.simulation.nominal import facing_outward
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, nominal_points
-from robolaser.simulation.setup import RandomStreams, SensorSetup
+from robolaser.simulation.setup import Effects, RandomStreams, SensorSetup
 
 RADIUS_M = 0.0127
 STANDOFF_M = 0.15  # from the sensor to the middle of its range
@@ -61,12 +59,8 @@ class SimulatedProfile(SimulatedSensor):
             turn = rng.uniform(-np.pi, np.pi, setup.points)
             around = np.stack([np.cos(turn), np.sin(turn), np.ones_like(turn)], axis=-1)
             balls = around * rng.uniform(*BALLS_M, (setup.points, 1)) @ outward.T
-            T = setup.hand_eye
-            aim = (
-                within_reach(robot, balls[0], 1, random.place)
-                if T is None
-                else apply(T, np.array([[0.0, 0.0, STANDOFF_M]]))
-            )
+            T, ahead = setup.hand_eye, np.array([[0.0, 0.0, STANDOFF_M]])
+            aim = within_reach(robot, balls[0], 1, random.place) if T is None else apply(T, ahead)
             of_ball = [reaching(robot, ball, aim, wanted=-(-n // len(balls)), rng=random.place)[0] for ball in balls]
             least = min(map(len, of_ball))
             q = np.stack([found[:least] for found in of_ball], axis=1).reshape(-1, len(robot.joints))
@@ -94,15 +88,13 @@ class SimulatedProfile(SimulatedSensor):
         candidates, ball_of = np.concatenate(kept_q), np.concatenate(kept_ball)
         return cls(truth, candidates, ball_of, random.along.uniform(-1.0, 1.0, (len(candidates), ROWS)), is_static)
 
-    def measure(
-        self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
-    ) -> tuple[Dataset, Bools]:
+    def measure(self, dataset: Dataset, chosen: Ints, values: Values, effects: Effects) -> tuple[Dataset, Bools]:
         """The arc in which the sensor's plane cuts the ball that the pose aims at."""
         n, number = len(dataset.poses), self.ball_of[chosen]
         rows = np.repeat(np.arange(n), ROWS)
         names = tuple(str(ball) for ball in number.repeat(ROWS).tolist())
         points = Points(rows, names, columns={"profile": np.zeros((len(rows), 2))})
-        model = Model(replace(dataset, points=points), tuple(candidate_effects))
+        model = Model(replace(dataset, points=points), effects)
         perturb = model.perturb(values)
         T_base_flange = model.flange(values, perturb)[0]
         mount = in_cell(model.blocks, values, perturb).mount

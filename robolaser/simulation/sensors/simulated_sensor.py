@@ -1,7 +1,7 @@
 """A sensor in a simulated cell: its construction, its possible poses, its measurements and its errors."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
@@ -11,10 +11,9 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import UsageError
-from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
-from robolaser.simulation.setup import RandomStreams, SensorSetup
+from robolaser.simulation.setup import Effects, RandomStreams, SensorSetup
 
 EXACT_M = 1e-12
 ROUNDS = 8  # effects may depend on the points that they perturb: repeat to convergence
@@ -40,11 +39,7 @@ class SimulatedSensor(ABC):
 
     @classmethod
     def check_counts(cls, *, poses: int, points: int, repeats: int) -> None:
-        """Check that the sensor can measure so often.
-
-        Raises:
-            UsageError: It cannot.
-        """
+        """Raise a `UsageError` if the sensor cannot measure so often."""
         for what, count in (("poses", poses), ("points", points), ("repeats", repeats)):
             if count < 1:
                 raise impossible(f"number of {what}", count, "1 or more")
@@ -69,16 +64,14 @@ class SimulatedSensor(ABC):
         """
 
     @abstractmethod
-    def measure(
-        self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
-    ) -> tuple[Dataset, Bools]:
+    def measure(self, dataset: Dataset, chosen: Ints, values: Values, effects: Effects) -> tuple[Dataset, Bools]:
         """The sensor's measurements without noise.
 
         Args:
             dataset: Poses in some of the candidates, without points.
             chosen: Which candidate each pose is, (n,).
             values: All parameters and the effects' numbers, one candidate.
-            candidate_effects: The effects of the cell.
+            effects: The effects of the cell.
 
         Returns:
             The data set with points, and in which poses the sensor could measure, (n,).

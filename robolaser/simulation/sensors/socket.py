@@ -1,6 +1,5 @@
 """A simulated ball on the flange that the arm seats in fixed sockets."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import ClassVar, Self, final
@@ -10,13 +9,12 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.geometry.rigid_motion import apply
-from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import named_parts, vector
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import REACHED_M, reaching, touching, within_reach
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, impossible, moved_within
-from robolaser.simulation.setup import RandomStreams, SensorSetup
+from robolaser.simulation.setup import Effects, RandomStreams, SensorSetup
 
 BALL_M = (0.03, -0.02, 0.12)  # of the ball in the flange frame
 TOLERANCE_M = 0.002  # largest distance of the ball from nominal along each axis
@@ -55,9 +53,7 @@ class SimulatedSockets(SimulatedSensor):
             truth |= named_parts(f"socket.{i}", socket)
         return cls(truth, candidates, sockets, goals)
 
-    def measure(
-        self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
-    ) -> tuple[Dataset, Bools]:
+    def measure(self, dataset: Dataset, chosen: Ints, values: Values, effects: Effects) -> tuple[Dataset, Bools]:
         """Configurations with the ball truly in its socket; distances of neighbouring sockets are known."""
         of = self.socket_of[chosen].tolist()
         robot, q = dataset.arm
@@ -73,7 +69,7 @@ class SimulatedSockets(SimulatedSensor):
         tool, sockets = vector(values, "tool.ball")[0], self.sockets[of]
         aim = sockets
         for _ in range(ROUNDS):  # the nominal arm aims beside the socket by what its errors move the ball
-            T = Model(at(q), tuple(candidate_effects)).flange(values)[0]
+            T = Model(at(q), effects).flange(values)[0]
             short = sockets - apply(T, tool)
             good = np.asarray((np.abs(short) < REACHED_M).all(axis=1))
             if good.all():

@@ -1,6 +1,5 @@
 """A simulated laser stripe scanner: the scanner of the 2004 paper on any arm, above a flat target."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self, final
 
@@ -10,7 +9,6 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.stated_noise import Noise
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.placements import motion, named_parts
@@ -26,7 +24,7 @@ from robolaser.simulation.sensors.simulated_sensor import (
     nominal_points,
     with_errors,
 )
-from robolaser.simulation.setup import RandomStreams, SensorSetup
+from robolaser.simulation.setup import Effects, RandomStreams, SensorSetup
 
 JITTER = 0.6  # of the distance between points along the stripe
 TILT_RAD = 0.02  # an unplaced target is tilted by this at most
@@ -79,9 +77,7 @@ class SimulatedStripe(SimulatedSensor):
             level = 0.0
         return cls(truth, candidates, view, at, level)
 
-    def measure(
-        self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
-    ) -> tuple[Dataset, Bools]:
+    def measure(self, dataset: Dataset, chosen: Ints, values: Values, effects: Effects) -> tuple[Dataset, Bools]:
         """Follow the stripe along the target: for each point along it, the pixel that shows the target.
 
         Points are on a plane, as the target's maker would state them. A pose is good if it shows all its points.
@@ -99,7 +95,7 @@ class SimulatedStripe(SimulatedSensor):
         given = apply(inverse(T_base_target), shown)
         for _ in range(ROUNDS):
             dataset = replace(dataset, points=replace(points, pixel=pixel, xyz=given))
-            model = Model(dataset, tuple(candidate_effects))
+            model = Model(dataset, effects)
             perturb = model.perturb(values)
             T = model.flange(values, perturb)
             left = np.abs(model.blocks.residuals(values, T, perturb))[0].max(axis=-1)

@@ -84,12 +84,6 @@ class ScrewArm:
         R = np.broadcast_to(R, (len(q), 3, 3))
         return np.einsum("nba,b->na", R, weights[i]), np.einsum("nba,nb->na", R, moments[:, i])
 
-    @property
-    def down(self) -> Array:
-        """The direction of gravity in the base frame, (3,)."""
-        gravity = np.array(self.robot.gravity)
-        return np.asarray(gravity / np.linalg.norm(gravity))
-
     def levers(self, q: Array) -> Array:
         """Velocity of the flange's origin for a unit speed of each joint, base frame, (n, j) -> (n, 3, j)."""
         frames, levers = self._frames(q), np.zeros((len(q), 3, self.count))

@@ -47,15 +47,8 @@ class Spring:
 class MujocoArm:
     """The arm of a URDF with its masses, held at commanded joint values.
 
-    The base frame is that of the unloaded foot.
-
-    Args:
-        robot: Names the URDF, its joints and its flange; joints that it does not list stay at neutral.
-        springs: Its compliant parts.
-        load_kg: On the bracket, at `SCANNER_AT`.
-
-    Raises:
-        DependencyMissing: MuJoCo is not installed.
+    The base frame is that of the unloaded foot. Joints that the robot does not list stay at neutral. The load is on the
+    bracket, at `SCANNER_AT`.
     """
 
     def __init__(self, robot: Robot, springs: Sequence[Spring] = (), load_kg: float = 0.0) -> None:
@@ -114,11 +107,7 @@ class MujocoArm:
 
 
 def mujoco() -> Any:
-    """The engine, which is slow to import.
-
-    Raises:
-        DependencyMissing: It is not installed.
-    """
+    """The engine, which is slow to import; a `DependencyMissing` if it is not installed."""
     why = "MuJoCo, which moves the arms of the kind 'physics', is not installed: pip install 'robolaser[trials]'."
     return extra("mujoco", why)
 

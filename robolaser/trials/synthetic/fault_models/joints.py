@@ -35,7 +35,6 @@ class ShiftedZero(FaultModel, effect="joint_offset", sizes=(3e-4, 4e-3), signed=
     """The encoder's zero is off by `size` [rad]."""
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """Turned on by the error."""
         return turned(q, run.column(self.where), self.size)
 
 
@@ -44,7 +43,6 @@ class EncoderGain(FaultModel, effect="encoder_scale", sizes=(3e-4, 4e-3), signed
     """The counts of a turn are off by the share `size`."""
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """Stretched from the zero."""
         column = run.column(self.where)
         return turned(q, column, self.size * q[:, column])
 
@@ -81,13 +79,11 @@ class TransmissionRipple(FaultModel, effect="transmission_error", sizes=(2e-4, 2
     phases: Annotated[tuple[float, ...], uniform(-np.pi, np.pi, 2)]
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Amplitudes of both harmonics."""
         once, twice = (np.array([np.cos(phase), np.sin(phase)]) * self.size for phase in self.phases)
         names = ("sine", "cosine", "sine_2", "cosine_2", "cycles")
         return dict(zip(names, (*once.tolist(), *(self.second * twice).tolist(), self.ratio), strict=True))
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """Off by both harmonics."""
         column = run.column(self.where)
         motor = self.ratio * q[:, column]
         once, twice = (np.sin((i + 1) * motor + phase) for i, phase in enumerate(self.phases))
@@ -101,7 +97,6 @@ class LostMotion(FaultModel, effect="backlash", sizes=(3e-4, 3e-3), parameter="l
     began: Annotated[float, uniform(-1.0, 1.0)]  # initial position in its play
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """Trailing the input."""
         column = run.column(self.where)
         return turned(q, column, -play_lags(run, q[:, column], self.size, -self.size / 2 * self.began))
 
@@ -138,7 +133,6 @@ class SlippedCoupling(
     moment: Annotated[float, uniform(0.25, 0.75)]  # as a share of the run
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """Off since then."""
         return turned(q, run.column(self.where), np.where(run.share > self.moment, self.size, 0.0))
 
 
@@ -154,7 +148,6 @@ class Coupling(FaultModel, places=lambda run: run.joints if len(run.joints) > 1 
     other: Annotated[str, _neighbour]
 
     def sites(self, run: SyntheticRun) -> tuple[str, ...]:
-        """Either joint."""
         return self.where, self.other
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
@@ -199,7 +192,6 @@ class CrossTalk(
     even: Coin
 
     def share(self, swing: Array) -> Array:
-        """To and fro, or by the square of the swing."""
         return swing**2 if self.even else np.sin(np.pi * swing)
 
 
@@ -220,7 +212,6 @@ class LateExposure(
         return {"delay": float(-np.sign(self.size) * self.braking * np.expm1(-abs(self.size) / self.braking))}
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """The arm's position when the shutter opened."""
         return np.asarray(q + run.qd * self.values(run)["delay"])
 
 
@@ -262,5 +253,4 @@ class PoseScatter(FaultModel, sizes=(2e-5, 1e-4), location="arm"):
         return self.size / float(np.sqrt(np.square(run.arm.levers(run.q)).sum(axis=(1, 2)).mean()))
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """The angles at which they stopped."""
         return q + self.sigma(run) * self.off

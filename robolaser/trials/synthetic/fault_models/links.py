@@ -49,7 +49,6 @@ class LinkError(FaultModel, effect="link_geometry", sizes=(3e-4, 4e-3)):
     way: Annotated[tuple[float, ...], _some_way]
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """All six."""
         names = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
         return dict(zip(names, (self.size * np.array(self.way)).tolist(), strict=True))
 
@@ -115,13 +114,12 @@ class GrownArm(
     location="base",
     also=(("tracker_scale", "measuring_system"), ("target_scale", "target")),
 ):
-    """The whole arm is warmer than at its measurement: every length from the base to the flange grew by the same share.
+    """The whole arm is warmer than when it was measured: every length from base to flange grew by the share `size`.
 
     Without a known length, this is indistinguishable from a short scale of the sensor.
     """
 
     def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
-        """Farther from the base by the share `size`."""
         grown = T_base_flange.copy()
         grown[:, :3, 3] *= 1.0 + self.size
         return grown

@@ -56,7 +56,6 @@ class HystereticWindup(
     friction: Annotated[float, uniform(0.2, 0.7)]  # width of the hysteresis over the range of the torque
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """By the torque less a play operator's lag."""
         load = run.relative_torque(self.where)
         lags = play_lags(run, load, self.friction * float(np.ptp(load)), 0.0)
         return turned(q, run.column(self.where), -self.size * (load - lags))
@@ -82,7 +81,6 @@ class CableForce(
     slack: Annotated[float, uniform(0.1, 0.5)]  # how long it is [m]
 
     def sites(self, run: SyntheticRun) -> tuple[str, ...]:
-        """The whole wrist."""
         return run.joints[-WRIST:]
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
@@ -138,7 +136,6 @@ class SoftDrive(SpringFault, effect="joint_compliance", form="soft_drive", sizes
     servo: Coin  # which of them; at rest they are equal
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Its compliance."""
         return {"compliance": 1.0 / self.stiffness(run)}
 
 
@@ -149,7 +146,6 @@ class UnstatedPayload(SpringFault, effect="joint_compliance", form="unstated_pay
     payload_kg: Annotated[float, uniform(1.0, 3.0)]
 
     def load_kg(self, run: SyntheticRun) -> float:
-        """The payload."""
         return self.payload_kg
 
 
@@ -173,7 +169,6 @@ class PlayUnderWeight(
         return HARD
 
     def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
-        """About the joint's axis."""
         most = float(np.abs(run.torques(run.payload_kg)[:, run.column(self.where)]).max())
         return [Spring(self.where, stiffness, play=self.size, centring=2.0 * self.friction * most / self.size)]
 
@@ -190,7 +185,6 @@ class SoftBase(SpringFault, effect="base_compliance", form="soft_base", sizes=(2
         return self.where, run.joints[0]
 
     def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
-        """About x and y."""
         at = np.array([0.0, 0.0, -self.depth])
         return _hinges(FOOT, np.eye(3)[:2], at, (stiffness, stiffness * self.ratio))
 
@@ -202,7 +196,6 @@ class GivingMount(SpringFault, effect="hand_eye_sag", form="giving_mount", sizes
     ratios: Annotated[tuple[float, ...], log_uniform(np.exp(-0.5), np.exp(0.5), 3)]  # of its stiffness about x, y, z
 
     def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
-        """About the axes of the flange."""
         return _hinges(BRACKET, np.eye(3), np.zeros(3), [stiffness * ratio for ratio in self.ratios])
 
 

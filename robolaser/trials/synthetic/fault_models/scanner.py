@@ -21,7 +21,6 @@ class HigherRadialDistortion(FaultModel, effect="radial_distortion", sizes=(0.05
     third: Annotated[float, lambda where, run, rng: float(rng.choice([0.0, rng.uniform(-2.0, 2.0)]))]  # k3 over k2
 
     def lens(self, terms: Array) -> Array:
-        """With both terms."""
         return np.asarray(terms + np.array([0.0, self.size, 0.0, 0.0, self.third * self.size]))
 
 
@@ -32,7 +31,6 @@ class LensDecentring(FaultModel, effect="tangential_distortion", sizes=(5e-4, 1e
     towards: Angle
 
     def lens(self, terms: Array) -> Array:
-        """Off to one side."""
         side = self.size * np.array([np.cos(self.towards), np.sin(self.towards)])
         return np.asarray(terms + np.array([0.0, 0.0, *side, 0.0]))
 
@@ -42,7 +40,6 @@ class FocusDrive(FaultModel, effect="focus_breathing", sizes=(3e-3, 5e-2), signe
     """Autofocus moves the lens along its axis: the image grows by the share `size` for each doubling of the depth."""
 
     def zoom(self, depth: Array) -> Array:
-        """With the logarithm of the depth."""
         return np.asarray(self.size * np.log2(np.maximum(depth, NEAREST_M) / FOCUSED_M))
 
 
@@ -53,7 +50,6 @@ class GrossErrors(FaultModel, effect="outliers", sizes=(0.01, 0.06), location="i
     lasting: Coin  # whether all shots of a point are off, or only some
 
     def shots(self, pixel: Array, shot: Ints, rng: np.random.Generator) -> Array:
-        """Off by 2 to 40 pixels, in any direction."""
         points = np.unique(shot)
         hit = np.isin(shot, points[rng.random(len(points)) < self.size])
         if not self.lasting:
@@ -71,7 +67,6 @@ class ProjectorRoll(
     """The projector is turned about the view by `size` [rad]: the stripe is not parallel to the image's axis."""
 
     def light(self, light: Light, run: SyntheticRun) -> Light:
-        """Turned."""
         return replace(light, roll=light.roll + self.size)
 
 
@@ -85,7 +80,6 @@ class ConicalLight(
     """
 
     def light(self, light: Light, run: SyntheticRun) -> Light:
-        """Off the plane."""
         return replace(light, cone=light.cone + self.size)
 
 
@@ -96,22 +90,19 @@ class ProjectorWarmUp(FaultModel, effect="laser_drift", sizes=(2e-4, 3e-3), sign
     tau: Annotated[float, log_uniform(0.08, 1.0)]  # time constant, as a share of the run
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Both are the library's."""
         return {"angle": self.size, "tau": self.tau}
 
     def light(self, light: Light, run: SyntheticRun) -> Light:
-        """Turned by the drift so far."""
         return replace(light, theta=light.theta + self.size * run.warmed(self.tau))
 
 
 @final
 class FlankBias(FaultModel, effect="stripe_bias", sizes=(0.1, 2.0), signed=True, location="laser"):
-    """One flank of the stripe is brighter: its centre is read with an offset where the surface is tilted."""
+    """One flank of the stripe is brighter: its centre is off by about `size` pixels on a surface tilted by 45°."""
 
     steep: Coin  # whether it is proportional to the tangent of the tilt or to its sine
 
     def stripe(self, tilt: Array) -> Array:
-        """`size` pixels at 45 degrees, about."""
         return self.size * (np.tan(tilt) if self.steep else np.sin(tilt))
 
 
@@ -159,7 +150,8 @@ class DroopingBracket(FaultModel, effect="hand_eye_sag", sizes=(2e-4, 2e-3), loc
 
     def mount(self, T_flange_camera: Array, run: SyntheticRun) -> Array:
         """Sunk by `size` [m] where the weight is across the beam, and turned by as much as that bends it."""
-        down = np.einsum("nba,b->na", run.arm.forward(run.q)[:, :3, :3], run.arm.down)
+        gravity = np.array(run.robot.gravity)
+        down = np.einsum("nba,b->na", run.arm.forward(run.q)[:, :3, :3], gravity / np.linalg.norm(gravity))
         beam = T_flange_camera[:, :3, 3]
         length = np.linalg.norm(beam, axis=1, keepdims=True)
         inline = (beam * down).sum(axis=1, keepdims=True) * beam / length**2

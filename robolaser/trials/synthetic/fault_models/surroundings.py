@@ -72,7 +72,6 @@ class WrongRefractiveIndex(
     """
 
     def measured(self, points: Array) -> Array:
-        """Farther away."""
         return points * (1.0 + self.size)
 
 
@@ -85,7 +84,6 @@ class PrintScale(
     aside: OnTarget  # the grid's origin
 
     def printed(self, along: Array, run: SyntheticRun) -> Array:
-        """Scaled about the grid's origin."""
         origin = run.radius * np.array(self.aside)
         return origin + (along - origin) / (1.0 + self.size)
 
@@ -99,7 +97,6 @@ class FedTooFast(
     heading: Angle
 
     def printed(self, along: Array, run: SyntheticRun) -> Array:
-        """Nominal coordinates, shorter in that direction."""
         fed = np.array([np.cos(self.heading), np.sin(self.heading)])
         return np.asarray(along - (self.size / (1.0 + self.size) * (along @ fed))[:, None] * fed)
 
@@ -123,12 +120,11 @@ class CurvedTarget(FaultModel, effect="target_warp", sizes=(1e-4, 1.5e-3), locat
 
 @final
 class TargetDent(FaultModel, effect="dented_target", sizes=(3e-4, 1.5e-3), location="target", classes=("target",)):
-    """The target has a bell-shaped dent of some centimetres; the library has no such effect."""
+    """The target has a bell-shaped dent, `size` [m] deep and some centimetres wide; the library has no such effect."""
 
     aside: OnTarget
     width: Annotated[float, uniform(0.03, 0.09)]  # [m]
 
     def height(self, along: Array, run: SyntheticRun) -> Array:
-        """`size` [m] deep."""
         away = (along - run.radius * np.array(self.aside)) / self.width
         return np.asarray(-self.size * np.exp(-0.5 * (away**2).sum(axis=1)))
