@@ -48,11 +48,7 @@ def camera_recording(
 
 
 def board_of(further: Mapping[str, str], file: str) -> Board:
-    """The board by `--set board=KIND,COLUMNSxROWS,SQUARE[,MARKER,DICTIONARY]`.
-
-    Raises:
-        UsageError: None is stated, or it is no board.
-    """
+    """The board by `--set board=KIND,COLUMNSxROWS,SQUARE[,MARKER,DICTIONARY]`."""
     stated = further.get(BOARD)
     if stated is None:
         raise UsageError(f"{file}: what is printed on the board? State it with {FORM}.")
@@ -89,9 +85,6 @@ def image_files(files: Sequence[Path | None]) -> tuple[tuple[str, ...], dict[str
     Returns:
         The path of each pose's image in the data set, "" where there is none; the contents, by path; and the width
         and height of all [px].
-
-    Raises:
-        DataError: One cannot be read, has another size than the first, or shares its name with another; there is none.
     """
     origin: dict[str, Path] = {}
     paths = []

@@ -61,11 +61,7 @@ class OpenCVStorage(Importer):
 
 
 def read_storage(path: Path) -> dict[str, list[Array]]:
-    """The matrices of each key, in order; `NAME_0`, `NAME_1` and so on are the list NAME.
-
-    Raises:
-        DataError: The file is missing, OpenCV cannot read it, or a matrix has too few or too many numbers.
-    """
+    """The matrices of each key, in order; `NAME_0`, `NAME_1` and so on are the list NAME."""
     import cv2  # noqa: PLC0415 - slow to import
 
     text = read_text(path, YAML_BYTES)

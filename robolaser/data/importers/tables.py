@@ -74,10 +74,6 @@ def import_tables(poses_file: CsvTable, points_file: CsvTable, options: ImportOp
         points_file: Of the points, of the sensor `options.sensor`.
         options: How columns are read.
         timed: Whether a point's pose is determined by its time rather than by its name.
-
-    Raises:
-        UsageError: Columns or units are not stated; see `choose` and `joined_by_time`.
-        DataError: With file, row and column of the error.
     """
     declared = sensor_format(options.sensor)
     known = {POSES: pose_quantities(options), POINTS: point_quantities(declared, timed=timed)}
@@ -170,11 +166,7 @@ LOST: Final = ("", "nan", "-", "--", "n/a", "none", "null", "#n/a")  # cells of 
 
 
 def beside(tables: Sequence[CsvTable]) -> CsvTable:
-    """Several tables as one, row by row; a column is named FILE.COLUMN where its name alone is not unique.
-
-    Raises:
-        DataError: They have different numbers of rows.
-    """
+    """Several tables as one, row by row; a column is named FILE.COLUMN where its name alone is not unique."""
     first = tables[0]
     for table in tables[1:]:
         if len(table) != len(first):

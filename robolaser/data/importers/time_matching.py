@@ -64,11 +64,7 @@ def match(readings_s: Array, at_s: Array, tolerance_s: float) -> Match:
 
 
 def tolerance_of(further: Mapping[str, str], file: str) -> float:
-    """The stated tolerance [s].
-
-    Raises:
-        UsageError: There is none, or it is no positive number of seconds.
-    """
+    """The stated tolerance [s]."""
     if TOLERANCE not in further:
         raise UsageError(
             f"{file}: how far in time may a reading of the arm be from a measurement? State it in seconds with"
@@ -92,9 +88,6 @@ def with_readings(
         file: Of the measurements.
         what: Name of a measurement, in the singular.
         source: Of the readings.
-
-    Raises:
-        DataError: None has.
     """
     of = f" ({source})" if source else ""
     if not known.any():
@@ -123,10 +116,6 @@ def joined_by_time(
 
     Returns:
         The data set; the correction of the measured times; and messages on rows left out.
-
-    Raises:
-        DataError: A log has no times, or no measurement is near a reading of the arm.
-        UsageError: No tolerance is stated; or clocks differ, and no bodies were measured, whose turns show the offset.
     """
     tolerance = tolerance_of(further, measured.file)
     if log.poses.time_s is None:
