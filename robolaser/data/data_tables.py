@@ -34,9 +34,6 @@ def read_poses(path: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
 
     Returns:
         The poses, and warnings.
-
-    Raises:
-        DataError: With row and column of the error.
     """
     return poses_of(read_table(path, ["time_s", *_readings(robot)]), path.parent, robot)
 
@@ -114,11 +111,7 @@ def _stated(table: CsvTable, column: str) -> Array | None:
 
 
 def motions_of(table: CsvTable) -> Array:
-    """The rigid motions of a table's rows, by their columns `x_m` to `qw`, (rows, 4, 4).
-
-    Raises:
-        DataError: A cell is no number, a position is too far away, or a quaternion's length is not one.
-    """
+    """The rigid motions of a table's rows, by their columns `x_m` to `qw`, (rows, 4, 4)."""
     numbers = table.numbers(FLANGE_COLUMNS)
     _not_too_far(table, numbers[:, :3])
     _check_quaternions(table, numbers[:, 3:])
@@ -190,11 +183,7 @@ LARGEST_REPEAT = 1e9
 
 
 def points_of(table: CsvTable, described: Dataset) -> Points:
-    """The points of a table with the columns of points.csv, perhaps as texts, for a data set that has all but points.
-
-    Raises:
-        DataError: With row and column of the error.
-    """
+    """The points of a table with the columns of points.csv, perhaps as texts, for a data set that has all but points."""
     declared = described.format
     in_pose = table.texts("pose")
     points = Points(_numbers_of(table, in_pose, described.poses.names), table.texts("point"))
