@@ -23,7 +23,14 @@ RESULT = Group("Result", sort_key=1)  # the options on where a result is written
 Count = Annotated[int, Parameter(metavar="N", validator=Number(gte=1))]
 Seed = Annotated[int, Parameter(metavar="N", validator=Number(gte=0))]
 Port = Annotated[int, Parameter(metavar="N", validator=Number(gte=1, lte=65535))]
-PositiveOption = Annotated[float, Parameter(validator=Number(gt=0, lt=math.inf))]
+
+
+def _positive(_: object, value: float | None) -> None:
+    if value is not None and not 0 < value < math.inf:  # nan is not either
+        raise ValueError("Expected a finite number above 0.")
+
+
+PositiveOption = Annotated[float, Parameter(validator=_positive)]
 Deviation = Annotated[PositiveOption, Parameter(metavar="STD")]
 ResultFlag = Annotated[bool, Parameter(group=RESULT)]
 Typed = Annotated[str, Parameter(parse=False)]  # the command line, for the page: passed in, not an option

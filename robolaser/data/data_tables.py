@@ -183,7 +183,7 @@ LARGEST_REPEAT = 1e9
 
 
 def points_of(table: CsvTable, described: Dataset) -> Points:
-    """The points of a table with the columns of points.csv, perhaps as texts, for a data set that has all but points."""
+    """The points of a table with the columns of points.csv, perhaps as texts, for a data set that lacks only these."""
     declared = described.format
     in_pose = table.texts("pose")
     points = Points(_numbers_of(table, in_pose, described.poses.names), table.texts("point"))
