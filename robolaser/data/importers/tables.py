@@ -1,7 +1,7 @@
 """Tables: joint readings or flange poses, and the points measured in each pose, side by side or in own rows."""
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, pairwise
 from pathlib import Path
@@ -132,13 +132,17 @@ def _read(
 def _points_in_a_row(
     table: CsvTable, options: ImportOptions, declared: SensorFormat
 ) -> dict[str, tuple[str, str, str]]:
-    """Points side by side, where the sensor's rows are positions and no option names their columns."""
+    """Points whose x, y and z are columns, where the sensor's rows are positions and no option names their columns."""
     stated = {name.removeprefix(f"{POINTS}.") for name in options.columns if not name.startswith(f"{POSES}.")}
     places = {column for group in declared.columns.values() for column in group} == set(XYZ)
     if not places or options.point is not None or stated & {"point", *XYZ} or "point" in table:
         return {}
-    known = {*pose_quantities(options), *point_quantities(declared), *options.columns.values()}
-    return _points_side_by_side(table, known)
+    taken = {*pose_quantities(options), *point_quantities(declared), *options.columns.values()}
+    found: dict[str, dict[str, str]] = {}
+    for name in table.columns:
+        if name not in taken and (match := AXIS.match(name)):
+            found.setdefault(match["point"], {})[match["axis"].lower()] = name
+    return {point: (own["x"], own["y"], own["z"]) for point, own in found.items() if len(own) == len(XYZ)}
 
 
 def _each_once(table: CsvTable, chosen: Mapping[str, str]) -> CsvTable:
@@ -192,15 +196,6 @@ def with_axes(table: CsvTable) -> CsvTable:
     point = table.file.rpartition(".")[0]
     columns = dict(zip([f"{point}.{axis}" for axis in "xyz"], table.columns.values(), strict=True))
     return CsvTable(table.file, columns, table.lines)
-
-
-def _points_side_by_side(table: CsvTable, taken: Collection[str]) -> dict[str, tuple[str, str, str]]:
-    """The points whose x, y and z are columns of a table, not taken by anything else, with these three columns."""
-    found: dict[str, dict[str, str]] = {}
-    for name in table.columns:
-        if name not in taken and (match := AXIS.match(name)):
-            found.setdefault(match["point"], {})[match["axis"].lower()] = name
-    return {point: (own["x"], own["y"], own["z"]) for point, own in found.items() if len(own) == len(XYZ)}
 
 
 def a_row_for_each(table: CsvTable, points: Mapping[str, tuple[str, str, str]]) -> CsvTable:
