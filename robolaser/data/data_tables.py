@@ -26,15 +26,7 @@ MOST_NAMED = 5
 
 
 def read_poses(path: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
-    """Read poses.csv.
-
-    Args:
-        path: The file, in the data set's folder.
-        robot: Whose joint angles it holds; None: it holds measured flange poses.
-
-    Returns:
-        The poses, and warnings.
-    """
+    """The poses of poses.csv, with joint angles of a robot or, without one, measured flange poses; and warnings."""
     return poses_of(read_table(path, ["time_s", *_readings(robot)]), path.parent, robot)
 
 

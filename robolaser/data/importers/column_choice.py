@@ -116,12 +116,8 @@ def choose(
 ) -> tuple[dict[str, ColumnReader], tuple[str, ...]]:
     """Choose by `--column`, by equal names in the file and the data set, or by numbered joints.
 
-    `poses.` or `points.` before a name selects the table, where both have such a column.
-
-    Args:
-        files: The file with the poses and, where points are read, that with the points, which may be the same.
-        known: The columns of each table that can be read, and the quantity of each.
-        options: Whose `columns` count.
+    `poses.` or `points.` before a name selects the table, where both have such a column. The files, by table, may be
+    the same; `known` are the columns of each that can be read.
 
     Returns:
         How the columns of each table are read; and the columns of the files that are not read.

@@ -67,13 +67,9 @@ class Tables(Importer):
 
 
 def import_tables(poses_file: CsvTable, points_file: CsvTable, options: ImportOptions, *, timed: bool) -> Imported:
-    """A table of poses, and one of points, which may be the same, as a data set.
+    """A table of poses, and one of points, as a data set; in one table of both, poses may repeat.
 
-    Args:
-        poses_file: Of the poses; where it is that of the points, too, they may repeat.
-        points_file: Of the points, of the sensor `options.sensor`.
-        options: How columns are read.
-        timed: Whether a point's pose is determined by its time rather than by its name.
+    If they are timed, a point's pose is determined by its time rather than by its name.
     """
     declared = sensor_format(options.sensor)
     known = {POSES: pose_quantities(options), POINTS: point_quantities(declared, timed=timed)}

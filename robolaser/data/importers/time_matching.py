@@ -79,15 +79,10 @@ def tolerance_of(further: Mapping[str, str], file: str) -> float:
 def with_readings(
     known: Bools, away_s: Array, tolerance_s: float, *, file: str, what: str, source: str = ""
 ) -> tuple[Ints, tuple[str, ...]]:
-    """Numbers of the measurements that have readings of the arm, and messages on the others.
+    """Numbers of the measurements that have readings of the arm, (k,), and messages on the others.
 
-    Args:
-        known: Whether each has, (m,).
-        away_s: How far the nearest reading is, (m,) [s].
-        tolerance_s: How far readings may be.
-        file: Of the measurements.
-        what: Name of a measurement, in the singular.
-        source: Of the readings.
+    By whether each has, (m,), and how far its nearest reading is, (m,) [s]. The file is that of the measurements,
+    `what` the name of one of them, `source` that of the readings.
     """
     of = f" ({source})" if source else ""
     if not known.any():
@@ -106,13 +101,10 @@ def with_readings(
 def joined_by_time(
     log: Dataset, measured: CsvTable, further: Mapping[str, str], arm: str
 ) -> tuple[Dataset, str, tuple[str, ...]]:
-    """Measurements, each with the arm's readings interpolated at its time.
+    """Measurements, each with the readings of the arm's log interpolated at its time.
 
-    Args:
-        log: The arm's log: a data set of its poses, with times.
-        measured: The columns of points.csv, with `time_s` in the place of `pose`.
-        further: Options: `tolerance_s`, and `clocks` where two clocks timed the logs.
-        arm: The file of the arm's log.
+    They have the columns of points.csv, with `time_s` in the place of `pose`. Options are `tolerance_s`, and `clocks`
+    where two clocks timed the logs; `arm` is the file of the arm's.
 
     Returns:
         The data set; the correction of the measured times; and messages on rows left out.
