@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import closing, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -243,10 +243,7 @@ def _record(
     from robolaser.cell.session import Session
     from robolaser.commands.running_diagnosis import RunningDiagnosis
 
-    with ExitStack() as at_end:
-        running = RunningDiagnosis(writer.folder, terminal.print) if diagnose else None
-        if running is not None:
-            at_end.callback(running.stop)
+    with closing(RunningDiagnosis(writer.folder, terminal.print)) if diagnose else nullcontext() as running:
         with _opened(cell, terminal) as (arm, camera, clock, progress):
 
             def report(what: str) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import ClassVar, final
+from typing import final
 
 import numpy as np
 
@@ -30,12 +30,10 @@ class EasyHandeye(Importer):
     state the base as seen from the effector, and are inverted.
     """
 
-    name: ClassVar[str] = "easy_handeye"
-    title: ClassVar[str] = (
-        "samples (.samples), and perhaps the result (.calib, .yaml), of easy_handeye and easy_handeye2"
-    )
-    further: ClassVar[tuple[str, ...]] = (MOUNT,)
-    takes: ClassVar[tuple[str, ...]] = ()
+    name = "easy_handeye"
+    title = "samples (.samples), and perhaps the result (.calib, .yaml), of easy_handeye and easy_handeye2"
+    further = (MOUNT,)
+    takes = ()
 
     def recognises(self, path: Path) -> bool:
         """By its suffix and its keys."""

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import ClassVar, Final, final, get_args
+from typing import Final, final, get_args
 
 from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
 from robolaser.data.board import Board, Printed
@@ -126,10 +126,10 @@ class ImageFolder(Importer):
     A row of the table is a pose: joint readings, with a robot, or a flange pose. Its column `image` names the file.
     """
 
-    name: ClassVar[str] = "images"
-    title: ClassVar[str] = "a folder of images of a board, and a table with the arm's pose at each"
-    further: ClassVar[tuple[str, ...]] = (MOUNT, BOARD)
-    takes: ClassVar[tuple[str, ...]] = (
+    name = "images"
+    title = "a folder of images of a board, and a table with the arm's pose at each"
+    further = (MOUNT, BOARD)
+    takes = (
         "robot", "columns", "units", "units_of_file", "separator", "decimal", "header_row", "euler",
     )  # fmt: skip
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar, Final, final
+from typing import Final, final
 
 import numpy as np
 
@@ -33,10 +33,10 @@ class IndustrialCalibration(Importer):
     way than inner corners. The guess of the target is left out: it has another frame on the board.
     """
 
-    name: ClassVar[str] = "industrial_calibration"
-    title: ClassVar[str] = "industrial_calibration's cal_data.yaml with its images and poses"
-    further: ClassVar[tuple[str, ...]] = (MOUNT,)
-    takes: ClassVar[tuple[str, ...]] = ()
+    name = "industrial_calibration"
+    title = "industrial_calibration's cal_data.yaml with its images and poses"
+    further = (MOUNT,)
+    takes = ()
 
     def recognises(self, path: Path) -> bool:
         """A folder with cal_data.yaml, or a YAML file with its keys."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import ClassVar, final
+from typing import final
 
 import numpy as np
 
@@ -19,10 +19,10 @@ EFFECTOR, OBJECT = "effector_wrt_world", "object_wrt_sensor"
 class MoveIt(Importer):
     """A file of samples ("Save samples"): T_base_flange and T_camera_target of each."""
 
-    name: ClassVar[str] = "moveit"
-    title: ClassVar[str] = "samples of MoveIt's hand-eye calibration (YAML)"
-    further: ClassVar[tuple[str, ...]] = (MOUNT,)
-    takes: ClassVar[tuple[str, ...]] = ()
+    name = "moveit"
+    title = "samples of MoveIt's hand-eye calibration (YAML)"
+    further = (MOUNT,)
+    takes = ()
 
     def recognises(self, path: Path) -> bool:
         """By its suffix and its keys."""

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -30,10 +30,10 @@ class OpenCVStorage(Importer):
     A rotation is a matrix or a Rodrigues vector.
     """
 
-    name: ClassVar[str] = "opencv"
-    title: ClassVar[str] = "OpenCV FileStorage with rotations and translations of gripper and target (YAML, XML, JSON)"
-    further: ClassVar[tuple[str, ...]] = (MOUNT,)
-    takes: ClassVar[tuple[str, ...]] = ("units",)
+    name = "opencv"
+    title = "OpenCV FileStorage with rotations and translations of gripper and target (YAML, XML, JSON)"
+    further = (MOUNT,)
+    takes = ("units",)
 
     def recognises(self, path: Path) -> bool:
         """By its suffix and its first bytes."""

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, pairwise
 from pathlib import Path
-from typing import ClassVar, Final, final
+from typing import Final, final
 
 import numpy as np
 
@@ -34,9 +34,9 @@ TAGGED = "pose"
 class Tables(Importer):
     """A table whose rows have a pose and points; one of poses, one of points, by pose or time; or several, by row."""
 
-    name: ClassVar[str] = "csv"
-    title: ClassVar[str] = "tables (text, NPZ, MAT, Parquet): joint readings or flange poses, and measured points"
-    further: ClassVar[tuple[str, ...]] = (MOUNT, TOLERANCE, CLOCKS)
+    name = "csv"
+    title = "tables (text, NPZ, MAT, Parquet): joint readings or flange poses, and measured points"
+    further = (MOUNT, TOLERANCE, CLOCKS)
 
     def recognises(self, path: Path) -> bool:
         """By its suffix."""
