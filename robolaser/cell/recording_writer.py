@@ -143,8 +143,7 @@ class RecordingWriter:
     def add(self, samples: Sequence[Sample], ticks: Sequence[Tick] = ()) -> None:
         """Write samples: the images first, then the table that names them. The last one names the motion of the ticks.
 
-        Raises:
-            OutputError: The disk is full; the recording is unchanged.
+        A full disk is an OutputError, and leaves the recording unchanged.
         """
         cleared = () if self.begun else (*_pictured(self.folder), *FILES)
         planned = bool(self.waypoints) and not self.begun

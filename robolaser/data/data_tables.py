@@ -111,11 +111,7 @@ def motions_of(table: CsvTable) -> Array:
 
 
 def outside_limits(table: CsvTable, q: Array, robot: Robot) -> list[str]:
-    """Warnings of unlikely joint values, (n, j).
-
-    Raises:
-        DataError: They are too far beyond the URDF's limits: in another unit, or in other columns.
-    """
+    """Warnings of unlikely joint values, (n, j); a DataError for those of another unit or column: far beyond limits."""
     beyond = np.maximum(q - robot.upper, robot.lower - q)
     units = ["m" if prismatic else "rad" for prismatic in robot.prismatic]
     for i, j in np.argwhere(beyond > OUT_OF_RANGE_RAD)[:1]:
