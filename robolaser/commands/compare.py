@@ -10,6 +10,7 @@ from robolaser.benchmark import BUDGET, SEEDS, TIME_LIMIT_S
 from robolaser.commands.terminal import (
     RESULT,
     Count,
+    Force,
     PositiveOption,
     ResultFlag,
     Terminal,
@@ -39,7 +40,7 @@ def compare(
     iohprofiler: ResultFlag = False,
     latex: ResultFlag = False,
     resume: ResultFlag = False,
-    force: ResultFlag = False,
+    force: Force = False,
     terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
@@ -72,7 +73,6 @@ def compare(
         iohprofiler: Also write the runs in IOHprofiler's format.
         latex: Also write the tables of the report for a paper, to tables.tex.
         resume: Continue a comparison that was stopped, or extend it.
-        force: Overwrite an earlier result.
     """
     from robolaser.benchmark import compare as comparing
     from robolaser.benchmark import journal

@@ -44,7 +44,6 @@ class RouteOptions:
         repeats: Number of shots at each pose. Default: 1.
         both_ways: Visit each pose twice, all joints from below and from above.
         run_up: With --both-ways, the distance from which the joints approach. Default: 3.
-        seed: Seed of --plan. Default: 1.
     """
 
     poses: Annotated[Path | None, Parameter(metavar="POSES.csv", group=WHERE)] = None
@@ -55,7 +54,7 @@ class RouteOptions:
     repeats: Count | None = None
     both_ways: bool = False
     run_up: Annotated[PositiveOption | None, Parameter(metavar="DEGREES")] = None
-    seed: Seed | None = None
+    seed: Annotated[Seed | None, Parameter(help="Seed of --plan. Default: 1.")] = None
 
     @property
     def files(self) -> list[Path]:

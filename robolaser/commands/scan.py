@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, final
 
 from cyclopts import Parameter, validators
 
-from robolaser.commands.terminal import RESULT, PositiveOption, ResultFlag, Terminal, Typed
+from robolaser.commands.terminal import RESULT, Force, PositiveOption, ResultFlag, Terminal, Typed
 from robolaser.errors import Interrupted, UsageError
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def scan(
     step: Annotated[float | None, Parameter(metavar="HEIGHT_M", validator=SIZE)] = None,
     sphere: Annotated[float | None, Parameter(metavar="RADIUS_M", validator=SIZE)] = None,
     report: ResultFlag = False,
-    force: ResultFlag = False,
+    force: Force = False,
     terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
@@ -107,7 +107,6 @@ def scan(
         step: Measure a step of about this height, 0.001 to 1 metres, on the largest plane.
         sphere: Measure a sphere of about this radius, likewise.
         report: Write CLOUD.html beside it, with charts.
-        force: Overwrite an earlier cloud.
     """
     from robolaser.data.result_folder import STAGED, results_in, write_results
     from robolaser.report.cloud import document

@@ -21,7 +21,11 @@ if TYPE_CHECKING:
 
 RESULT = Group("Result", sort_key=1)  # the options on where a result is written
 Count = Annotated[int, Parameter(metavar="N", validator=Number(gte=1))]
-Seed = Annotated[int, Parameter(metavar="N", validator=Number(gte=0))]
+Seed = Annotated[
+    int,
+    Parameter(metavar="N", validator=Number(gte=0), help="Seed of random numbers; the same one gives the same result."),
+]
+Flange = Annotated[str | None, Parameter(metavar="FRAME", help="Frame of a robot's file that carries the sensor.")]
 Port = Annotated[int, Parameter(metavar="N", validator=Number(gte=1, lte=65535))]
 
 
@@ -33,6 +37,7 @@ def _positive(_: object, value: float | None) -> None:
 PositiveOption = Annotated[float, Parameter(validator=_positive)]
 Deviation = Annotated[PositiveOption, Parameter(metavar="STD")]
 ResultFlag = Annotated[bool, Parameter(group=RESULT)]
+Force = Annotated[bool, Parameter(group=RESULT, help="Overwrite an earlier result of this command; never other files.")]
 Typed = Annotated[str, Parameter(parse=False)]  # the command line, for the page: passed in, not an option
 
 

@@ -32,8 +32,8 @@ STEP = 0.1  # of a slider [° or mm]
 class ViewerApp:
     """The scene in the browser with its panel of controls.
 
-    The last of several models is shown first. `collisions` gives those at joint values (j,), in words, and the shapes to
-    show there. Without a port, it is served at a free one.
+    The last of several models is shown first. `collisions` gives those at joint values (j,), in words, and the shapes
+    to show there. Without a port, it is served at a free one.
 
     Raises:
         DependencyMissing: viser is not installed.
