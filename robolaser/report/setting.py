@@ -61,12 +61,13 @@ def limit_table(limits: Sequence[DetectionLimit], note: str = "") -> Table:
 
 
 def _limit(one: DetectionLimit) -> tuple[TableCell | str, ...]:
-    effect, where = one.candidate_effect.effect.name, one.candidate_effect.where
-    size = "never, since what was found imitates it" if one.is_imitated else "never"
-    size = size if one.size is None else plain(one.size, one.unit, 2)
+    effect, where = one.candidate_effect.effect, place(one.candidate_effect.where)
+    never = "never, since what was found imitates it" if one.is_imitated else "never"
+    size = never if one.size is None else plain(one.size, one.unit, 2)
     distinguishable = "never" if one.identifiable is None else plain(one.identifiable, one.unit, 2)
     at_tool = TableCell("" if one.at_tool_m is None else millimetres(one.at_tool_m), order=one.at_tool_m)
-    return spoken(effect), place(where), size, distinguishable, at_tool, "" if one.rival is None else named(one.rival)
+    nearest = "" if one.rival is None else named(one.rival)
+    return TableCell(spoken(effect.name), hint=effect.title), where, size, distinguishable, at_tool, nearest
 
 
 def site_lines(sites: Iterable[tuple[str, str, float]], verdict: str, most: int) -> list[Text]:
