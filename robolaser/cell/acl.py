@@ -84,11 +84,7 @@ class AclArm(LineArm):
         self._prepared: Ints | None = None
 
     def read(self) -> Array:
-        """Read the joint angles, (j,).
-
-        Raises:
-            ArmError: The controller reports the pitch of another type of arm.
-        """
+        """Read the joint angles, (j,); an ArmError where the controller reports the pitch of another type of arm."""
         for _ in range(SPOILT):
             counts, pitch = self._talk.ask("LISTPV POSITION", self._counts_and_pitch)
             if not self._is_another_arm(counts, pitch):

@@ -48,8 +48,8 @@ class AclProtocol:
 
     Each command is written in another mixture of capitals: its echo distinguishes its answer from a late one.
 
-    Raises (every method): LineLost, ArmError where it sends without end, and the controller's own reports: ArmAlarm,
-    ArmRestarted.
+    Raises (every method): LineLost; ArmError where it sends without end or refuses a command; AnswerUnclear where an
+    answer or an echo was never right; and the controller's own reports: ArmAlarm, ArmRestarted.
     """
 
     def __init__(self, line: SerialLine, joints: Sequence[str]) -> None:
@@ -61,11 +61,7 @@ class AclProtocol:
         self._unfinished = ""
 
     def begin(self) -> None:
-        """Stop a running program; get a prompt and the echo.
-
-        Raises:
-            AnswerUnclear: The device is no ACL controller.
-        """
+        """Stop a running program; get a prompt and the echo, or else AnswerUnclear: the device is no ACL controller."""
         heard = ""
         for _ in range(TRIES):
             self._line.send(ABORT + SPOIL)
@@ -84,12 +80,7 @@ class AclProtocol:
         raise self._unclear("ECHO", heard)
 
     def ask(self, command: str, understand: Callable[[str], Reply | None]) -> Reply:
-        """Repeat a request, in capitals, until its answer can be understood: None is a corrupt one.
-
-        Raises:
-            ArmError: The controller refuses.
-            AnswerUnclear: No answer was valid.
-        """
+        """Repeat a request, in capitals, until its answer can be understood: None is a corrupt one."""
         answer, refusals = "", []
         for _ in range(TRIES):
             if not self._typed(command):
@@ -105,12 +96,7 @@ class AclProtocol:
         raise self._unclear(command, answer)
 
     def command(self, command: str) -> None:
-        """Execute a command.
-
-        Raises:
-            ArmError: The controller refuses.
-            AnswerUnclear: Its echo was never right.
-        """
+        """Execute a command."""
         self.ask(command, lambda answer: True if ">" in answer and not REFUSAL.search(answer) else None)
 
     def start(self, command: str) -> None:
@@ -126,11 +112,7 @@ class AclProtocol:
         self.inspect(self._line.discard())
 
     def inspect(self, text: str, command: str = "") -> None:
-        """Check received text for reported faults, or for the refusal of a command whose echo was right.
-
-        Raises:
-            ArmError: The command was refused.
-        """
+        """Check received text for reported faults, or for the refusal of a command whose echo was right."""
         if not self._begun:
             return
         *lines, rest = LINE_END.split(self._unfinished + text)

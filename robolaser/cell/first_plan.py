@@ -64,11 +64,7 @@ def layout(cell: Cell) -> Layout:
 
 
 def first_poses(cell: Cell, count: int, seed: int) -> tuple[Waypoint, ...]:
-    """Poses that see the board's middle, each with a free way to the next.
-
-    Raises:
-        PlanError: There are too few such poses.
-    """
+    """Poses that see the board's middle, each with a free way to the next; a PlanError if there are too few."""
     described, may = _assumed(cell), partial(RouteCheck.of(cell).allows, run_up=ASIDE_RAD / 2)
     for spare in SPARE:
         try:

@@ -43,6 +43,8 @@ class SetpointStreamer:
     """Moves an arm straight in joint space, by setpoints that accelerate and decelerate smoothly.
 
     No joint's setpoint exceeds the speed [rad/s or m/s].
+
+    Raises (every method): ArmError where a joint stays too far behind; NotSettled where it does not come to rest.
     """
 
     def __init__(self, arm: Arm, robot: Robot, speed: float, clock: Clock, rate_hz: float) -> None:
@@ -61,9 +63,6 @@ class SetpointStreamer:
 
         Returns:
             The last reading, (j,): the arm may still be moving.
-
-        Raises:
-            ArmError: A joint stays too far behind.
         """
         start = self._held()
         way = goal - start
@@ -75,12 +74,7 @@ class SetpointStreamer:
                 return q
 
     def rest(self, place: str) -> Array:
-        """Hold the last setpoint until the joints are at rest, and return their reading, (j,).
-
-        Raises:
-            ArmError: A joint stays too far behind.
-            NotSettled: It does not come to rest.
-        """
+        """Hold the last setpoint until the joints are at rest, and return their reading, (j,)."""
         command = self._held()
         began = still = self._clock.now()
         q = before = self._tick(command, place)

@@ -28,7 +28,11 @@ TINY = 1e-12
 
 @final
 class Mover:
-    """Moves one arm from configuration to configuration and monitors it."""
+    """Moves one arm from configuration to configuration and monitors it.
+
+    Raises (every method): NotSettled where it does not come to rest; ArmError where it rests elsewhere, or leaves the
+    straight path; and what the arm raises.
+    """
 
     def __init__(self, arm: Arm, robot: Robot, speed: float, clock: Clock, unattended_s: float = UNATTENDED_S) -> None:
         self._arm = arm
@@ -49,11 +53,7 @@ class Mover:
             )
 
     def resting(self, when: str, patience_s: float = STILL_S, *, alike: int = 2) -> Array:
-        """The arm's position at rest, by so many equal readings in a row, (j,).
-
-        Raises:
-            NotSettled: It moves.
-        """
+        """The arm's position at rest, by so many equal readings in a row, (j,)."""
         began = self._clock.now()
         before, same = self._arm.read(), 1
         while True:
@@ -75,9 +75,6 @@ class Mover:
 
         Returns:
             The measured position, at rest, (j,).
-
-        Raises:
-            ArmError: It rests elsewhere, does not come to rest, or leaves the straight path.
         """
         legs = max(1, int(np.ceil(np.abs(goal - start).max(initial=0.0) / self._piece)))
         stops = np.linspace(start, goal, legs + 1)
@@ -128,12 +125,7 @@ class Mover:
                 raise self._not_arrived(place, q, goal, f"is still on its way after {now - began:.0f} s,")
 
     def halt(self, *, restarted: bool = False) -> Array:
-        """Stop the arm and return its position at rest, (j,); ignore reports of a restart that is known.
-
-        Raises:
-            NotSettled: It does not stop.
-            RobolaserError: The line fails.
-        """
+        """Stop the arm and return its position at rest, (j,); ignore reports of a restart that is known."""
         trouble: RobolaserError | None = None
         no_news = (NotSettled, ArmAlarm, AnswerUnclear, *((ArmRestarted,) if restarted else ()))
         for _ in range(STOPS):

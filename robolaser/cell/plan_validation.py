@@ -96,11 +96,7 @@ class RouteCheck:
         return found
 
     def check(self, start: Array | None, waypoints: Sequence[Waypoint]) -> None:
-        """Check that a route has no violations; arguments as for `violations`.
-
-        Raises:
-            PlanError: It has: where and how.
-        """
+        """Raise a PlanError with the violations of a route, if it has any; arguments as for `violations`."""
         broken = self.violations(start, *way(waypoints)) if waypoints else []
         if not broken:
             return

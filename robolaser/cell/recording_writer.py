@@ -51,11 +51,7 @@ class Sample:
 class RecordingWriter:
     """The folder of a recording. Nothing is written before the first entry, which replaces an existing recording.
 
-    Args:
-        cell: Its cell.
-        folder: Created if it does not exist.
-        waypoints: The poses; none for an arm that is moved by others.
-        shots: At each pose, with the laser on.
+    There are no waypoints for an arm that is moved by others; `shots` are those at each pose, with the laser on.
     """
 
     def __init__(self, cell: Cell, folder: Path, waypoints: Sequence[Waypoint], shots: int) -> None:
@@ -147,8 +143,7 @@ class RecordingWriter:
     def add(self, samples: Sequence[Sample], ticks: Sequence[Tick] = ()) -> None:
         """Write samples: the images first, then the table that names them. The last one names the motion of the ticks.
 
-        Raises:
-            OutputError: The disk is full; the recording is unchanged.
+        A full disk is an OutputError, and leaves the recording unchanged.
         """
         cleared = () if self.begun else (*_pictured(self.folder), *FILES)
         planned = bool(self.waypoints) and not self.begun
@@ -266,11 +261,7 @@ def quantization_rad(step: Array, robot: Robot) -> float:
 
 
 def with_noise(text: str, noise_rad: float) -> str | None:
-    """dataset.toml with a standard deviation of readings [rad], unless it states one or there is none.
-
-    Returns:
-        None: Its [noise] has no header line.
-    """
+    """dataset.toml with a standard deviation of readings [rad], unless it states one; None: [noise] has no header."""
     stated = tomllib.loads(text)
     if noise_rad == 0 or KEY in stated.get(SECTION, {}):
         return text

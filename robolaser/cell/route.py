@@ -72,11 +72,7 @@ def from_table(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
 
 
 def from_diagnosis(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
-    """The next poses that a diagnosis recommends.
-
-    Raises:
-        DataError: It is no JSON, or recommends none, or those of another robot.
-    """
+    """The next poses that a diagnosis recommends; a DataError if there are none, or those of another robot."""
     diagnosis = read_json(path)
     try:
         q = [[float(pose[joint]) for joint in robot.joints] for pose in diagnosis["next_poses"]]

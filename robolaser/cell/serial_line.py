@@ -36,11 +36,7 @@ class SerialLine:
 
     @classmethod
     def open(cls, arm: ArmLine, clock: Clock) -> Self:
-        """Open a port, 8 bits, no parity, one stop bit: a device, `socket://HOST:PORT` or `rfc2217://HOST:PORT`.
-
-        Raises:
-            ArmError: It is none of these, or cannot be opened.
-        """
+        """Open a port, 8 bits, no parity, one stop bit: a device, `socket://HOST:PORT` or `rfc2217://HOST:PORT`."""
         scheme, separator, _ = arm.port.partition("://")
         if separator and scheme.lower() not in SCHEMES:  # spy:// truncates files, alt:// loads code by name
             raise ArmError(
@@ -152,12 +148,7 @@ class LineArm(Arm):
 
     @classmethod
     def open(cls, cell: Cell, clock: Clock) -> Self:
-        """Open the port and start its protocol; after a failure the port is closed.
-
-        Raises:
-            ArmError: It cannot be opened, or does not lead to this robot's controller.
-            DataError: The robot has more joints than can share the line.
-        """
+        """Open the port and start its protocol; after a failure the port is closed."""
         line = SerialLine.open(cell.arm, clock)
         try:
             return cls(line, cell.arm, cell.robot)

@@ -186,11 +186,7 @@ class ServoArm(BusArm):
         self._write(self._protocol.motion, [self._protocol.setpoint(each) for each in goal])
 
     def stop(self) -> None:
-        """Stop by a motion to the current position: these servos have no other stop command.
-
-        Raises:
-            AnswerUnclear: They do not confirm it.
-        """
+        """Stop by a motion to the current position: these servos have no other stop command."""
         if not any(self._numbers(self._protocol.torque)):
             return
         for _ in range(TRIES):

@@ -209,15 +209,12 @@ def watch(
     Args:
         arm: Moved by others.
         camera: A live camera.
-        writer: Of a recording without a plan.
+        writer: Of a recording without a plan; it is complete also after an error of arm, camera or disk.
         clock: Of the time stamps.
         count: Number of images.
         laser_output: The controller's output that is on meanwhile; None: none.
         recorded: Called with the name of each sample once it is on the disk.
         settle_s: Delay until the laser shows in the images [s].
-
-    Raises:
-        RobolaserError: Of arm, camera or disk; the recording up to then is complete.
     """
     began = clock.now()
     waiting: list[Sample] = []

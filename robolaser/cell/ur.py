@@ -59,12 +59,7 @@ class UrArm(Arm):
 
     @classmethod
     def open(cls, cell: Cell, clock: Clock) -> Self:
-        """Connect with the controller.
-
-        Raises:
-            ArmError: It cannot be reached.
-            DependencyMissing: The package is not installed.
-        """
+        """Connect with the controller."""
         return cls(cell.arm.port, cell.robot.joints, clock)
 
     def read(self) -> Array:

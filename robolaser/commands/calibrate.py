@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, Count, ResultFlag, Seed, Terminal, Typed, refuse
+from robolaser.commands.terminal import RESULT, Count, Force, ResultFlag, Seed, Terminal, Typed, refuse
 from robolaser.errors import Interrupted, OutputError
 
 
@@ -21,7 +21,7 @@ def calibrate(
     generations: Count | None = None,
     seed: Seed = 1,
     resume: ResultFlag = False,
-    force: ResultFlag = False,
+    force: Force = False,
     terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
@@ -40,9 +40,7 @@ def calibrate(
         weights: Minimise J, the sum of squares (plain), or weight each row by its noise.
         effects: Add an effect to the model; may be given again.
         generations: Number of generations of a genetic algorithm.
-        seed: Seed of the search.
         resume: Continue a stopped search.
-        force: Overwrite an earlier result.
     """
     from robolaser import api
     from robolaser.algorithms.registry import POLISH_ONLY, SCREENING

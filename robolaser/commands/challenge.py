@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
-from robolaser.commands.terminal import RESULT, Count, ResultFlag, Seed, Terminal, aligned, refuse, say
+from robolaser.commands.terminal import RESULT, Count, Flange, Force, Seed, Terminal, aligned, refuse, say
 from robolaser.errors import Interrupted, UsageError
 
 if TYPE_CHECKING:
@@ -30,15 +30,15 @@ def new(
     /,
     *,
     robot: Annotated[tuple[str, ...], Parameter(metavar="NAME_OR_URDF")] = (),
-    flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
+    flange: Flange = None,
     like: Annotated[tuple[Path, ...], Parameter(metavar="DATASET")] = (),
     count: Count = 12,
     poses: Annotated[str | None, Parameter(metavar="A-B")] = None,
     points: Annotated[str | None, Parameter(metavar="A-B")] = None,
     kinds: Annotated[str | None, Parameter(metavar="A,B")] = None,
-    seed: Seed | None = None,
+    seed: Annotated[Seed | None, Parameter(help="Seed of the trial. Default: a new, secret one each time.")] = None,
     truth: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
-    force: ResultFlag = False,
+    force: Force = False,
     terminal: Terminal = Terminal(),
 ) -> None:
     """Make data sets with hidden faults.
@@ -50,15 +50,12 @@ def new(
     Args:
         folder: Folder for the trial.
         robot: A robot or a URDF file; may be given again, they take turns. Default: scorbot_er7.
-        flange: Frame of URDF files that carries the sensor.
         like: Data set whose arm, sensor, poses and noise are imitated; may be given again.
         count: Number of data sets.
         poses: Range of the number of poses. Default: 36-72.
         points: Range of the number of points in each pose. Default: 6-12.
         kinds: Kinds of data sets, or names of faults, in equal shares. Default: all but physics, mostly single faults.
-        seed: Seed of the trial. Default: a new, secret one each time.
         truth: Folder for the truth; keep it to yourself. Default: FOLDER.truth, beside the folder.
-        force: Overwrite an earlier trial.
     """
     import secrets
 
@@ -105,7 +102,7 @@ def score(
     seed: Seed = 1,
     jobs: Count = 1,
     truth: Annotated[Path | None, Parameter(metavar="DIR")] = None,
-    force: ResultFlag = False,
+    force: Force = False,
     terminal: Terminal = Terminal(),
 ) -> None:
     """Score the diagnoses of a trial against the truth.
@@ -117,10 +114,8 @@ def score(
     Args:
         folder: Folder of the trial.
         output: Folder for score.json. Default: FOLDER.
-        seed: Seed of the diagnoses that have yet to be made.
         jobs: Number of diagnoses at a time.
         truth: Folder of the trial's truth. Default: FOLDER.truth, beside the folder.
-        force: Overwrite an earlier score.
     """
     from robolaser.benchmark.executors import Processes
     from robolaser.data.result_folder import json_text, results_in, write_results

@@ -10,6 +10,7 @@ from robolaser.benchmark import BUDGET, SEEDS, TIME_LIMIT_S
 from robolaser.commands.terminal import (
     RESULT,
     Count,
+    Force,
     PositiveOption,
     ResultFlag,
     Terminal,
@@ -39,7 +40,7 @@ def compare(
     iohprofiler: ResultFlag = False,
     latex: ResultFlag = False,
     resume: ResultFlag = False,
-    force: ResultFlag = False,
+    force: Force = False,
     terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
@@ -70,9 +71,8 @@ def compare(
         scheduler: Address of a Dask cluster, tcp://HOST:PORT.
         merge: Merge finished or unfinished comparisons; name their folders instead of problems.
         iohprofiler: Also write the runs in IOHprofiler's format.
-        latex: Also write tables for a paper, to tables.tex.
+        latex: Also write the tables of the report for a paper, to tables.tex.
         resume: Continue a comparison that was stopped, or extend it.
-        force: Overwrite an earlier result.
     """
     from robolaser.benchmark import compare as comparing
     from robolaser.benchmark import journal
@@ -130,7 +130,8 @@ def _write(
 ) -> None:
     from robolaser.benchmark.export import iohprofiler_files
     from robolaser.data.result_folder import results_in, write_results
-    from robolaser.report.comparison.latex import FILE, latex_tables
+    from robolaser.report.comparison.page import document
+    from robolaser.report.latex import latex_tables
     from robolaser.results.comparison import ComparisonResult
 
     compared = ComparisonResult(result)
@@ -138,7 +139,7 @@ def _write(
     if iohprofiler:
         files |= {f"iohprofiler/{name}": text for name, text in iohprofiler_files(result).items()}
     if latex:
-        files[FILE] = latex_tables(result, compared.standings)
+        files["tables.tex"] = latex_tables(document(result, compared.standings))
     with results_in(folder, command="compare", files=list(files), force=True) as claim:
         write_results(folder, {**dict.fromkeys(claim(())), **files})
     terminal.show(str(files["comparison.json"]), lambda: compared.print(folder))

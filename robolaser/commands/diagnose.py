@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, ResultFlag, Seed, Terminal, Typed, refuse
+from robolaser.commands.terminal import RESULT, Force, Seed, Terminal, Typed, refuse
 
 
 def diagnose(
@@ -16,7 +16,7 @@ def diagnose(
     without: Annotated[tuple[str, ...], Parameter(metavar="EFFECT")] = (),
     validate: Annotated[tuple[Path, ...], Parameter(metavar="DATASET")] = (),
     seed: Seed = 1,
-    force: ResultFlag = False,
+    force: Force = False,
     terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
@@ -33,8 +33,6 @@ def diagnose(
         output: Folder for the result.
         without: Remove this effect of `robolaser list effects` from the library; may be given again.
         validate: Test the result on other data of the same arm; may be given again.
-        seed: Seed of the random draws.
-        force: Overwrite an earlier result.
     """
     from robolaser import api
     from robolaser.data.loading import load

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, ResultFlag, Terminal, Typed
+from robolaser.commands.terminal import RESULT, Force, Terminal, Typed
 
 FILES = ("diff.json", "report.html")
 
@@ -17,7 +17,7 @@ def diff(
     /,
     *,
     output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
-    force: ResultFlag = False,
+    force: Force = False,
     terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
@@ -32,7 +32,6 @@ def diff(
         first: Folder of a result, or its JSON file.
         second: Folder of another result of the same kind, or its JSON file.
         output: Folder for the difference and its page. Default: they are not written.
-        force: Overwrite an earlier result.
     """
     from robolaser.data.result_folder import json_text, results_in, write_results
     from robolaser.report.console import print_document

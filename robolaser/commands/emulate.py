@@ -31,7 +31,6 @@ def emulate(
         cell: Folder with cell.toml, dataset.toml and the URDF.
         world: The true state of the cell; without it, there is no camera.
         time_scale: How many times as fast as real time its clock runs.
-        seed: Seed of noise and faults.
         faults: For example lost:0.1, impact:3@12 (at the 12th command), silent@>5s; may be given again.
     """
     from robolaser.emulator.emulated_cell import EmulatedCell, serve

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, ResultFlag, Terminal, say
+from robolaser.commands.terminal import RESULT, Force, Terminal, say
 from robolaser.errors import DataError
 
 
@@ -18,7 +18,7 @@ def export(
     into: Annotated[Path, Parameter(metavar="FILE")],
     output: Annotated[Path, Parameter(metavar="FILE", group=RESULT)],
     replay: Annotated[Path | None, Parameter(metavar="LOG")] = None,
-    force: ResultFlag = False,
+    force: Force = False,
     terminal: Terminal = Terminal(),
 ) -> None:
     """Write a result into a copy of your own URDF, MJCF or LeRobot calibration; all other elements are unchanged.
@@ -34,7 +34,6 @@ def export(
         into: Your URDF or MJCF; or, for the zeros, LeRobot's calibration of the arm, .json.
         output: File for the copy.
         replay: Drive your MJCF and the copy in MuJoCo with this log's commands, and compare both with its readings.
-        force: Overwrite an earlier file.
     """
     from robolaser.bounded_reading import ROBOT_BYTES, read_text
     from robolaser.calibration.saved import read_result, robot_in

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, ResultFlag, Terminal, say
+from robolaser.commands.terminal import RESULT, Force, Terminal, say
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
@@ -21,7 +21,7 @@ def extract(
     /,
     *,
     output: Annotated[Path | None, Parameter(metavar="DATASET", group=RESULT)] = None,
-    force: ResultFlag = False,
+    force: Force = False,
     terminal: Terminal = Terminal(),
 ) -> None:
     """Detect board and laser stripe, or a camera's target, in a recording's images, and write points.csv.
@@ -39,7 +39,6 @@ def extract(
     Args:
         recording: Folder with dataset.toml, poses.csv and images.
         output: Folder for a new data set with images and noise. Default: only add points to RECORDING.
-        force: Overwrite earlier points.
     """
     from robolaser.bounded_reading import IMAGE_BYTES, read_bytes
     from robolaser.data.image_list import images_of_poses

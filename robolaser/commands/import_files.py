@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, final
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.terminal import RESULT, ResultFlag, Terminal, aligned, refuse, say
+from robolaser.commands.terminal import RESULT, Flange, Force, ResultFlag, Terminal, aligned, refuse, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -28,13 +28,12 @@ class RobotOptions:
     Attributes:
         robot: A robot of `robolaser list robots`, or a file: URDF, xacro, MJCF, or Denavit-Hartenberg parameters.
             Default: none, the files contain flange poses.
-        flange: Frame of the robot's file that carries the sensor.
         dh: Whether a table of Denavit-Hartenberg parameters is standard or modified (Craig's).
         xacro: An argument of a xacro file; may be given again.
     """
 
     robot: Annotated[str | None, Parameter(metavar="NAME_OR_FILE")] = None
-    flange: Annotated[str | None, Parameter(metavar="FRAME")] = None
+    flange: Flange = None
     dh: Literal["standard", "modified"] | None = None
     xacro: Annotated[tuple[str, ...], Parameter(name="--xacro-arg", metavar="NAME=VALUE")] = ()
 
@@ -97,7 +96,7 @@ def import_files(
     further: Annotated[tuple[str, ...], Parameter(name="--set", metavar="NAME=VALUE")] = (),
     extract: ResultFlag = False,
     dry_run: ResultFlag = False,
-    force: ResultFlag = False,
+    force: Force = False,
     terminal: Terminal = Terminal(),
 ) -> None:
     """Convert your files to a data set; shows how each column is read before anything is written.
@@ -120,7 +119,6 @@ def import_files(
         further: An option of the importer, see `robolaser list importers`; may be given again.
         extract: Also detect the board in the images, as `robolaser extract` does.
         dry_run: Show how the files are read, and write nothing.
-        force: Overwrite an earlier data set.
     """
     from robolaser.data.result_folder import results_in
 

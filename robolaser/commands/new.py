@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from robolaser.commands.terminal import RESULT, Count, ResultFlag, Terminal, say
+from robolaser.commands.terminal import RESULT, Count, Force, Terminal, say
 
 new = App("new", help="Write a new cell: its files, a board to print, and plans of poses and motions.")
 
@@ -19,7 +19,7 @@ def cell(
     lerobot: Annotated[Path | None, Parameter(metavar="CALIBRATION.json")] = None,
     poses: Count = 20,
     output: Annotated[Path | None, Parameter(metavar="CELL", group=RESULT)] = None,
-    force: ResultFlag = False,
+    force: Force = False,
     terminal: Terminal = Terminal(),
 ) -> None:
     """Write a cell for a known arm: its files, a board to print, plans of poses and motions, and the next steps.
@@ -34,7 +34,6 @@ def cell(
         lerobot: LeRobot's calibration of this arm; joint angles are then those that LeRobot reads.
         poses: Number of poses.
         output: Folder for the cell. Default: NAME-cell.
-        force: Overwrite an earlier cell.
     """
     from robolaser.bounded_reading import read_text
     from robolaser.cell.new_cell import CELL_FILES, NewCell, new_cell

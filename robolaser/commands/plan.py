@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import Count, NoiseOptions, Seed, Terminal, refuse
+from robolaser.commands.terminal import Count, Flange, NoiseOptions, Seed, Terminal, refuse
 from robolaser.data.sensor_format import Mount
 from robolaser.errors import DataError, UsageError, near
 
@@ -18,7 +18,7 @@ def plan(
     /,
     *,
     robot: Annotated[str | None, Parameter(metavar="NAME_OR_URDF")] = None,
-    flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
+    flange: Flange = None,
     sensor: Annotated[str | None, Parameter(metavar="KIND")] = None,
     mount: Mount = "flange",
     points: Count | None = None,
@@ -37,11 +37,9 @@ def plan(
         poses: A poses.csv with joint angles, or a data set. The points of a data set are used as measured; of the log
             of a moving arm, only the commands.
         robot: A robot of `robolaser list robots`, or a URDF file, for a poses.csv.
-        flange: Frame of a URDF file that carries the sensor.
         sensor: Kind of sensor, for a poses.csv: one of `robolaser list sensors`.
         mount: Carrier of the camera.
         points: Number of points in each pose.
-        seed: Seed of the random sensor.
     """
     from dataclasses import replace
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import closing, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -44,7 +44,6 @@ class RouteOptions:
         repeats: Number of shots at each pose. Default: 1.
         both_ways: Visit each pose twice, all joints from below and from above.
         run_up: With --both-ways, the distance from which the joints approach. Default: 3.
-        seed: Seed of --plan. Default: 1.
     """
 
     poses: Annotated[Path | None, Parameter(metavar="POSES.csv", group=WHERE)] = None
@@ -55,7 +54,7 @@ class RouteOptions:
     repeats: Count | None = None
     both_ways: bool = False
     run_up: Annotated[PositiveOption | None, Parameter(metavar="DEGREES")] = None
-    seed: Seed | None = None
+    seed: Annotated[Seed | None, Parameter(help="Seed of --plan. Default: 1.")] = None
 
     @property
     def files(self) -> list[Path]:
@@ -243,10 +242,7 @@ def _record(
     from robolaser.cell.session import Session
     from robolaser.commands.running_diagnosis import RunningDiagnosis
 
-    with ExitStack() as at_end:
-        running = RunningDiagnosis(writer.folder, terminal.print) if diagnose else None
-        if running is not None:
-            at_end.callback(running.stop)
+    with closing(RunningDiagnosis(writer.folder, terminal.print)) if diagnose else nullcontext() as running:
         with _opened(cell, terminal) as (arm, camera, clock, progress):
 
             def report(what: str) -> None:

@@ -47,7 +47,7 @@ class RunningDiagnosis:
             self._ask()
             self._take()
 
-    def stop(self) -> None:
+    def close(self) -> None:
         """Start no more diagnoses."""
         self._engine.shutdown(wait=False, cancel_futures=True)
 

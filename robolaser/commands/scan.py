@@ -4,11 +4,11 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, final
+from typing import TYPE_CHECKING, Annotated, final
 
-from cyclopts import Parameter
+from cyclopts import Parameter, validators
 
-from robolaser.commands.terminal import RESULT, PositiveOption, ResultFlag, Terminal, Typed
+from robolaser.commands.terminal import RESULT, Force, PositiveOption, ResultFlag, Terminal, Typed
 from robolaser.errors import Interrupted, UsageError
 
 if TYPE_CHECKING:
@@ -18,20 +18,9 @@ if TYPE_CHECKING:
     from robolaser.scan.cloud_files import Subsample
     from robolaser.scan.ply import Vertices
 
-ENDINGS = (".ply", ".pcd", ".las", ".e57")
 SIDE = re.compile(r"([^:]*):([^:]*)")
-LEAST_STEP_M = 1e-3  # a few times the tolerance of points on a plane
-MOST_M = 1.0  # larger numbers are millimetres
-
-
-def _cloud_file(_: Any, path: Path) -> None:
-    if path.suffix.lower() not in ENDINGS:
-        raise ValueError(f"Expected a name that ends with {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}.")
-
-
-def _length(_: Any, value: float | None) -> None:
-    if value is not None and not LEAST_STEP_M <= value <= MOST_M:
-        raise ValueError(f"Expected {LEAST_STEP_M:g} to {MOST_M:g} metres.")
+CLOUD = validators.Path(ext=("ply", "pcd", "las", "e57"))
+SIZE = validators.Number(gte=1e-3, lte=1.0)  # a few times the tolerance of points on a plane; and no millimetres [m]
 
 
 def region_of(text: str) -> "Array":
@@ -89,14 +78,14 @@ def scan(
     recording: Path,
     /,
     *more: Path,
-    output: Annotated[Path, Parameter(metavar="CLOUD.ply", group=RESULT, validator=_cloud_file)],
+    output: Annotated[Path, Parameter(metavar="CLOUD.ply", group=RESULT, validator=CLOUD)],
     nominal: bool = False,
     kept: PointOptions = PointOptions(),
     plane: bool = False,
-    step: Annotated[float | None, Parameter(metavar="HEIGHT_M", validator=_length)] = None,
-    sphere: Annotated[float | None, Parameter(metavar="RADIUS_M", validator=_length)] = None,
+    step: Annotated[float | None, Parameter(metavar="HEIGHT_M", validator=SIZE)] = None,
+    sphere: Annotated[float | None, Parameter(metavar="RADIUS_M", validator=SIZE)] = None,
     report: ResultFlag = False,
-    force: ResultFlag = False,
+    force: Force = False,
     terminal: Terminal = Terminal(),
     typed: Typed = "",
 ) -> None:
@@ -118,7 +107,6 @@ def scan(
         step: Measure a step of about this height, 0.001 to 1 metres, on the largest plane.
         sphere: Measure a sphere of about this radius, likewise.
         report: Write CLOUD.html beside it, with charts.
-        force: Overwrite an earlier cloud.
     """
     from robolaser.data.result_folder import STAGED, results_in, write_results
     from robolaser.report.cloud import document

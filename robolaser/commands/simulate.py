@@ -5,14 +5,14 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, Count, NoiseOptions, ResultFlag, Seed, Terminal, refuse, say
+from robolaser.commands.terminal import RESULT, Count, Flange, Force, NoiseOptions, Seed, Terminal, refuse, say
 from robolaser.data.sensor_format import Mount
 
 
 def simulate(
     *,
     robot: Annotated[str, Parameter(metavar="NAME_OR_URDF")],
-    flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
+    flange: Flange = None,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
     sensor: Literal["stripe", "camera", "point", "pose", "socket", "profile", "stripe+camera", "motion"] = "stripe",
     mount: Mount = "flange",
@@ -24,7 +24,7 @@ def simulate(
     unplaced: bool = False,
     effects: Annotated[tuple[str, ...], Parameter(name="--effect", metavar="NAME[:WHERE]=SIZE")] = (),
     seed: Seed = 1,
-    force: ResultFlag = False,
+    force: Force = False,
     terminal: Terminal = Terminal(),
 ) -> None:
     """Simulate a data set with noise and effects of your choice.
@@ -36,7 +36,6 @@ def simulate(
 
     Args:
         robot: A robot of `robolaser list robots`, or a URDF file.
-        flange: Frame of a URDF file that carries the sensor.
         output: Folder for the data set.
         sensor: Kind of sensor; stripe+camera is a scanner whose images show a board; motion is a log of the arm itself.
         mount: Carrier of a camera or a profile sensor; the board or the balls are at the other end.
@@ -46,8 +45,6 @@ def simulate(
         sessions: Number of sessions with other positions of base, target or sockets; of series of a motion (1 means 6).
         unplaced: Do not state the pose of the target.
         effects: Add one of `robolaser list effects`, with its size in SI units; may be given again.
-        seed: Seed of poses and noise.
-        force: Overwrite an earlier data set.
     """
     from robolaser.data.importers.robots import find_robot
     from robolaser.data.result_folder import results_in, write_results

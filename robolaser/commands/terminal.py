@@ -5,7 +5,7 @@ import math
 import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Never, final
@@ -21,7 +21,11 @@ if TYPE_CHECKING:
 
 RESULT = Group("Result", sort_key=1)  # the options on where a result is written
 Count = Annotated[int, Parameter(metavar="N", validator=Number(gte=1))]
-Seed = Annotated[int, Parameter(metavar="N", validator=Number(gte=0))]
+Seed = Annotated[
+    int,
+    Parameter(metavar="N", validator=Number(gte=0), help="Seed of random numbers; the same one gives the same result."),
+]
+Flange = Annotated[str | None, Parameter(metavar="FRAME", help="Frame of a robot's file that carries the sensor.")]
 Port = Annotated[int, Parameter(metavar="N", validator=Number(gte=1, lte=65535))]
 
 
@@ -33,6 +37,7 @@ def _positive(_: object, value: float | None) -> None:
 PositiveOption = Annotated[float, Parameter(validator=_positive)]
 Deviation = Annotated[PositiveOption, Parameter(metavar="STD")]
 ResultFlag = Annotated[bool, Parameter(group=RESULT)]
+Force = Annotated[bool, Parameter(group=RESULT, help="Overwrite an earlier result of this command; never other files.")]
 Typed = Annotated[str, Parameter(parse=False)]  # the command line, for the page: passed in, not an option
 
 
@@ -84,20 +89,13 @@ class Terminal:
         for message in messages:
             print(f"warning: {printable(message)}", file=sys.stderr)
 
-    @contextmanager
-    def progress(self) -> Iterator[Callable[[str, float], None]]:
-        """Show the progress of a long command, on a terminal only.
-
-        Yields:
-            A function of the current step and of its finished share, 0 to 1.
-        """
+    def progress(self) -> AbstractContextManager[Callable[[str, float], None]]:
+        """Show the progress of a long command, on a terminal only, by calls with the current step and its share."""
         if self.quiet:
-            yield lambda what, share: None
-            return
+            return nullcontext(lambda what, share: None)
         from robolaser.report.progress_bar import progress_bar
 
-        with progress_bar() as report:
-            yield report
+        return progress_bar()
 
 
 @final

@@ -32,11 +32,7 @@ class Board:
         return self.square_m * np.pad(lattice(self.columns, self.rows), ((0, 0), (0, 0), (0, 1)))
 
     def check(self) -> None:
-        """Check that it can be printed.
-
-        Raises:
-            DataError: A key of a ChArUco board is missing, wrong, or stated for another board.
-        """
+        """Check that it can be printed."""
         for key, value in {"marker_m": self.marker_m, "dictionary": self.dictionary}.items():
             if self.kind == "charuco" and value is None:
                 raise lacking(FILE, f"[board] {key}", ", which a ChArUco board needs")
@@ -102,11 +98,7 @@ def board_print(board: Board) -> BoardPrint:
 
 
 def dictionary(board: Board) -> int:
-    """OpenCV's number of the dictionary of a board's markers.
-
-    Raises:
-        DataError: There is none of that name.
-    """
+    """OpenCV's number of the dictionary of a board's markers."""
     known = dictionaries()
     if board.dictionary not in known:
         spelt_once = {number: name for name, number in known.items()}

@@ -64,11 +64,7 @@ class CsvTable:
         return rows_of(self, rows)
 
     def check_all_differ(self, keys: Sequence[object], what: Callable[[int], str]) -> None:
-        """Check that no row has the key of an earlier one.
-
-        Raises:
-            DataError: One has; with both rows, and `what` describes a row.
-        """
+        """Check that no row has the key of an earlier one; for the error, `what` describes a row."""
         first: dict[object, int] = {}
         for row, key in enumerate(keys):
             if (before := first.setdefault(key, row)) < row:
@@ -119,11 +115,7 @@ def bad_cell(file: str, line: int, column: str, cell: str, expected: str) -> Dat
 def read_table(path: Path, numbers: Sequence[str] = ()) -> CsvTable:
     """Read a CSV file with a header (RFC 4180; a BOM, CRLF and blank lines are fine).
 
-    The named columns, where they exist, must be of finite numbers.
-
-    Raises:
-        DataError: The file is missing or not text, it has no header, two columns share a name, a row has more or
-            fewer cells than the header, or a cell is no number.
+    The named columns, where they exist, must be of finite numbers. Names must differ, and all rows be of one length.
     """
     with opened(path, TABLE_BYTES, text=True, newline="") as file:
         return table_of(path, file, numbers)
@@ -149,9 +141,6 @@ def table_of(
         first: The text's first line in the file.
         named: Whether the first row names the columns; else they are called 1, 2, 3 …
         how: How cells are separated, for messages, where this is ambiguous.
-
-    Raises:
-        DataError: As `read_table`.
     """
     rows = _rows(path, text, separator, first, how)
     line, names = next(rows, (first, []))

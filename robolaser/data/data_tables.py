@@ -26,18 +26,7 @@ MOST_NAMED = 5
 
 
 def read_poses(path: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
-    """Read poses.csv.
-
-    Args:
-        path: The file, in the data set's folder.
-        robot: Whose joint angles it holds; None: it holds measured flange poses.
-
-    Returns:
-        The poses, and warnings.
-
-    Raises:
-        DataError: With row and column of the error.
-    """
+    """The poses of poses.csv, with joint angles of a robot or, without one, measured flange poses; and warnings."""
     return poses_of(read_table(path, ["time_s", *_readings(robot)]), path.parent, robot)
 
 
@@ -114,11 +103,7 @@ def _stated(table: CsvTable, column: str) -> Array | None:
 
 
 def motions_of(table: CsvTable) -> Array:
-    """The rigid motions of a table's rows, by their columns `x_m` to `qw`, (rows, 4, 4).
-
-    Raises:
-        DataError: A cell is no number, a position is too far away, or a quaternion's length is not one.
-    """
+    """The rigid motions of a table's rows, by their columns `x_m` to `qw`, (rows, 4, 4)."""
     numbers = table.numbers(FLANGE_COLUMNS)
     _not_too_far(table, numbers[:, :3])
     _check_quaternions(table, numbers[:, 3:])
@@ -126,11 +111,7 @@ def motions_of(table: CsvTable) -> Array:
 
 
 def outside_limits(table: CsvTable, q: Array, robot: Robot) -> list[str]:
-    """Warnings of unlikely joint values, (n, j).
-
-    Raises:
-        DataError: They are too far beyond the URDF's limits: in another unit, or in other columns.
-    """
+    """Warnings of unlikely joint values, (n, j); a DataError for those of another unit or column: far beyond limits."""
     beyond = np.maximum(q - robot.upper, robot.lower - q)
     units = ["m" if prismatic else "rad" for prismatic in robot.prismatic]
     for i, j in np.argwhere(beyond > OUT_OF_RANGE_RAD)[:1]:
@@ -190,11 +171,7 @@ LARGEST_REPEAT = 1e9
 
 
 def points_of(table: CsvTable, described: Dataset) -> Points:
-    """The points of a table with the columns of points.csv, perhaps as texts, for a data set that has all but points.
-
-    Raises:
-        DataError: With row and column of the error.
-    """
+    """The points of a table with the columns of points.csv, perhaps as texts, for a data set that lacks only these."""
     declared = described.format
     in_pose = table.texts("pose")
     points = Points(_numbers_of(table, in_pose, described.poses.names), table.texts("point"))

@@ -195,11 +195,7 @@ def _unused(contents: Mapping[str, Any], declared: SensorFormat) -> tuple[str, .
 
 
 def inside(folder: Path, path: str, where: str) -> Path:
-    """A path in the data set, checked to be inside its folder.
-
-    Raises:
-        DataError: It points elsewhere.
-    """
+    """A path in the data set, checked to be inside its folder."""
     whole = folder / path
     if "\0" in path or Path(path).is_absolute() or not whole.resolve().is_relative_to(folder.resolve()):
         raise DataError(
@@ -212,11 +208,7 @@ def inside(folder: Path, path: str, where: str) -> Path:
 def check_rotation(
     quaternion: ArrayLike, where: str, file: str, row: int | None = None, column: str | None = None
 ) -> None:
-    """Check that a quaternion is a rotation.
-
-    Raises:
-        DataError: Its length is not one.
-    """
+    """Check that a quaternion is a rotation."""
     length = float(np.linalg.norm(quaternion))
     if abs(length - 1) > QUATERNION_SLACK:
         raise DataError(

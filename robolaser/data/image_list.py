@@ -36,12 +36,7 @@ def repeat_columns(poses: Poses) -> list[str]:
 
 
 def images_of_poses(recording: Dataset) -> list[PoseImages]:
-    """The images of a recording on disk, of each pose that has any.
-
-    Raises:
-        DataError: A pose has other images, but not the first; an image with the laser on is named twice; or a path
-            leaves the recording's folder.
-    """
+    """The images of a recording on disk, of each pose that has any."""
     folder, poses = recording.folder, recording.poses
     if folder is None or poses.image is None:
         return []

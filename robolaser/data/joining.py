@@ -60,11 +60,7 @@ def join_sessions(datasets: Mapping[str, Dataset], *, name: str, own: tuple[str,
 
 
 def with_poses_of(dataset: Dataset, further: Dataset) -> Dataset:
-    """A data set with poses that were measured after its own, and their points.
-
-    Raises:
-        DataError: They are not of one arm and one kind of sensor, or two poses have one name.
-    """
+    """A data set with poses that were measured after its own, and their points."""
     check_same_arm(dataset, further, f"appended to {dataset.name}")
     sessions = [one.poses.session for one in (dataset, further)]
     if None in sessions and any(sessions):

@@ -29,11 +29,7 @@ class MotorCalibration:
 
 
 def read_servos(text: str, joints: Sequence[str], source: str) -> dict[str, MotorCalibration]:
-    """The servos of required joints in a file's text, by the joints' names; the file's name is for messages.
-
-    Raises:
-        DataError: It is not such a file, or lacks a joint.
-    """
+    """The servos of required joints in a file's text, by the joints' names; the file's name is for messages."""
     try:
         found = msgspec.json.decode(text, type=dict[str, MotorCalibration])
     except (msgspec.DecodeError, RecursionError) as error:

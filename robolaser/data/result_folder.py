@@ -19,11 +19,7 @@ STAGED = ".robolaser~"  # prefix of files that are being written: those of a kil
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file completely or not at all: a full disk or a power cut leaves the previous one.
-
-    Raises:
-        OutputError: Writing fails.
-    """
+    """Write a file completely or not at all: a full disk or a power cut leaves the previous one."""
     write_together(path.parent, {path.name: text.encode()})
 
 
@@ -50,9 +46,6 @@ def write_together(
         delete: Names of files that are deleted first: with an earlier result's files among them, old and new ones
             never exist together.
         mode: Their permissions.
-
-    Raises:
-        OutputError: Writing fails.
     """
     staged = {name: data for name, data in files.items() if isinstance(data, Path)}
     try:
@@ -105,9 +98,6 @@ def write_streamed(path: Path, head: Callable[[int], bytes], pieces: Iterable[ND
     """Write records, pieces (n,) in order, completely or not at all, and return their number.
 
     `head` is the header of so many records; its length does not depend on their number.
-
-    Raises:
-        OutputError: Writing fails.
     """
     count = 0
 
@@ -202,9 +192,6 @@ def write_results(folder: Path, contents: Mapping[str, str | Contents | None]) -
 
     A full disk leaves the earlier result; a kill never leaves files of both. The last file, which may name the others,
     is deleted first and written last.
-
-    Raises:
-        OutputError: Writing fails.
     """
     there = {name: file for name, file in contents.items() if file is not None}
     files = {name: file.encode() if isinstance(file, str) else file for name, file in there.items()}
@@ -249,11 +236,7 @@ def _locked(folder: Path) -> Iterator[None]:
 
 
 def make_folder(folder: Path) -> None:
-    """Create a folder and its parents, and check that it is writable before any work is done.
-
-    Raises:
-        OutputError: It cannot be created or written to.
-    """
+    """Create a folder and its parents, and check that it is writable before any work is done."""
     with naming(folder):
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()

@@ -103,11 +103,7 @@ def sensor_kinds() -> tuple[str, ...]:
 
 
 def sensor_format(kind: str) -> SensorFormat:
-    """The format of a kind of sensor.
-
-    Raises:
-        DataError: There is no sensor of that kind.
-    """
+    """The format of a kind of sensor."""
     known = import_module(SENSORS).REGISTERED
     if not isinstance(kind, str) or kind not in known:  # a file may state anything
         kinds = sensor_kinds()

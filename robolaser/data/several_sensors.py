@@ -39,9 +39,6 @@ def described_members(
     """The sensors of a data set, stripe scanners first: camera and images are theirs.
 
     By the contents of dataset.toml; `described` reads those of a data set of one sensor.
-
-    Raises:
-        DataError: With the key of the error.
     """
     entries = contents["sensors"]
     if "sensor" in contents:

@@ -26,11 +26,7 @@ Stripes = NDArray[np.void]
 
 
 def open_stripes(path: Path) -> Stripes:
-    """Map a file of stripes into memory, to be read piece by piece, (n,) of STRIPE.
-
-    Raises:
-        DataError: It is missing, cut off, no file of NumPy's, or holds another kind of array.
-    """
+    """Map a file of stripes into memory, to be read piece by piece, (n,) of STRIPE."""
     with opened(path, CLOUD_BYTES), warnings.catch_warnings(action="ignore"):  # of headers that an old Python wrote
         try:
             found = np.load(path, mmap_mode="r", allow_pickle=False)
@@ -44,11 +40,7 @@ def open_stripes(path: Path) -> Stripes:
 
 
 def write_stripes(path: Path, blocks: Iterable[Stripes]) -> int:
-    """Write line centres, pieces (n,) of STRIPE in order, completely or not at all, and return their number.
-
-    Raises:
-        OutputError: Writing fails.
-    """
+    """Write line centres, pieces (n,) of STRIPE in order, completely or not at all, and return their number."""
     return write_streamed(path, _announced, (np.asarray(block, STRIPE) for block in blocks))
 
 

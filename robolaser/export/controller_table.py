@@ -82,10 +82,7 @@ def has_links(robot: Robot) -> bool:
 def flange_by_table(text: str, robot: Robot, q: Array) -> Array:
     """T_base_flange by the corrected numbers of a controller.csv, (n, j) -> (n, 4, 4).
 
-    Args:
-        text: The file.
-        robot: The nominal arm, which has the first joint's line in the base and the flange on the last one.
-        q: Joint values.
+    The first joint's line in the base, and the flange on the last one, are those of the nominal arm.
     """
     rows, first = link_parameters(robot)
     at_zero = first

@@ -58,11 +58,7 @@ class _Sources:
         self._of: dict[str, Any] = {}
 
     def add(self, name: str, thing: Any) -> None:
-        """Take a global name with all its dependencies.
-
-        Raises:
-            ValueError: Two things have one name.
-        """
+        """Take a global name with all its dependencies; a ValueError where two things have one name."""
         if name in self._given or self._of.get(name, self) is thing:
             return
         if name in self._of and self._of[name] != thing:

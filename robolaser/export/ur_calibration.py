@@ -55,10 +55,7 @@ def ur_calibration(calibration: Calibration) -> str | None:
 def flange_by_ur_calibration(text: str, robot: Robot, q: Array) -> Array:
     """Flange poses by a calibration.yaml, in the nominal arm's base, (n, 6) [rad] -> (n, 4, 4).
 
-    The nominal arm's flange is on the makers' last link.
-
-    Raises:
-        ValueError: The arm is none of theirs.
+    The nominal arm's flange is on the makers' last link; other arms are a ValueError.
     """
     nominal = _frames(robot)
     if nominal is None:

@@ -92,12 +92,9 @@ def chart(
 
 
 def layer(mark: str | Spec, data: Sequence[Spec] | str, **encoding: Channel | Sequence[Channel]) -> Spec:
-    """One kind of mark for some data.
+    """One of Vega-Lite's marks for rows from `records`, or lines of comma-separated numbers below their names.
 
-    Args:
-        mark: Vega-Lite's.
-        data: From `records`, or lines of comma-separated numbers below their names.
-        encoding: What each channel shows; `tooltip` from `hover`.
+    The encoding is what each channel shows; `tooltip` is from `hover`.
     """
     values: Spec = {"values": data, "format": {"type": "csv"}} if isinstance(data, str) else {"values": data}
     return {"data": values, "mark": mark, "encoding": encoding}

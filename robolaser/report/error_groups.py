@@ -122,13 +122,9 @@ FLOOR: Final = "noise alone"
 def pose_errors(
     dataset: Dataset, errors_m: Mapping[str, Array], *, reading: str, noise_m: float | None = None
 ) -> Chart:
-    """Root-mean-square error of each pose, in the order of the run.
+    """Root-mean-square error of each pose, in the order of the run, and that by noise alone [m].
 
-    Args:
-        dataset: The measured data.
-        errors_m: Errors of all rows by name, the last one ranks the poses [m].
-        reading: Their explanation in the caption.
-        noise_m: Error by noise alone [m].
+    Errors of all rows are by name, the last one ranks the poses [m]; `reading` explains them in the caption.
     """
     seen = np.unique(dataset.points.pose)
     time = dataset.poses.time_s

@@ -34,8 +34,7 @@ UNITS = {"rad": ("°", TURN), "rad/Nm": ("°/Nm", TURN), "rad/s": ("°/s", TURN)
 
 def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
     """The report on a fit of effects that a user chose, or that a diagnosis found."""
-    log, sure = fit.log, found is not None
-    count = len(fit.findings)
+    log, count = fit.log, len(fit.findings)
     sense = "" if count else "Name some with --with, or let `robolaser diagnose` find them."
     lead = f"{count or 'No'} {'effects were' if count > 1 else 'effect was'} fitted."
     sites = [(one.site, one.coordinate, one.share) for one in (found.places if found else ())]
@@ -49,7 +48,7 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
         sense,
         [Figures(_figures(fit))],
         [
-            Section("What was found", [*([_kinds(found)] if found else []), _effects(fit, sure=sure)]),
+            Section("What was found", [*([_kinds(found)] if found else []), _effects(fit, sure=bool(found))]),
             Section("What to do", [Notes(_steps(found) if found else [], "steps", 3)]),
             Section("Where", site_lines(sites, found.verdict, 1) if found else []),
             Section("Errors of each joint", [_joints(gap, log.joints) for gap in fit.gaps]),
@@ -58,7 +57,7 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
             Section("Remarks", [Text(remark, "quiet", printed=True) for remark in (found.remarks if found else ())]),
         ],
         verdict=found.verdict if found else "",
-        footer=f"The {'diagnosis' if sure else 'calibration'} took {fit.seconds:.1f} s. "
+        footer=f"The {'diagnosis' if found else 'calibration'} took {fit.seconds:.1f} s. "
         + origin(log.source, log.licence),
         prints_lead=True,
     )
@@ -104,7 +103,7 @@ def _kinds(found: MotionDiagnosis) -> Table:
     return Table(columns, rows, title="Kinds of effects", printed=8)
 
 
-def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
+def _effects(fit: MotionFit, *, sure: bool) -> Table:
     rows: list[tuple[TableCell | str, ...]] = [
         (
             TableCell(_at(one.at), below=[NOT_APART + " or ".join(map(_at, one.rivals))] if one.rivals else []),

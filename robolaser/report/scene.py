@@ -76,14 +76,10 @@ def labels(places: Array, names: Sequence[str], colour: str, *, size: float = 5.
 
 
 def photo(source: str, size_px: tuple[int, int], points: Array, misses: Array, names: Sequence[str]) -> Shape:
-    """The image of a pose, small enough for a page, with what was extracted from it.
+    """The image of a pose as a data URI, small enough for a page, with named points that were extracted from it.
 
-    Args:
-        source: The image as a data URI.
-        size_px: Width and height of the original image.
-        points: Extracted points, (m, 2) [px].
-        misses: From these to the predicted ones, (m, 2) [px]; NaN where there are none.
-        names: Of the points, each with its error.
+    Points and the way from these to the predicted ones, NaN where there are none, are in pixels of the original image,
+    (m, 2) each [px].
     """
     seen, off = _listed(points, 1.0), _listed(misses, 1.0, 3)
     return {"source": source, "size": size_px, "points": seen, "misses": off, "names": names}

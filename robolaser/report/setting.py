@@ -3,8 +3,9 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from robolaser.diagnosis.cause_words import pairs_in_words, sentence_case, site_phrase, spoken
+from robolaser.diagnosis.cause_words import named, pairs_in_words, place, sentence_case, site_phrase, spoken
 from robolaser.diagnosis.pose_scatter import ONE_JOINT
+from robolaser.diagnosis.result import DetectionLimit
 from robolaser.export.files import missing_reader
 from robolaser.report.digits import millimetres, plain
 from robolaser.report.document import Column, Section, Table, TableCell, Text
@@ -50,6 +51,23 @@ def untestable(reasons: Mapping[str, str], title: str = "") -> Table:
         effects.setdefault(reason, []).append(spoken(name))
     rows = [(sentence_case(", ".join(names)), reason) for reason, names in effects.items()]
     return Table([Column("Effect", "name", 30), Column("Why not", "wide")], rows, title)
+
+
+def limit_table(limits: Sequence[DetectionLimit], note: str = "") -> Table:
+    """Detectable and distinguishable size of each effect at each location, and the error at the tool by the former."""
+    titles = ("Effect", "Where", "Detectable from", "Distinguishable from", "At the tool", "Nearest other")
+    columns, rows = [Column(title, brief=title.lower()) for title in titles], [_limit(one) for one in limits]
+    return Table(columns, rows, note=note, fold=0, printed=len(rows))
+
+
+def _limit(one: DetectionLimit) -> tuple[TableCell | str, ...]:
+    effect, where = one.candidate_effect.effect, place(one.candidate_effect.where)
+    never = "never, since what was found imitates it" if one.is_imitated else "never"
+    size = never if one.size is None else plain(one.size, one.unit, 2)
+    distinguishable = "never" if one.identifiable is None else plain(one.identifiable, one.unit, 2)
+    at_tool = TableCell("" if one.at_tool_m is None else millimetres(one.at_tool_m), order=one.at_tool_m)
+    nearest = "" if one.rival is None else named(one.rival)
+    return TableCell(spoken(effect.name), hint=effect.title), where, size, distinguishable, at_tool, nearest
 
 
 def site_lines(sites: Iterable[tuple[str, str, float]], verdict: str, most: int) -> list[Text]:

@@ -48,11 +48,10 @@ class Difference(dict[str, Any]):
 
 
 def difference(first: str | Path, second: str | Path) -> Difference:
-    """Compare two saved results of one kind, each by its folder or its JSON file.
+    """Compare two saved results of one kind, each by its folder or its JSON file, as `between` does.
 
     Raises:
         DataError: One cannot be read, or is no calibration and no diagnosis.
-        UsageError: One is a calibration, the other a diagnosis.
     """
     (before, one), (after, other) = map(_read, (first, second))
     return between(before, after, (one, other), (str(first), str(second)))

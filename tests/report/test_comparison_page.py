@@ -9,7 +9,7 @@ from page_claims import is_logarithmic, is_whole, rows, said, sound_charts, titl
 
 import robolaser
 from robolaser.report.comparison.page import document
-from robolaser.report.comparison.tables import failure_rows, standing_table
+from robolaser.report.comparison.tables import by_reason, standing_table
 from robolaser.report.console import printed
 from robolaser.report.page import render
 
@@ -105,7 +105,8 @@ def test_failures_and_refusals_are_named_with_their_reasons(pages, comparisons):
     words = said(pages["large"])
     assert "not done within 20 s" in words
     assert "the cost is not a sum of squares" in words
-    counted = sum(count for _, _, count, _ in failure_rows(comparisons["large"]))
+    failures = [(run.algorithm, run.reason, run.problem) for run in comparisons["large"].failures]
+    counted = sum(count for _, _, count, _ in by_reason(failures))
     assert counted == len(comparisons["large"].failures)
 
 

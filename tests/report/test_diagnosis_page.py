@@ -20,10 +20,10 @@ from robolaser.model.sensors import scanner_geometry
 from robolaser.report.cell_poses import CellPoses
 from robolaser.report.diagnosis.charts import steps
 from robolaser.report.diagnosis.page import document, figures, suspected
-from robolaser.report.diagnosis.rows import gross_table, limit_table
+from robolaser.report.diagnosis.rows import gross_table
 from robolaser.report.digits import millimetres, percent
 from robolaser.report.page import render
-from robolaser.report.setting import untestable
+from robolaser.report.setting import limit_table, untestable
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, simulate
 
@@ -110,12 +110,12 @@ def test_what_was_not_found_is_bounded_in_units_that_people_read(made):
     diagnosis = made["explained"]
     first, rival = diagnosis.limits[0].candidate_effect, diagnosis.limits[1].candidate_effect
     one = DetectionLimit(first, "lost_motion", np.radians(0.01), "rad", np.radians(0.03), rival, 2e-4)
-    table = limit_table(replace(diagnosis, limits=(one, DetectionLimit(first, "lost_motion", None, "rad"))))
-    ((cell, lines),) = table.rows
-    assert cell.text == "Backlash"
-    assert lines.split("\n") == [
-        f"{first.where} < 0.01°; 0.2 mm at the tool; above 0.03° distinguishable from {named(rival)}",
-        f"{first.where}: undetectable in these poses",
+    missed = DetectionLimit(first, "lost_motion", None, "rad")
+    table = limit_table([one, missed, replace(missed, is_imitated=True)])
+    assert [[cell.text for cell in row] for row in table.cells] == [
+        ["backlash", first.where, "0.01°", "0.03°", "0.2 mm", named(rival)],
+        ["backlash", first.where, "never", "never", "", ""],
+        ["backlash", first.where, "never, since what was found imitates it", "never", "", ""],
     ]
 
 

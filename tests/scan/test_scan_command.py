@@ -80,7 +80,7 @@ def test_a_cloud_of_what_describes_the_cell_wrongly_is_not_for_use(cell, tmp_pat
 
 def test_a_name_that_is_no_clouds_is_wrong_usage(cell, tmp_path, capsys):
     assert scan(cell, tmp_path / "cloud.xyz") == 2
-    assert ".ply" in capsys.readouterr().err
+    assert '"ply"' in capsys.readouterr().err
 
 
 def test_a_body_that_is_not_there_is_told_and_the_cloud_stays(cell, tmp_path, capsys):

@@ -2,6 +2,9 @@
 
 A new file in this folder takes part without an edit; an installed package announces its importers by entry points in
 the group `robolaser.importers`.
+
+Raises (every function that reads or chooses): DataError with file, row and column of a fault; UsageError with the
+option that is missing or makes no sense; DependencyMissing where a file needs a package that is not installed.
 """
 
 import importlib

@@ -116,19 +116,11 @@ def choose(
 ) -> tuple[dict[str, ColumnReader], tuple[str, ...]]:
     """Choose by `--column`, by equal names in the file and the data set, or by numbered joints.
 
-    `poses.` or `points.` before a name selects the table, where both have such a column.
-
-    Args:
-        files: The file with the poses and, where points are read, that with the points, which may be the same.
-        known: The columns of each table that can be read, and the quantity of each.
-        options: Whose `columns` count.
+    `poses.` or `points.` before a name selects the table, where both have such a column. The files, by table, may be
+    the same; `known` are the columns of each that can be read.
 
     Returns:
         How the columns of each table are read; and the columns of the files that are not read.
-
-    Raises:
-        UsageError: A column is not known, belongs to both tables, or is missing.
-        DataError: A file has no column of that name.
     """
     poses, points = files[POSES], files.get(POINTS)
     chosen: dict[str, dict[str, str]] = {owner: {} for owner in files}
@@ -245,11 +237,7 @@ def _all_there(file: CsvTable, columns: Sequence[str], chosen: Chosen, prefix: s
 
 
 def with_quaternions(table: CsvTable, sequence: str | None) -> CsvTable:
-    """The table with quaternions, if it has Euler angles or rotation vectors [rad] instead.
-
-    Raises:
-        UsageError: There are Euler angles, and the sequence is invalid.
-    """
+    """The table with quaternions, if it has Euler angles or rotation vectors [rad] instead."""
     if EULER[0] in table:
         from scipy.spatial.transform import Rotation  # noqa: PLC0415 - slow to import
 

@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, final
+from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, flange_poses, mount_of, pairs_dataset
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
-from robolaser.data.importers.yaml_file import motion, peek, read_yaml, under
+from robolaser.data.importers.yaml_file import Entry, peek, read_yaml
 from robolaser.data.sensor_format import Mount
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import inverse
@@ -30,12 +30,10 @@ class EasyHandeye(Importer):
     state the base as seen from the effector, and are inverted.
     """
 
-    name: ClassVar[str] = "easy_handeye"
-    title: ClassVar[str] = (
-        "samples (.samples), and perhaps the result (.calib, .yaml), of easy_handeye and easy_handeye2"
-    )
-    further: ClassVar[tuple[str, ...]] = (MOUNT,)
-    takes: ClassVar[tuple[str, ...]] = ()
+    name = "easy_handeye"
+    title = "samples (.samples), and perhaps the result (.calib, .yaml), of easy_handeye and easy_handeye2"
+    further = (MOUNT,)
+    takes = ()
 
     def recognises(self, path: Path) -> bool:
         """By its suffix and its keys."""
@@ -43,52 +41,48 @@ class EasyHandeye(Importer):
 
     def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
         """Read samples, and the result that belongs to them."""
-        holders: dict[str, tuple[str, Mapping[str, Any]]] = {}
-        for path in paths:
-            contents, file = read_yaml(path), path.name
-            held = [key for key in (*SAMPLES, *RESULTS) if isinstance(contents, Mapping) and key in contents]
+        holders: dict[str, Entry] = {}
+        for contents in map(read_yaml, paths):
+            held = [key for key in (*SAMPLES, *RESULTS) if key in contents]
             if not held:
-                raise DataError(f"{file} holds neither samples nor a result of easy_handeye.", file=file)
+                raise DataError(f"{contents} holds neither samples nor a result of easy_handeye.", file=contents.file)
             what = "samples" if held[0] in SAMPLES else "result"
             if what in holders:
-                raise UsageError(f"{holders[what][0]} and {file} both hold {what}: import one after the other.")
-            holders[what] = file, contents
+                raise UsageError(f"{holders[what]} and {contents} both hold {what}: import one after the other.")
+            holders[what] = contents
         if "samples" not in holders:
             message = "is a result without its samples. Give the samples too (easy_handeye2: NAME.samples)."
             raise DataError(f"{paths[0].name} {message}", file=paths[0].name)
-        file, contents = holders["samples"]
-        result_file, result = holders.get("result", ("", {}))
-        mount = mount_of(options, file, _stated(contents) or _stated(result))
-        robot, tracking, fields = _pairs(contents, file)
-        guess = next((motion(result[key], result_file, key) for key in RESULTS if key in result), None)
+        samples, result = holders["samples"], holders.get("result", Entry({}, ""))
+        mount = mount_of(options, samples.file, _stated(samples) or _stated(result))
+        robot, tracking, fields = _pairs(samples)
+        guess = next((result[key].motion() for key in RESULTS if key in result), None)
         flange_from = fields[0] if mount == "flange" else f"{fields[0]}, inverted"
         poses = flange_poses(robot if mount == "flange" else inverse(robot))
-        return pairs_dataset(Pairs(file, poses, tracking, flange_from, fields[1], guess), mount, options)
+        return pairs_dataset(Pairs(samples.file, poses, tracking, flange_from, fields[1], guess), mount, options)
 
 
-def _pairs(contents: Mapping[str, Any], file: str) -> tuple[Array, Array, tuple[str, str]]:
+def _pairs(contents: Entry) -> tuple[Array, Array, tuple[str, str]]:
     """T_base_effector of each sample, inverted where the camera is fixed in the cell, and T_camera_marker."""
     holder = contents if "hand_world_samples" in contents else contents["samples"]
-    if isinstance(holder, Mapping):
+    if isinstance(holder.value, Mapping):
         fields = ("hand_world_samples", "camera_marker_samples")
-        lists = [under(holder, field, file) for field in fields]
-        lists = [one["transforms"] if isinstance(one, Mapping) and "transforms" in one else one for one in lists]
+        held = [holder[field] for field in fields]
+        held = [one["transforms"] for one in held] if "transforms" in held[0] else held
+        lists = [one.entries("sample") for one in held]
     else:
         fields = ("robot", "tracking")
-        rows = holder if isinstance(holder, list) else []
-        lists = [[under(row, field, file, f"sample {i}") for i, row in enumerate(rows, 1)] for field in fields]
-    if not all(isinstance(one, list) for one in lists) or len(lists[0]) != len(lists[1]):
-        raise DataError(f"{file}: {fields[0]} and {fields[1]} are not two lists of one length.", file=file)
-    robot, tracking = (
-        np.array([motion(row, file, f"sample {i}, {field}") for i, row in enumerate(rows, 1)]).reshape(-1, 4, 4)
-        for field, rows in zip(fields, lists, strict=True)
-    )
+        lists = [[sample[field] for sample in holder.entries("sample")] for field in fields]
+    if len(lists[0]) != len(lists[1]):
+        message = f"{contents.file}: {fields[0]} and {fields[1]} are not two lists of one length."
+        raise DataError(message, file=contents.file)
+    robot, tracking = (np.array([one.motion() for one in entries]).reshape(-1, 4, 4) for entries in lists)
     return robot, tracking, fields
 
 
-def _stated(contents: Mapping[str, Any]) -> Mount | None:
+def _stated(contents: Entry) -> Mount | None:
     """The camera's mount by the parameters in a file; easy_handeye2 leaves them empty in samples."""
-    parameters = contents.get("parameters")
+    parameters = contents["parameters"].value if "parameters" in contents else None
     if not isinstance(parameters, Mapping):
         return None
     type_stated = parameters.get("calibration_type") or parameters.get("eye_on_hand")

@@ -40,11 +40,7 @@ def flange_poses(T_base_flange: Array) -> Poses:
 
 
 def mount_of(options: ImportOptions, file: str, known: Mount | None = None) -> Mount:
-    """The camera's mount, by the file or the user.
-
-    Raises:
-        UsageError: Neither states it, or they contradict each other.
-    """
+    """The camera's mount, by the file or the user."""
     stated = options.further.get(MOUNT)
     if stated is not None and stated not in MOUNTS:
         raise UsageError(f"--set mount={stated}: expected flange (eye in hand) or base (eye to hand).")
@@ -63,9 +59,6 @@ def pairs_dataset(pairs: Pairs, mount: Mount, options: ImportOptions, left_out: 
 
     A camera on the flange is a body whose poses are measured in the target; a target on the flange one measured in the
     camera.
-
-    Raises:
-        DataError: There are no pairs.
     """
     if not len(pairs.poses):
         raise DataError(f"{pairs.file} has no samples.", file=pairs.file)
@@ -97,9 +90,6 @@ def seen_by_tags(dataset: Dataset) -> Dataset:
     """The poses of tags in a camera on the flange, as poses of the camera in each tag: a sensor for each.
 
     They share the hand-eye parameters `tool.camera.*`; each tag has its own `TAG.base.*`.
-
-    Raises:
-        DataError: Two tags would be one sensor.
     """
     points, tags = dataset.points, tuple(dict.fromkeys(dataset.points.names))
     T = inverse(pose(from_quaternion(points["quaternion"]), points["xyz"]))

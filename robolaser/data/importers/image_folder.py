@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import ClassVar, Final, final, get_args
+from typing import Final, final, get_args
 
 from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
 from robolaser.data.board import Board, Printed
@@ -48,11 +48,7 @@ def camera_recording(
 
 
 def board_of(further: Mapping[str, str], file: str) -> Board:
-    """The board by `--set board=KIND,COLUMNSxROWS,SQUARE[,MARKER,DICTIONARY]`.
-
-    Raises:
-        UsageError: None is stated, or it is no board.
-    """
+    """The board by `--set board=KIND,COLUMNSxROWS,SQUARE[,MARKER,DICTIONARY]`."""
     stated = further.get(BOARD)
     if stated is None:
         raise UsageError(f"{file}: what is printed on the board? State it with {FORM}.")
@@ -89,9 +85,6 @@ def image_files(files: Sequence[Path | None]) -> tuple[tuple[str, ...], dict[str
     Returns:
         The path of each pose's image in the data set, "" where there is none; the contents, by path; and the width
         and height of all [px].
-
-    Raises:
-        DataError: One cannot be read, has another size than the first, or shares its name with another; there is none.
     """
     origin: dict[str, Path] = {}
     paths = []
@@ -133,10 +126,10 @@ class ImageFolder(Importer):
     A row of the table is a pose: joint readings, with a robot, or a flange pose. Its column `image` names the file.
     """
 
-    name: ClassVar[str] = "images"
-    title: ClassVar[str] = "a folder of images of a board, and a table with the arm's pose at each"
-    further: ClassVar[tuple[str, ...]] = (MOUNT, BOARD)
-    takes: ClassVar[tuple[str, ...]] = (
+    name = "images"
+    title = "a folder of images of a board, and a table with the arm's pose at each"
+    further = (MOUNT, BOARD)
+    takes = (
         "robot", "columns", "units", "units_of_file", "separator", "decimal", "header_row", "euler",
     )  # fmt: skip
 

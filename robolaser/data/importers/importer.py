@@ -24,11 +24,7 @@ GENERAL: Final = ("name", "path_known", "further")  # the options that every imp
 
 
 def stated_units(names: Sequence[str], option: str = "--units") -> dict[str, str]:
-    """The units of lengths, angles and times that a list states, of each at most one; the option is for messages.
-
-    Raises:
-        UsageError: One is unknown, or two are of one quantity.
-    """
+    """The units of lengths, angles and times that a list states, of each at most one; the option is for messages."""
     stated: dict[str, str] = {}
     for name in names:
         quantity = next((quantity for quantity, factors in FACTORS.items() if name in factors), None)
@@ -41,11 +37,7 @@ def stated_units(names: Sequence[str], option: str = "--units") -> dict[str, str
 
 
 def unit_of(stated: Mapping[str, str], quantity: str, column: str) -> str:
-    """The unit of a quantity; times are in seconds unless stated, "" is that of pure numbers.
-
-    Raises:
-        UsageError: It was not stated.
-    """
+    """The unit of a quantity; times are in seconds unless stated, "" is that of pure numbers."""
     if quantity in (TIME, NONE):
         return stated.get(quantity, "s" if quantity else "")
     if quantity not in stated:

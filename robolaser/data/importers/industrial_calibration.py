@@ -1,9 +1,9 @@
 """Data of ROS-Industrial's industrial_calibration: cal_data.yaml, images, the poses of the wrist, the target finder."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar, Final, final
+from typing import Final, final
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from robolaser.data.dataset_file import inside
 from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of, placed_camera
 from robolaser.data.importers.image_folder import CAL_DATA, SUFFIXES, camera_recording, image_files
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
-from robolaser.data.importers.yaml_file import motion, number, peek, read_yaml, under
+from robolaser.data.importers.yaml_file import Entry, peek, read_yaml
 from robolaser.data.sensor_format import Mount
 from robolaser.errors import DataError, UsageError
 from robolaser.parameters import Parameter
@@ -33,10 +33,10 @@ class IndustrialCalibration(Importer):
     way than inner corners. The guess of the target is left out: it has another frame on the board.
     """
 
-    name: ClassVar[str] = "industrial_calibration"
-    title: ClassVar[str] = "industrial_calibration's cal_data.yaml with its images and poses"
-    further: ClassVar[tuple[str, ...]] = (MOUNT,)
-    takes: ClassVar[tuple[str, ...]] = ()
+    name = "industrial_calibration"
+    title = "industrial_calibration's cal_data.yaml with its images and poses"
+    further = (MOUNT,)
+    takes = ()
 
     def recognises(self, path: Path) -> bool:
         """A folder with cal_data.yaml, or a YAML file with its keys."""
@@ -50,20 +50,14 @@ class IndustrialCalibration(Importer):
             raise UsageError(f"{len(paths)} folders: import one after the other.")
         whole = paths[0] / CAL_DATA if paths[0].is_dir() else paths[0]
         contents, file, folder = read_yaml(whole), whole.name, whole.parent
-        if not isinstance(contents, Mapping):
-            raise DataError(f"{file} has no named values, such as data and target_finder.", file=file)
-        static = contents.get("static_camera")
+        static = contents["static_camera"].value if "static_camera" in contents else None
         known: Mount | None = None if not isinstance(static, bool) else "base" if static else "flange"
         mount = mount_of(options, file, known)
-        board = _board(under(contents, "target_finder", file), file)
-        entries = under(contents, "data", file)
-        if not isinstance(entries, list) or not entries:
-            raise DataError(f"{file}, data: expected a list of images and poses.", file=file, column="data")
+        board = _board(contents["target_finder"])
         T, images, renamed = [], [], []
-        for i, entry in enumerate(entries, 1):
-            where = f"data, entry {i}"
-            pose_file, image = (inside(folder, str(under(entry, key, file, where)), file) for key in ("pose", "image"))
-            T.append(motion(read_yaml(pose_file), f"{pose_file.parent.name}/{pose_file.name}", "pose"))
+        for entry in contents["data"].entries("entry"):
+            pose_file, image = (inside(folder, str(entry[key].value), file) for key in ("pose", "image"))
+            T.append(replace(read_yaml(pose_file), file=f"{pose_file.parent.name}/{pose_file.name}").motion())
             images.append(_image(image, file))
             if images[-1] != image:
                 renamed.append(f"{image.name} is {images[-1].name}")
@@ -75,13 +69,13 @@ class IndustrialCalibration(Importer):
         parameters: dict[str, Parameter] = {}
         settings = {"[board]": "target_finder"}
         if INTRINSICS in contents:
-            parameters = _pinhole(contents[INTRINSICS], file)
+            parameters = _pinhole(contents[INTRINSICS])
             settings[" ".join(parameters)] = INTRINSICS
         if GUESS in contents:
-            parameters |= placed_camera(motion(contents[GUESS], file, GUESS), "hand_eye")
+            parameters |= placed_camera(contents[GUESS].motion(), "hand_eye")
             settings["hand_eye.*"] = GUESS
         dataset = camera_recording(poses, size_px, board, mount, options, source=file)
-        left_out = [f"{file}: {key}" for key in contents if key not in USED]
+        left_out = [f"{file}: {key}" for key in contents.value if key not in USED]
         if renamed:
             more = f" and so on, {len(renamed)} in all" if len(renamed) > 1 else ""
             left_out.append(f"{file}: names of images that are there with another suffix ({renamed[0]}{more})")
@@ -92,38 +86,36 @@ class IndustrialCalibration(Importer):
         return Imported(replace(dataset, parameters=parameters), read_from, tuple(left_out), held)
 
 
-def _pinhole(values: Any, file: str) -> dict[str, Parameter]:
+def _pinhole(values: Entry) -> dict[str, Parameter]:
     """fx, fy, cx and cy of a camera without distortion, within wide bounds."""
-    read = {name: number(values, name, file, INTRINSICS) for name in ("fx", "fy", "cx", "cy")}
+    read = {name: values[name].number() for name in ("fx", "fy", "cx", "cy")}
     span = SPAN * max(read["fx"], read["fy"])
     return {name: Parameter(name, "px", value, value - span, value + span) for name, value in read.items()}
 
 
-def _board(finder: Any, file: str) -> Board:
-    kind = str(under(finder, "type", file, "target_finder")).rpartition("::")[2]
-
-    def length(key: str) -> float:
-        return number(finder, key, file, "target_finder")
-
+def _board(finder: Entry) -> Board:
+    kind = str(finder["type"].value).rpartition("::")[2]
     if kind.startswith("CharucoGrid"):
-        markers = length("aruco_marker_dim"), _dictionary(int(length("dictionary")), file)
-        corners = int(length("cols")) - 1, int(length("rows")) - 1
-        return Board(*corners, length("chessboard_dim"), "charuco", *markers)
+        square_m, marker_m = (finder[key].number() for key in ("chessboard_dim", "aruco_marker_dim"))
+        columns, rows = (int(finder[key].number()) - 1 for key in ("cols", "rows"))
+        return Board(columns, rows, square_m, "charuco", marker_m, _dictionary(finder["dictionary"]))
     if kind.startswith("ModifiedCircleGrid"):
-        return Board(int(length("cols")), int(length("rows")), length("spacing"), "modified_circles")
+        columns, rows = (int(finder[key].number()) for key in ("cols", "rows"))
+        return Board(columns, rows, finder["spacing"].number(), "modified_circles")
     raise DataError(
-        f"{file}, target_finder.type: {kind} is a board that robolaser does not find in images; it finds ChArUco boards"
-        " and grids of circles.",
-        file=file,
+        f"{finder['type']}: {kind} is a board that robolaser does not find in images; it finds ChArUco boards and grids"
+        " of circles.",
+        file=finder.file,
         column="target_finder",
     )
 
 
-def _dictionary(number: int, file: str) -> str:
+def _dictionary(stated: Entry) -> str:
     """OpenCV's name of a dictionary that the file gives as a number."""
+    number = int(stated.number())
     names = [name for name, known in dictionaries().items() if known == number]
     if not names:
-        raise DataError(f"{file}, target_finder.dictionary: OpenCV has no dictionary {number}.", file=file)
+        raise DataError(f"{stated}: OpenCV has no dictionary {number}.", file=stated.file)
     return min(names, key=len)
 
 

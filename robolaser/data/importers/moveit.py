@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ClassVar, final
+from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
 from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, flange_poses, mount_of, pairs_dataset
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
-from robolaser.data.importers.yaml_file import motion_of_matrix, numbers, peek, read_yaml, under
+from robolaser.data.importers.yaml_file import peek, read_yaml
 from robolaser.errors import DataError, UsageError
 
 SUFFIXES = (".yaml", ".yml", ".json")
@@ -20,10 +19,10 @@ EFFECTOR, OBJECT = "effector_wrt_world", "object_wrt_sensor"
 class MoveIt(Importer):
     """A file of samples ("Save samples"): T_base_flange and T_camera_target of each."""
 
-    name: ClassVar[str] = "moveit"
-    title: ClassVar[str] = "samples of MoveIt's hand-eye calibration (YAML)"
-    further: ClassVar[tuple[str, ...]] = (MOUNT,)
-    takes: ClassVar[tuple[str, ...]] = ()
+    name = "moveit"
+    title = "samples of MoveIt's hand-eye calibration (YAML)"
+    further = (MOUNT,)
+    takes = ()
 
     def recognises(self, path: Path) -> bool:
         """By its suffix and its keys."""
@@ -33,17 +32,11 @@ class MoveIt(Importer):
         """Read samples."""
         if len(paths) > 1:
             raise UsageError(f"{len(paths)} files of samples: import one after the other.")
-        rows, file = read_yaml(paths[0]), paths[0].name
-        if not isinstance(rows, list):
+        contents, file = read_yaml(paths[0]), paths[0].name
+        if not isinstance(contents.value, list):
             raise DataError(f"{file} holds no samples: give the file that «Save samples» wrote.", file=file)
-        mount = mount_of(options, file)
+        mount, samples = mount_of(options, file), contents.entries("sample")
         effector, seen = (
-            np.array([_matrix(row, key, file, f"sample {i}") for i, row in enumerate(rows, 1)]).reshape(-1, 4, 4)
-            for key in (EFFECTOR, OBJECT)
+            np.array([sample[key].matrix() for sample in samples]).reshape(-1, 4, 4) for key in (EFFECTOR, OBJECT)
         )
         return pairs_dataset(Pairs(file, flange_poses(effector), seen, EFFECTOR, OBJECT), mount, options)
-
-
-def _matrix(row: Any, key: str, file: str, sample: str) -> Array:
-    sixteen = numbers(under(row, key, file, sample), 16, file, f"{sample}, {key}")
-    return motion_of_matrix(sixteen.reshape(4, 4), file, f"{sample}, {key}")

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -30,10 +30,10 @@ class OpenCVStorage(Importer):
     A rotation is a matrix or a Rodrigues vector.
     """
 
-    name: ClassVar[str] = "opencv"
-    title: ClassVar[str] = "OpenCV FileStorage with rotations and translations of gripper and target (YAML, XML, JSON)"
-    further: ClassVar[tuple[str, ...]] = (MOUNT,)
-    takes: ClassVar[tuple[str, ...]] = ("units",)
+    name = "opencv"
+    title = "OpenCV FileStorage with rotations and translations of gripper and target (YAML, XML, JSON)"
+    further = (MOUNT,)
+    takes = ("units",)
 
     def recognises(self, path: Path) -> bool:
         """By its suffix and its first bytes."""
@@ -61,11 +61,7 @@ class OpenCVStorage(Importer):
 
 
 def read_storage(path: Path) -> dict[str, list[Array]]:
-    """The matrices of each key, in order; `NAME_0`, `NAME_1` and so on are the list NAME.
-
-    Raises:
-        DataError: The file is missing, OpenCV cannot read it, or a matrix has too few or too many numbers.
-    """
+    """The matrices of each key, in order; `NAME_0`, `NAME_1` and so on are the list NAME."""
     import cv2  # noqa: PLC0415 - slow to import
 
     text = read_text(path, YAML_BYTES)

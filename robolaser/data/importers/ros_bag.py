@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar, Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -47,12 +47,12 @@ class RosBag(Importer):
     which must be within the stated tolerance. Velocities of the joint states become `qd_` columns.
     """
 
-    name: ClassVar[str] = "rosbag"
-    title: ClassVar[str] = "ROS 1 bags, ROS 2 bags and MCAP files: joint states or tf, and images, markers or poses"
-    further: ClassVar[tuple[str, ...]] = (
+    name = "rosbag"
+    title = "ROS 1 bags, ROS 2 bags and MCAP files: joint states or tf, and images, markers or poses"
+    further = (
         MOUNT, TOLERANCE, EVERY, STAMPS, JOINT_TOPIC, BASE, FLANGE, IMAGE_TOPIC, BOARD, CAMERA, MARKER, POSE_TOPIC,
     )  # fmt: skip
-    takes: ClassVar[tuple[str, ...]] = ("robot",)
+    takes = ("robot",)
 
     def recognises(self, path: Path) -> bool:
         """By its suffix, or as a folder with a file of one of those suffixes."""

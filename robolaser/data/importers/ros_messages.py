@@ -49,11 +49,7 @@ class Transforms:
     motions: Mapping[str, tuple[Array, Array]]
 
     def lookup(self, target: str, source: str, at_s: Array, tolerance_s: float) -> tuple[Array, Bools, Array]:
-        """T_target_source at times (m,), (m, 4, 4), whether all frames were known then, (m,), and how far off, (m,).
-
-        Raises:
-            DataError: There is no such frame, or the two are in separate trees.
-        """
+        """T_target_source at times (m,), (m, 4, 4), whether all frames were known then, (m,), and how far off, (m,)."""
         known, away = np.ones(len(at_s), dtype=bool), np.zeros(len(at_s))
         motions = []
         for chain in self._chains(target, source):
@@ -70,11 +66,7 @@ class Transforms:
         return inverse(motions[0]) @ motions[1], known, away
 
     def times(self, target: str, source: str) -> Array:
-        """Times at which the source was seen from the target: those of the moving frame nearest to the source.
-
-        Raises:
-            DataError: There is no such frame, the two are in separate trees, or nothing moves between them.
-        """
+        """Times at which the source was seen from the target: those of the moving frame nearest to the source."""
         up, down = self._chains(target, source)
         for frame in (*down, *reversed(up)):
             _, time_s = self.motions[frame]
@@ -115,13 +107,7 @@ class Bag:
     @classmethod
     @contextmanager
     def opened(cls, paths: Sequence[Path], stamps: str | None) -> Iterator[Self]:
-        """Open a ROS 1 bag or several, or a ROS 2 bag: a folder, or a .db3 or .mcap file alone.
-
-        Raises:
-            DependencyMissing: The package rosbags is not installed.
-            DataError: The recording cannot be read.
-            UsageError: `stamps` is something else than "received".
-        """
+        """Open a ROS 1 bag or several, or a ROS 2 bag: a folder, or a .db3 or .mcap file alone."""
         if stamps not in (None, RECEIVED):
             raise UsageError(f"--set {STAMPS}={stamps}: expected {RECEIVED}; otherwise the messages' own times count.")
         missing = "A ROS bag needs the package rosbags: pip install 'robolaser[ros]'"
@@ -141,12 +127,7 @@ class Bag:
         return sorted({str(one.topic) for one in self.reader.connections if one.msgtype in types})
 
     def topic(self, option: str, stated: str | None, *types: str) -> str:
-        """The stated topic, or the only one of these types.
-
-        Raises:
-            DataError: There is none.
-            UsageError: There are several.
-        """
+        """The stated topic, or the only one of these types."""
         there = self.topics(*types)
         kind = types[0].rpartition("/")[2]
         if stated is not None and stated not in there:
@@ -165,11 +146,7 @@ class Bag:
             yield connection.topic, received * 1e-9, self.reader.deserialize(raw, connection.msgtype)
 
     def time_of(self, header: Any, received_s: float, topic: str) -> float:
-        """Time of a message [s]: of its header, where it has one.
-
-        Raises:
-            DataError: Its header has none.
-        """
+        """Time of a message [s]: of its header, where it has one."""
         if self.received or header is None:
             return received_s
         time = header.stamp.sec + header.stamp.nanosec * 1e-9
@@ -182,11 +159,7 @@ class Bag:
         return float(time)
 
     def joints(self, topic: str, names: Sequence[str], *, commanded: bool = False) -> JointTrack:
-        """Readings of joints, in the order of the names; or their commands, where a message has both.
-
-        Raises:
-            DataError: No message has all of them.
-        """
+        """Readings of joints, in the order of the names; or their commands, where a message has both."""
         rows: dict[float, Array] = {}  # positions, velocities and efforts, (3, j), NaN where a message lacks them
         seen: dict[str, None] = {}
         partial = 0
@@ -211,11 +184,7 @@ class Bag:
         return JointTrack(np.array(times), q, qd, effort, partial)
 
     def transforms(self) -> Transforms:
-        """All frames of the topics of tf.
-
-        Raises:
-            DataError: A frame has two parents.
-        """
+        """All frames of the topics of tf."""
         parents: dict[str, str] = {}
         found: dict[str, dict[float | None, Array]] = {}
         for topic, received, message in self.messages(self.topics(*TF)):

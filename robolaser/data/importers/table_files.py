@@ -25,13 +25,7 @@ def read_any_table(path: Path, options: ImportOptions) -> CsvTable:
 
 
 def read_delimited(path: Path, options: ImportOptions) -> CsvTable:
-    """All cells of a file as texts.
-
-    Raises:
-        DataError: The file is missing or not text, lacks the header row, two columns share a name, or a row has more
-            or fewer cells than there are columns.
-        UsageError: The separator is neither stated nor obvious, or is invalid.
-    """
+    """All cells of a file as texts."""
     text = read_text(path)
     if not text.strip():
         raise DataError(f"{path.name} is empty.", file=path.name)
@@ -68,12 +62,7 @@ def _separator(path: Path, header: str, options: ImportOptions) -> str:
 
 
 def read_arrays(path: Path) -> dict[str, Array]:
-    """Columns of numbers, or of texts, by name, (n,) each; an array (n, k) is k columns NAME[0], NAME[1] and so on.
-
-    Raises:
-        DataError: The file cannot be read.
-        DependencyMissing: A library for it is not installed.
-    """
+    """Columns of numbers, or of texts, by name, (n,) each; an array (n, k) is k columns NAME[0], NAME[1] and so on."""
     try:
         with opened(path, TABLE_BYTES) as file:
             found = ARRAY_FILES[path.suffix.lower()](file)

@@ -1,11 +1,11 @@
 """Tables: joint readings or flange poses, and the points measured in each pose, side by side or in own rows."""
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, pairwise
 from pathlib import Path
-from typing import ClassVar, Final, final
+from typing import Final, final
 
 import numpy as np
 
@@ -34,9 +34,9 @@ TAGGED = "pose"
 class Tables(Importer):
     """A table whose rows have a pose and points; one of poses, one of points, by pose or time; or several, by row."""
 
-    name: ClassVar[str] = "csv"
-    title: ClassVar[str] = "tables (text, NPZ, MAT, Parquet): joint readings or flange poses, and measured points"
-    further: ClassVar[tuple[str, ...]] = (MOUNT, TOLERANCE, CLOCKS)
+    name = "csv"
+    title = "tables (text, NPZ, MAT, Parquet): joint readings or flange poses, and measured points"
+    further = (MOUNT, TOLERANCE, CLOCKS)
 
     def recognises(self, path: Path) -> bool:
         """By its suffix."""
@@ -67,17 +67,9 @@ class Tables(Importer):
 
 
 def import_tables(poses_file: CsvTable, points_file: CsvTable, options: ImportOptions, *, timed: bool) -> Imported:
-    """A table of poses, and one of points, which may be the same, as a data set.
+    """A table of poses, and one of points, as a data set; in one table of both, poses may repeat.
 
-    Args:
-        poses_file: Of the poses; where it is that of the points, too, they may repeat.
-        points_file: Of the points, of the sensor `options.sensor`.
-        options: How columns are read.
-        timed: Whether a point's pose is determined by its time rather than by its name.
-
-    Raises:
-        UsageError: Columns or units are not stated; see `choose` and `joined_by_time`.
-        DataError: With file, row and column of the error.
+    If they are timed, a point's pose is determined by its time rather than by its name.
     """
     declared = sensor_format(options.sensor)
     known = {POSES: pose_quantities(options), POINTS: point_quantities(declared, timed=timed)}
@@ -136,13 +128,17 @@ def _read(
 def _points_in_a_row(
     table: CsvTable, options: ImportOptions, declared: SensorFormat
 ) -> dict[str, tuple[str, str, str]]:
-    """Points side by side, where the sensor's rows are positions and no option names their columns."""
+    """Points whose x, y and z are columns, where the sensor's rows are positions and no option names their columns."""
     stated = {name.removeprefix(f"{POINTS}.") for name in options.columns if not name.startswith(f"{POSES}.")}
     places = {column for group in declared.columns.values() for column in group} == set(XYZ)
     if not places or options.point is not None or stated & {"point", *XYZ} or "point" in table:
         return {}
-    known = {*pose_quantities(options), *point_quantities(declared), *options.columns.values()}
-    return _points_side_by_side(table, known)
+    taken = {*pose_quantities(options), *point_quantities(declared), *options.columns.values()}
+    found: dict[str, dict[str, str]] = {}
+    for name in table.columns:
+        if name not in taken and (match := AXIS.match(name)):
+            found.setdefault(match["point"], {})[match["axis"].lower()] = name
+    return {point: (own["x"], own["y"], own["z"]) for point, own in found.items() if len(own) == len(XYZ)}
 
 
 def _each_once(table: CsvTable, chosen: Mapping[str, str]) -> CsvTable:
@@ -170,11 +166,7 @@ LOST: Final = ("", "nan", "-", "--", "n/a", "none", "null", "#n/a")  # cells of 
 
 
 def beside(tables: Sequence[CsvTable]) -> CsvTable:
-    """Several tables as one, row by row; a column is named FILE.COLUMN where its name alone is not unique.
-
-    Raises:
-        DataError: They have different numbers of rows.
-    """
+    """Several tables as one, row by row; a column is named FILE.COLUMN where its name alone is not unique."""
     first = tables[0]
     for table in tables[1:]:
         if len(table) != len(first):
@@ -200,15 +192,6 @@ def with_axes(table: CsvTable) -> CsvTable:
     point = table.file.rpartition(".")[0]
     columns = dict(zip([f"{point}.{axis}" for axis in "xyz"], table.columns.values(), strict=True))
     return CsvTable(table.file, columns, table.lines)
-
-
-def _points_side_by_side(table: CsvTable, taken: Collection[str]) -> dict[str, tuple[str, str, str]]:
-    """The points whose x, y and z are columns of a table, not taken by anything else, with these three columns."""
-    found: dict[str, dict[str, str]] = {}
-    for name in table.columns:
-        if name not in taken and (match := AXIS.match(name)):
-            found.setdefault(match["point"], {})[match["axis"].lower()] = name
-    return {point: (own["x"], own["y"], own["z"]) for point, own in found.items() if len(own) == len(XYZ)}
 
 
 def a_row_for_each(table: CsvTable, points: Mapping[str, tuple[str, str, str]]) -> CsvTable:

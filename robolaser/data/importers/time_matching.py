@@ -64,11 +64,7 @@ def match(readings_s: Array, at_s: Array, tolerance_s: float) -> Match:
 
 
 def tolerance_of(further: Mapping[str, str], file: str) -> float:
-    """The stated tolerance [s].
-
-    Raises:
-        UsageError: There is none, or it is no positive number of seconds.
-    """
+    """The stated tolerance [s]."""
     if TOLERANCE not in further:
         raise UsageError(
             f"{file}: how far in time may a reading of the arm be from a measurement? State it in seconds with"
@@ -83,18 +79,10 @@ def tolerance_of(further: Mapping[str, str], file: str) -> float:
 def with_readings(
     known: Bools, away_s: Array, tolerance_s: float, *, file: str, what: str, source: str = ""
 ) -> tuple[Ints, tuple[str, ...]]:
-    """Numbers of the measurements that have readings of the arm, and messages on the others.
+    """Numbers of the measurements that have readings of the arm, (k,), and messages on the others.
 
-    Args:
-        known: Whether each has, (m,).
-        away_s: How far the nearest reading is, (m,) [s].
-        tolerance_s: How far readings may be.
-        file: Of the measurements.
-        what: Name of a measurement, in the singular.
-        source: Of the readings.
-
-    Raises:
-        DataError: None has.
+    By whether each has, (m,), and how far its nearest reading is, (m,) [s]. The file is that of the measurements,
+    `what` the name of one of them, `source` that of the readings.
     """
     of = f" ({source})" if source else ""
     if not known.any():
@@ -113,20 +101,13 @@ def with_readings(
 def joined_by_time(
     log: Dataset, measured: CsvTable, further: Mapping[str, str], arm: str
 ) -> tuple[Dataset, str, tuple[str, ...]]:
-    """Measurements, each with the arm's readings interpolated at its time.
+    """Measurements, each with the readings of the arm's log interpolated at its time.
 
-    Args:
-        log: The arm's log: a data set of its poses, with times.
-        measured: The columns of points.csv, with `time_s` in the place of `pose`.
-        further: Options: `tolerance_s`, and `clocks` where two clocks timed the logs.
-        arm: The file of the arm's log.
+    They have the columns of points.csv, with `time_s` in the place of `pose`. Options are `tolerance_s`, and `clocks`
+    where two clocks timed the logs; `arm` is the file of the arm's.
 
     Returns:
         The data set; the correction of the measured times; and messages on rows left out.
-
-    Raises:
-        DataError: A log has no times, or no measurement is near a reading of the arm.
-        UsageError: No tolerance is stated; or clocks differ, and no bodies were measured, whose turns show the offset.
     """
     tolerance = tolerance_of(further, measured.file)
     if log.poses.time_s is None:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
-from typing import ClassVar, final
+from typing import final
 
 import numpy as np
 
@@ -27,10 +27,10 @@ BODY = "body"
 class Tum(Importer):
     """The flange's trajectory and then a tracker's of a body on it: two tables, joined by their times."""
 
-    name: ClassVar[str] = "tum"
-    title: ClassVar[str] = "TUM trajectories (timestamp tx ty tz qx qy qz qw): the flange's, then a tracked body's"
-    further: ClassVar[tuple[str, ...]] = (TOLERANCE, CLOCKS)
-    takes: ClassVar[tuple[str, ...]] = ("point",)
+    name = "tum"
+    title = "TUM trajectories (timestamp tx ty tz qx qy qz qw): the flange's, then a tracked body's"
+    further = (TOLERANCE, CLOCKS)
+    takes = ("point",)
 
     def recognises(self, path: Path) -> bool:
         """By its suffix and its first line of numbers."""

@@ -1,9 +1,10 @@
-"""YAML and JSON files of other tools: numbers and rigid motions under known keys."""
+"""YAML and JSON files of other tools, whose values know their place in the file."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
@@ -19,6 +20,66 @@ MOTION = ("x", "y", "z", "qx", "qy", "qz", "qw")
 STRETCH = 0.01  # files round their digits
 
 
+@final
+@dataclass(frozen=True)
+class Entry:
+    """A file's contents, or a value in them; each access raises a DataError where the file has something else."""
+
+    value: Any  # a mapping, list, text or number
+    file: str  # its file, for messages
+    where: str = ""  # its place there, for messages; "": the whole file
+
+    def __str__(self) -> str:
+        """Its place in a message."""
+        return f"{self.file}, {self.where}" if self.where else self.file
+
+    def __contains__(self, key: str) -> bool:
+        return isinstance(self.value, Mapping) and key in self.value
+
+    def __getitem__(self, key: str) -> "Entry":
+        """The value of a key."""
+        if key not in self:
+            there = map(str, islice(self.value, 20)) if isinstance(self.value, Mapping) else ()
+            raise DataError(f"{self} lacks {key}.{near(key, there)}", file=self.file, column=key)
+        joint = ", " if self.where[-1:].isdigit() else "." if self.where else ""
+        return Entry(self.value[key], self.file, f"{self.where}{joint}{key}")
+
+    def entries(self, name: str) -> list["Entry"]:
+        """The entries of a list, each called by this name and its number."""
+        if not isinstance(self.value, list):
+            raise DataError(f"{self}: expected a list.", file=self.file)
+        before = f"{self.where}, " if self.where else ""
+        return [Entry(one, self.file, f"{before}{name} {i}") for i, one in enumerate(self.value, 1)]
+
+    def numbers(self, count: int) -> Array:
+        """Finite numbers, (count,); a list of lists is flattened."""
+        flat: list[Any] = []
+        for one in self.value if isinstance(self.value, list) else [self.value]:
+            flat += one if isinstance(one, list) else [one]
+        right = len(flat) == count and all(isinstance(one, int | float) and not isinstance(one, bool) for one in flat)
+        found = np.array([finite(repr(one)) for one in flat] if right else [np.nan])
+        if not np.isfinite(found).all():
+            what = "a finite number" if count == 1 else f"{count} finite numbers"
+            raise DataError(f"{self}: {str(self.value)[:80]}, expected {what}.", file=self.file, column=self.where)
+        return found
+
+    def number(self) -> float:
+        """A finite number."""
+        return float(self.numbers(1)[0])
+
+    def motion(self) -> Array:
+        """The rigid motion of the keys x y z qx qy qz qw, or of ROS's translation and rotation, (4, 4)."""
+        parts: list[tuple[Entry, Sequence[str]]] = [(self, MOTION)]
+        if "translation" in self:
+            parts = [(self["translation"], "xyz"), (self["rotation"], "xyzw")]
+        seven = np.array([part[key].number() for part, keys in parts for key in keys])
+        return motion_of_seven(seven, self.file, self.where)
+
+    def matrix(self) -> Array:
+        """The rigid motion of sixteen numbers, row by row, (4, 4)."""
+        return motion_of_matrix(self.numbers(16).reshape(4, 4), self.file, self.where)
+
+
 def peek(path: Path) -> str:
     """The beginning of a file as text; "" where there is none."""
     try:
@@ -28,12 +89,8 @@ def peek(path: Path) -> str:
         return ""
 
 
-def read_yaml(path: Path) -> Any:
-    """The contents of a YAML or JSON file: mappings, lists, texts and numbers, and no other objects.
-
-    Raises:
-        DataError: It is missing, not text, not YAML, empty, or larger than any such file.
-    """
+def read_yaml(path: Path) -> Entry:
+    """The contents of a YAML or JSON file, a mapping or a list, and no other objects."""
     import yaml  # noqa: PLC0415 - loaded when needed
 
     text = read_text(path, YAML_BYTES)
@@ -45,67 +102,11 @@ def read_yaml(path: Path) -> Any:
         raise DataError(f"{path.name} is not valid YAML: {' '.join(str(error).split())}.", file=path) from None
     if not isinstance(contents, Mapping | list):
         raise DataError(f"{path.name} is empty, or no YAML of named values.", file=path)
-    return contents
-
-
-def under(values: Any, key: str, file: str, where: str = "") -> Any:
-    """The value of a key.
-
-    Raises:
-        DataError: The key is missing.
-    """
-    if not isinstance(values, Mapping) or key not in values:
-        there = map(str, islice(values, 20)) if isinstance(values, Mapping) else ()
-        at = f", {where}" if where else ""
-        raise DataError(f"{file}{at} lacks {key}.{near(key, there)}", file=file, column=key)
-    return values[key]
-
-
-def numbers(values: Any, count: int, file: str, where: str) -> Array:
-    """A list of finite numbers, (count,); a list of lists is flattened.
-
-    Raises:
-        DataError: It is something else.
-    """
-    flat: list[Any] = []
-    for value in values if isinstance(values, Sequence) and not isinstance(values, str) else [values]:
-        flat += value if isinstance(value, list) else [value]
-    right = len(flat) == count and all(isinstance(value, int | float) and not isinstance(value, bool) for value in flat)
-    found = np.array([finite(repr(value)) for value in flat] if right else [np.nan])
-    if not np.isfinite(found).all():
-        what = "a finite number" if count == 1 else f"{count} finite numbers"
-        raise DataError(f"{file}, {where}: {str(values)[:80]}, expected {what}.", file=file, column=where)
-    return found
-
-
-def number(values: Any, key: str, file: str, where: str) -> float:
-    """The finite number under a key.
-
-    Raises:
-        DataError: There is none.
-    """
-    return float(numbers(under(values, key, file, where), 1, file, f"{where}.{key}")[0])
-
-
-def motion(values: Any, file: str, where: str) -> Array:
-    """A rigid motion of the keys x y z qx qy qz qw, or ROS's translation and rotation, (4, 4).
-
-    Raises:
-        DataError: A key is missing, or the quaternion's length is not one.
-    """
-    parts: list[tuple[Any, Sequence[str]]] = [(values, MOTION)]
-    if isinstance(values, Mapping) and "translation" in values:
-        parts = [(under(values, "translation", file, where), "xyz"), (under(values, "rotation", file, where), "xyzw")]
-    seven = [number(part, key, file, where) for part, keys in parts for key in keys]
-    return motion_of_seven(np.array(seven), file, where)
+    return Entry(contents, path.name)
 
 
 def motion_of_seven(seven: Array, file: str, where: str) -> Array:
-    """A rigid motion of (x, y, z, qx, qy, qz, qw), (4, 4).
-
-    Raises:
-        DataError: A number is not finite, or the quaternion's length is not one.
-    """
+    """A rigid motion of (x, y, z, qx, qy, qz, qw), (4, 4)."""
     if not np.isfinite(seven).all():
         raise DataError(f"{file}, {where}: its numbers are not all finite: {seven.tolist()}.", file=file)
     check_rotation(seven[3:], f"{file}, {where}", file)
@@ -113,11 +114,7 @@ def motion_of_seven(seven: Array, file: str, where: str) -> Array:
 
 
 def motion_of_matrix(matrix: Array, file: str, where: str) -> Array:
-    """A rigid motion of a 4 x 4 or 3 x 4 matrix whose digits were rounded, (4, 4).
-
-    Raises:
-        DataError: It is none.
-    """
+    """A rigid motion of a 4 x 4 or 3 x 4 matrix whose digits were rounded, (4, 4)."""
     R, stretch = nearest_rotation(matrix[:3, :3])
     last = matrix[3] if len(matrix) == 4 else np.array([0.0, 0.0, 0.0, 1.0])
     if np.abs(stretch - 1).max() > STRETCH or np.abs(last - [0, 0, 0, 1]).max() > STRETCH:

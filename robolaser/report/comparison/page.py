@@ -137,16 +137,18 @@ def _steps(spent: Array, share: Array) -> dict[str, Array]:
 
 def _conditions(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[Section]:
     """Problems with their targets, failures, and what could not be run."""
+    failures = ((run.algorithm, run.reason, run.problem) for run in comparison.failures)
+    refusals = ((name, reason, problem) for (problem, name), reason in comparison.refused.items())
     failed = Table(
         [Column("Algorithm", "name", brief="failed"), Column("Runs", "number", brief="runs"),
          Column("Reason", "wide", brief="reason"), Column("Problems", "wide")],
-        [(name, TableCell(str(n), order=n), why, where) for name, why, n, where in tables.failure_rows(comparison)],
+        [(name, TableCell(str(n), order=n), why, where) for name, why, n, where in tables.by_reason(failures)],
         printed=MOST_LINES,
     )  # fmt: skip
     refused = Table(
         [Column("Algorithm", "name", brief="not run"), Column("Problem", "wide", brief="on"),
          Column("Reason", "wide", brief="reason")],
-        tables.refusal_rows(comparison),
+        [(name, where, why) for name, why, _, where in tables.by_reason(refusals)],
         printed=MOST_LINES,
     )  # fmt: skip
     return [

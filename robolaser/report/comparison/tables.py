@@ -1,7 +1,7 @@
 """The tables of a comparison: ranks, results on a problem, pairs, exchanged parts, and what could not be run."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -182,17 +182,9 @@ def effect_table(standings: Standings) -> Table:
     return Table(columns, rows, "What each exchanged operator does", note, printed=len(rows))
 
 
-def failure_rows(comparison: BenchmarkResult) -> list[tuple[str, str, int, str]]:
-    """Algorithm, reason, runs and problems, grouped by reason."""
+def by_reason(found: Iterable[tuple[str, str, str]]) -> list[tuple[str, str, int, str]]:
+    """Algorithm and reason, with the number of problems and those that differ, of algorithms, reasons and problems."""
     grouped: dict[tuple[str, str], list[str]] = {}
-    for run in comparison.failures:
-        grouped.setdefault((run.algorithm, run.reason), []).append(run.problem)
-    return [(name, reason, len(on), ", ".join(dict.fromkeys(on))) for (name, reason), on in grouped.items()]
-
-
-def refusal_rows(comparison: BenchmarkResult) -> list[tuple[str, str, str]]:
-    """Algorithm, problems it was not run on, and why."""
-    grouped: dict[tuple[str, str], list[str]] = {}
-    for (problem, name), reason in comparison.refused.items():
+    for name, reason, problem in found:
         grouped.setdefault((name, reason), []).append(problem)
-    return [(name, ", ".join(problems), reason) for (name, reason), problems in grouped.items()]
+    return [(name, reason, len(on), ", ".join(dict.fromkeys(on))) for (name, reason), on in grouped.items()]

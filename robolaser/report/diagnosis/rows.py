@@ -1,13 +1,12 @@
 """Tables of a diagnosis: values with their errors and caveats."""
 
 from collections.abc import Sequence
-from itertools import groupby
 from typing import Final
 
 import numpy as np
 
 from robolaser.diagnosis.cause_words import named, noun, place, sentence_case, site_phrase, spoken
-from robolaser.diagnosis.result import Alternative, CauseClass, DetectionLimit, Diagnosis, Estimate, Finding
+from robolaser.diagnosis.result import Alternative, CauseClass, Diagnosis, Estimate, Finding
 from robolaser.estimation.certainty import CERTAIN
 from robolaser.report.diagnosis.advice import UNDETERMINED, caveats, doubt
 from robolaser.report.digits import measured, millimetres, percent, plain
@@ -140,20 +139,6 @@ def site_table(diagnosis: Diagnosis) -> Table:
     return Table(columns, rows, note=note)
 
 
-def limit_table(diagnosis: Diagnosis) -> Table:
-    """Effects that were tested and not found, and their detection limits at each location."""
-    by_effect = sorted(diagnosis.limits, key=lambda limit: limit.candidate_effect.effect.name)
-    rows = [
-        (TableCell(sentence_case(spoken(kind.name)), below=[kind.title]), "\n".join(_less(tuple(limits))))
-        for kind, limits in groupby(by_effect, key=lambda limit: limit.candidate_effect.effect)
-    ]
-    note = (
-        "Detection limit: the size that would have been found in nine cases out of ten, the error at the tool that it"
-        " causes, and the size above which it is distinguishable from the most similar effect."
-    )
-    return Table([Column("Not found", "name", 30), Column("Detection limit", "wide")], rows, note=note, fold=0)
-
-
 def pose_table(diagnosis: Diagnosis) -> Table:
     """Next poses: joints as columns, values for people as rows."""
     joints = list(dict.fromkeys(joint for pose in diagnosis.next_poses for joint in pose))
@@ -205,29 +190,3 @@ def validation_table(diagnosis: Diagnosis) -> Table:
 
 def _chance(p: float) -> str:
     return "< 10⁻⁶" if p < 1e-6 else f"= {plain(p, '', 2)}"
-
-
-def _less(limits: Sequence[DetectionLimit]) -> list[str]:
-    """A line for each location with a limit, and one for those without."""
-    lines = [_limit(one) for one in limits]
-    for is_imitated, why in (
-        (True, "cannot be distinguished from what was found"),
-        (False, "undetectable in these poses"),
-    ):
-        unseen = [
-            place(one.candidate_effect.where) for one in limits if one.size is None and one.is_imitated == is_imitated
-        ]
-        lines += [f"{', '.join(unseen)}: {why}"] if unseen else []
-    return [*filter(None, lines)]
-
-
-def _limit(one: DetectionLimit) -> str:
-    if one.size is None:
-        return ""
-    parts = [f"{place(one.candidate_effect.where)} < {plain(one.size, one.unit, 2)}"]
-    if one.at_tool_m is not None:
-        parts.append(f"{plain(one.at_tool_m, 'm', 2)} at the tool")
-    if one.rival is not None:
-        above = "in" if one.identifiable is None else f"above {plain(one.identifiable, one.unit, 2)} "
-        parts.append(f"{above}distinguishable from {named(one.rival)}")
-    return "; ".join(parts)

@@ -32,11 +32,8 @@ STEP = 0.1  # of a slider [° or mm]
 class ViewerApp:
     """The scene in the browser with its panel of controls.
 
-    Args:
-        models: The models to switch between; the last is shown first.
-        cloud: A cloud to show with them.
-        port: Where to serve; a free one when absent.
-        collisions: Collisions at joint values (j,), in words, and the shapes to show there.
+    The last of several models is shown first. `collisions` gives those at joint values (j,), in words, and the shapes
+    to show there. Without a port, it is served at a free one.
 
     Raises:
         DependencyMissing: viser is not installed.

@@ -179,7 +179,11 @@ SAMPLE = "samples:\n- robot: {translation: {x: 0, y: 0, z: 0}, rotation: {x: 0, 
     [
         ("easy_handeye", SAMPLE, "sample 1 lacks tracking"),
         ("easy_handeye", SAMPLE.replace("w: 1", "w: 2") + "  tracking: 1\n", "sample 1, robot: the quaternion"),
-        ("easy_handeye", SAMPLE.replace("x: 0", "x: .inf") + "  tracking: 1\n", "robot.x: inf, expected a finite"),
+        (
+            "easy_handeye",
+            SAMPLE.replace("x: 0", "x: .inf") + "  tracking: 1\n",
+            "robot.translation.x: inf, expected a finite",
+        ),
         ("easy_handeye", SAMPLE.replace("x: 0", f"x: {10**400}") + "  tracking: 1\n", "expected a finite number"),
         ("easy_handeye", "samples: []\n", "has no samples"),
         ("easy_handeye", "{samples: {hand_world_samples: [1], camera_marker_samples: []}}", "two lists of one length"),
