@@ -41,7 +41,10 @@ lint: build/lint/installed
 	build/lint/bin/mypy
 	build/lint/bin/lint-imports
 
-test: lint pytest
+# Tests are collected by one processor: the other one lints meanwhile.
+test:
+	@$(MAKE) --no-print-directory --jobs 2 lint build/collected.txt
+	@$(MAKE) --no-print-directory pytest
 
 # Compiles libraries and tests once, and not in each worker at the same time; errors are shown by the tests.
 build/collected.txt: .venv/developing

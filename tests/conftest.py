@@ -1,5 +1,6 @@
 """Fixtures and order of all tests."""
 
+import gc
 import os
 import signal
 from collections.abc import Iterator
@@ -19,15 +20,16 @@ settings.load_profile(os.environ.get("GENERATED", "fast"))
 
 
 LONGEST = (
-    "test_journeys.py", "test_blind_worlds.py", "test_unsound_instruments.py", "test_misread.py",
-    "test_held_parameters.py", "test_scanner_with_corners.py", "test_tutorials.py", "test_compare_command.py",
-    "test_what_yields_or_follows.py", "test_simulation.py", "test_evidence.py", "test_runs_repeat.py",
-    "test_local_unknown.py", "test_blind_run.py", "test_every_operator.py", "test_what_cannot_be_tested.py",
-    "test_blind_motion.py", "test_images_to_points.py", "test_every_sensor.py", "test_false_all_clear.py",
-    "test_delivered_files.py", "test_new_cell.py", "test_publishing.py", "test_hobby_page.py", "test_soak.py",
-    "test_cli.py", "test_watched_cell.py", "test_recordings_extracted.py", "test_cameras_diagnosed.py",
-    "test_repeatability.py", "test_one_model.py", "test_every_motion_effect.py", "test_expensive_problems.py",
-    "test_odd_torques.py",
+    "test_journeys.py", "test_blind_worlds.py", "test_tutorials.py", "test_blind_motion.py",
+    "test_unsound_instruments.py", "test_misread.py", "test_local_unknown.py", "test_held_parameters.py",
+    "test_repeatability.py", "test_delivered_files.py", "test_what_cannot_be_tested.py", "test_simulation.py",
+    "test_scanner_with_corners.py", "test_false_all_clear.py", "test_compare_command.py",
+    "test_what_yields_or_follows.py", "test_every_motion_effect.py", "test_evidence.py", "test_odd_torques.py",
+    "test_results.py", "test_runs_repeat.py", "test_blind_run.py", "test_hobby_page.py", "test_every_operator.py",
+    "test_images_to_points.py", "test_every_sensor.py", "test_new_cell.py", "test_publishing.py", "test_calibrate.py",
+    "test_batches.py", "test_soak.py", "test_cli.py", "test_watched_cell.py", "test_recordings_extracted.py",
+    "test_cameras_diagnosed.py", "test_thinning.py", "test_per_session.py", "test_one_model.py",
+    "test_expensive_problems.py", "test_reference.py", "test_held_and_lost.py",
 )  # fmt: skip
 """The slowest files: they start first, so that no processor waits for them at the end."""
 
@@ -40,6 +42,11 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Start with the slowest files; tests of a file keep their order."""
     items.sort(key=lambda item: LONGEST.index(item.path.name) if item.path.name in LONGEST else len(LONGEST))
+
+
+def pytest_collection_finish() -> None:
+    """Spare what all tests imported from each garbage collection: a full one would look through a million objects."""
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -60,7 +60,7 @@ def test_the_source_distribution_makes_the_same_wheel(built):
 @of_a_source_tree
 def test_an_installed_wheel_calibrates_and_writes_pages_far_from_the_sources(built, tmp_path):
     site = tmp_path / "site"
-    quietly = ["--quiet", "--no-deps", "--no-index", "--target", site]
+    quietly = ["--quiet", "--no-deps", "--no-index", "--no-compile", "--target", site]
     run(sys.executable, "-m", "pip", "--disable-pip-version-check", "install", *quietly, built[0], folder=tmp_path)
     for words in ("simulate --robot scorbot_er7 --poses 8 --output cell", "calibrate cell --output result"):
         run(sys.executable, "-m", "robolaser", *words.split(), folder=tmp_path, PYTHONPATH=str(site))

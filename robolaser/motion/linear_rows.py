@@ -165,7 +165,7 @@ class LinearRows:
         """Sum of squared residuals of each joint, (j,)."""
         return np.array(
             [
-                max(0.0, yy - 2.0 * z @ by[chosen] + z @ A[np.ix_(chosen, chosen)] @ z)
+                max(0.0, yy - 2.0 * z @ by[chosen] + z @ A[chosen[:, None], chosen] @ z)
                 for z, (A, by, yy) in zip(self._read(chosen, x), self._grams, strict=True)
             ]
         )
@@ -178,9 +178,13 @@ class LinearRows:
         for w, z, scales, (A, by, _) in zip(
             weight, self._read(chosen, x), (self._scales[chosen] & self.is_scaled).T, self._grams, strict=True
         ):
+            inside, right = A[chosen[:, None], chosen], by[chosen]
+            if not scales.any():  # z is x
+                b, G = b + w * right, G + w * inside
+                continue
             T = np.diag(np.where(masses, 1.0 + x @ scales, 1.0)) + np.outer(masses * x, scales)  # slopes of z by x
-            b += w * T.T @ (by[chosen] - A[np.ix_(chosen, chosen)] @ (z - T @ x))
-            G += w * T.T @ A[np.ix_(chosen, chosen)] @ T
+            b += w * T.T @ (right - inside @ (z - T @ x))
+            G += w * T.T @ inside @ T
         H = G + np.diag(self._prior[chosen])
         scale = 1.0 / np.sqrt(np.diag(H))
         inverse = np.linalg.inv(H * scale[:, None] * scale + 1e-12 * np.eye(len(H)))

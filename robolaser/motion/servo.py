@@ -125,9 +125,10 @@ class CommandSeries:
                 else:
                     e *= approach
                 if limited:
-                    np.multiply(np.repeat(passed[i], len(joint))[:n], fastest[:n], out=p)
+                    np.multiply(passed[i].repeat(len(joint))[:n], fastest[:n], out=p)
                     np.minimum(e, p, out=e)
                     np.maximum(e, np.negative(p, out=p), out=e)
+                if limited and of_speed:
                     np.minimum(v, fastest[:n], out=v)
                     np.maximum(v, -fastest[:n], out=v)
                 z += e

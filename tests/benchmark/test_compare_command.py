@@ -104,7 +104,8 @@ def _has_runs(folder: Path) -> bool:
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "a batch system"])
 def test_a_comparison_that_is_ended_leaves_a_report_and_says_how_to_go_on(tmp_path, end):
     code = "import sys; from robolaser.cli import main; sys.exit(main(sys.argv[1:]))"
-    command = [sys.executable, "-c", code, *ASKED, "--output", str(tmp_path), "--jobs", "1"]
+    slow = ["compare", "mine:Slow:seconds=0.02", "--algorithms", "random", "--seeds", "22", "--budget", "30"]
+    command = [sys.executable, "-c", code, *slow, "--output", str(tmp_path), "--jobs", "1"]
     process = subprocess.Popen(command, cwd=HERE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     until = time.monotonic() + 300
     while time.monotonic() < until and not _has_runs(tmp_path):

@@ -77,9 +77,9 @@ def _starts(Q: Array) -> Array:
 def _refined(Q: Array, A: Array) -> tuple[Array, Array]:
     """Damped Gauss-Newton steps A ← exp(ω) A on zᵀ Q z, z = (A, 1); the rotations and their residuals, (c,)."""
     cost, damping = _form(Q, A), np.full(len(A), 1e-3)
+    slopes, axes = np.zeros((len(A), 10, 3)), skew(np.eye(3))
     for _ in range(STEPS):
-        slopes = np.zeros((len(A), 10, 3))
-        slopes[:, :9] = np.moveaxis(skew(np.eye(3))[None] @ A[:, None], 1, -1).reshape(len(A), 9, 3)
+        slopes[:, :9] = (axes @ A[:, None]).reshape(-1, 3, 9).swapaxes(1, 2)
         Qz = (Q @ _entries(A)[..., None])[..., 0]
         H = np.swapaxes(slopes, 1, 2) @ Q @ slopes
         H = H + damping[:, None, None] * np.einsum("cii->c", H)[:, None, None] * np.eye(3)
