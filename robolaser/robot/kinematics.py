@@ -134,7 +134,7 @@ class Robot:
         if is_dual(q) or is_dual(placements):
             nominal = self.placements[None, None] if placements is None else placements
             return self.motion(bare(q), bare(nominal), by_placements=is_dual(nominal)).carried(q, nominal)
-        return self.by_pinocchio.flange(self.by_pinocchio.frames(q, placements))
+        return self.by_pinocchio.flange(q, placements)
 
     def joint_frames(self, q: Array, placements: Array | None = None) -> Array:
         """T_base_joint of the chain, from base to flange, each turned by its own value, (c, n, len(chain), 4, 4).
@@ -148,9 +148,7 @@ class Robot:
 
     def motion(self, q: Array, placements: Array | None = None, *, by_placements: bool = True) -> FlangeMotion:
         """Pose of the flange, as `forward`, and its twists by the joints and, if wanted, their placements."""
-        arm = self.by_pinocchio
-        frames, by_joints, by_placement = arm.frames_and_twists(q, placements, by_placements=by_placements)
-        return FlangeMotion(arm.flange(frames), by_joints, by_placement)
+        return FlangeMotion(*self.by_pinocchio.flange_and_twists(q, placements, by_placements=by_placements))
 
     def jacobian(self, q: Array, points: Array | None = None) -> Array:
         """The geometric Jacobian of a point that the flange carries, in the base frame.

@@ -97,8 +97,8 @@ class PinocchioModel:
         """Joint values as Pinocchio has them, (..., j) -> (..., nq)."""
         values, first = q @ self.ratios.T + self.offsets, np.array(self.model.idx_qs)[1:]
         rows = np.empty((*q.shape[:-1], self.model.nq))
-        rows[..., first] = np.where(self._endless, np.cos(values), values)
-        rows[..., first[self._endless] + 1] = np.sin(values[..., self._endless])
+        rows[..., first], turn = values, values[..., self._endless]
+        rows[..., first[self._endless]], rows[..., first[self._endless] + 1] = np.cos(turn), np.sin(turn)
         return rows
 
     def frames(self, q: Array, placements: Array | None = None) -> Array:
@@ -108,28 +108,29 @@ class PinocchioModel:
             q: Joint values, (c or 1, n, j) [rad] or [m].
             placements: Of the joints that are read, in place of the nominal ones, (c or 1, n or 1, j, 4, 4).
         """
-        return self._computed(q, placements, None, None)
+        return self._computed(q, placements, slice(len(self.moving)))
 
-    def flange(self, frames: Array) -> Array:
-        """T_base_flange where the joints are, (c, n, m, 4, 4) -> (c, n, 4, 4)."""
-        T: Array = frames[:, :, self.tip] @ self.end
-        return T
+    def flange(self, q: Array, placements: Array | None, *computed: Array | None) -> Array:
+        """T_base_flange, (c, n, 4, 4), with the same arguments; fills in other requested arrays."""
+        T = self._computed(q, placements, slice(self.tip, self.tip + 1), *computed)
+        return np.asarray(T.reshape(-1, 4) @ self.end).reshape(*T.shape[:2], 4, 4)
 
-    def frames_and_twists(
+    def flange_and_twists(
         self, q: Array, placements: Array | None, *, by_placements: bool
     ) -> tuple[Array, Array, Array | None]:
         """The same, and the twists of the flange by joints, (c, n, 6, j), and by placements, (c, n, 6, j, 6)."""
         c, n = _candidates(q, placements)
         J = np.empty((c, n, 6, len(self.moving)))
         regressors = np.empty((c, n, 6, len(self.moving), 6)) if by_placements else None
-        frames = self._computed(q, placements, J, regressors)
-        return frames, (J * self.way) @ self.ratios, None if regressors is None else regressors[:, :, :, self.columns]
+        T = self.flange(q, placements, J, regressors)
+        return T, (J * self.way) @ self.ratios, None if regressors is None else regressors[:, :, :, self.columns]
 
-    def _computed(self, q: Array, placements: Array | None, J: Array | None, regressors: Array | None) -> Array:
-        """T_base_joint of all joints at each posture of each candidate; fills in other requested arrays."""
+    def _computed(
+        self, q: Array, placements: Array | None, joints: slice, J: Array | None = None, regressors: Array | None = None
+    ) -> Array:
+        """T_base_joint of some joints at each posture of each candidate; fills in other requested arrays."""
         c, n = _candidates(q, placements)
         rows = np.broadcast_to(self.rows(q), (c, n, self.model.nq))
-        frames = np.empty((c, n, self.model.njoints, 4, 3))
         model, data = (self.model, self._data) if placements is None else (self._moved, self._moved_data)
         if placements is not None:
             there = np.broadcast_to(self.placements, (*placements.shape[:2], *self.placements.shape)).copy()
@@ -138,7 +139,8 @@ class PinocchioModel:
         algorithm = self._pinocchio.forwardKinematics if J is None else self._pinocchio.computeJointJacobians
         regressor, world = self._pinocchio.computeFrameKinematicRegressor, self._pinocchio.WORLD
         with self._lock:
-            found, placed, jacobian = _view(data.oMi), _view(model.jointPlacements), data.J.reshape(6, -1)
+            found, placed, jacobian = _view(data.oMi)[1:][joints], _view(model.jointPlacements), data.J.reshape(6, -1)
+            frames = np.empty((c, n, *found.shape))
             for k in range(c):
                 for i in range(n):
                     if placements is not None and i < placements.shape[1]:
@@ -149,7 +151,7 @@ class PinocchioModel:
                         J[k, i] = jacobian
                     if regressors is not None:
                         regressors[k, i] = regressor(model, data, self._flange, world).reshape(6, -1, 6)
-        return _poses(frames[:, :, 1:])
+        return _poses(frames)
 
     def gravity_torques(self, q: Array) -> Array:
         """Torque of each joint that is read to hold the arm still, (n, j) -> (n, j) [Nm or N]."""
