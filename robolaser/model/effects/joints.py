@@ -25,11 +25,7 @@ def joint_column(run: Run, joint: str) -> int:
 def add_to_joint(q: Array, run: Run, joint: str, move: Array) -> Array:
     """Joint values (c or 1, n, j) with one joint moved by (c, n or 1) [rad or m], (c, n, j)."""
     column = joint_column(run, joint)
-    own = q[:, :, column] + move
-    moved: Array = np.zeros_like(own, shape=(*own.shape, q.shape[2]))
-    moved[:] = q
-    moved[:, :, column] = own
-    return moved
+    return _with_one(q, column, q[:, :, column] + move)
 
 
 def placed_anew(placements: Array, run: Run, joint: str, placement: Array) -> Array:
@@ -37,7 +33,12 @@ def placed_anew(placements: Array, run: Run, joint: str, placement: Array) -> Ar
 
     It is computed from the old one, so it has at least their derivatives.
     """
-    moved: Array = np.zeros_like(placement, shape=(*placement.shape[:2], *placements.shape[2:]))
-    moved[:] = placements
-    moved[:, :, joint_column(run, joint)] = placement
+    return _with_one(placements, joint_column(run, joint), placement)
+
+
+def _with_one(values: Array, column: int, own: Array) -> Array:
+    moved: Array = np.zeros_like(own, shape=(*own.shape[:2], *values.shape[2:]))
+    moved[:, :, column] = own
+    for others in (slice(column), slice(column + 1, None)):
+        moved[:, :, others] = values[:, :, others]
     return moved
