@@ -70,15 +70,14 @@ def chance_ratio(gradient: Array, own: Array, shared: Array) -> float:
     mean = float(np.mean(own - np.square(shared).sum(axis=1)))
     if mean <= 0.0:
         return 0.0
-    best = 0.0
-    for t in np.square(SIZES) / mean:
-        within = 1.0 + t * own
-        left, V = np.linalg.eigh(np.eye(shared.shape[1]) - shared.T @ (shared * (t / within)[:, None]))
-        left = np.maximum(left, np.finfo(float).tiny)
-        along = V.T @ (shared.T @ (gradient / within))
-        explained = t * (gradient @ (gradient / within) + t * (np.square(along) / left).sum())
-        best = max(best, float(explained - np.log(within).sum() - np.log(left).sum()))
-    return best
+    t = np.square(SIZES) / mean
+    within = 1.0 + t[:, None] * own
+    along = (gradient / within) @ shared
+    left = np.eye(shared.shape[1]) - (shared.T * (t[:, None] / within)[:, None]) @ shared
+    explained = t * (
+        (gradient / within) @ gradient + t * (along * np.linalg.solve(left, along[..., None])[..., 0]).sum(axis=1)
+    )
+    return max(0.0, float((explained - np.log(within).sum(axis=1) - np.linalg.slogdet(left)[1]).max()))
 
 
 def _likelihood_ratios(normal: Array, gradient: Array, most: Array, least: Array) -> tuple[Array, Array]:
