@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 from robolaser.arrays import Array
 from robolaser.diagnosis.fit import Fit
 from robolaser.estimation.nonlinear_parameters import NEGLIGIBLE
-from robolaser.model.grouped_rows import group_sums
+from robolaser.model.grouped_rows import GroupedRows
 
 SPREAD = 12  # grid cells on either side over which a term of a Fourier sum is spread, for twelve correct digits
 
@@ -60,7 +60,8 @@ def gains_of_steps(fit: Fit, white: Array, when: Array, moments: Array) -> Array
     seen, of_number = np.unique(fit.pose_of_number, return_inverse=True)
     basis = np.hstack([fit.at.Q, np.linalg.qr(fit.release)[0]])
     right = np.column_stack([white, fit.at.white, basis[: len(white)]])
-    sums = group_sums(white[:, :, None] * right[:, None], of_number)
+    rows = GroupedRows(of_number)
+    sums = np.swapaxes(rows.apart(white), 1, 2) @ rows.apart(right)
     order = np.argsort(when[seen])
     after = np.concatenate([np.cumsum(sums[order[::-1]], axis=0)[::-1], np.zeros((1, *sums.shape[1:]))])
     after = after[np.searchsorted(when[seen][order], moments, side="right")]

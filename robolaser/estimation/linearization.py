@@ -110,9 +110,9 @@ class Linearization:
 
     def project(self, columns: Array) -> Array:
         """The part of columns (K, q) or (K + e, q) that no parameter can imitate, (K + e, q)."""
-        tall = np.zeros((len(self.J), columns.shape[1]))
-        tall[: len(columns)] = columns
-        return np.asarray(tall - self.Q @ (self.Q.T @ tall))
+        left: Array = self.Q @ -(self.Q[: len(columns)].T @ columns)
+        left[: len(columns)] += columns
+        return left
 
     def columns(self, effect: CandidateEffect, shapes: Array | None = None) -> Array:
         """Derivatives of `white` by the amplitudes of an effect that the model lacks, (g, K, q) per SI unit.
