@@ -21,7 +21,7 @@ from robolaser.diagnosis.thresholds import CHI2_PER_PARAMETER, OPEN_SHARE
 from robolaser.estimation.nonlinear_parameters import NEGLIGIBLE
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import DataLack
-from robolaser.model.grouped_rows import group_sums
+from robolaser.model.grouped_rows import GroupedRows
 
 DENSE_GRID = 40
 """Number of values of nonlinear parameters above which sums over poses find the best for waves and for effects that
@@ -193,7 +193,8 @@ def normal_equations(fit: Fit, columns: Array, of_number: Ints, n: int) -> tuple
     """
     Q = fit.at.Q[: len(columns)]
     shared = np.zeros((n, Q.shape[1]))
-    shared[: of_number.max() + 1] = group_sums(columns[:, None] * Q, of_number)
+    rows = GroupedRows(of_number)
+    shared[: of_number.max() + 1] = (rows.apart(columns)[:, None] @ rows.apart(Q))[:, 0]
     gradient = np.bincount(of_number, columns * fit.at.white, minlength=n) - shared @ (fit.at.Q.T @ fit.at.r)
     own = np.asarray(np.bincount(of_number, columns**2, minlength=n), dtype=np.float64)
     return gradient, own, shared

@@ -17,25 +17,27 @@ class GroupedRows:
     group: Ints  # of each row, (m,)
 
     @cached_property
-    def _indices(self) -> tuple[Ints, Ints, Ints]:
-        """Rows in the order of their groups, then the group and the index within it of each, (m,) each."""
-        order = np.argsort(self.group, kind="stable").astype(np.int64)
-        group, counts = self.group[order], np.bincount(self.group)
-        return order, group, np.arange(len(group)) - (np.cumsum(counts) - counts)[group]
+    def _places(self) -> tuple[Ints, Ints]:
+        """The row at each place of a group, (g, r), m where there is none; and the place of each row, (m,)."""
+        order, counts = np.argsort(self.group, kind="stable"), np.bincount(self.group)
+        group = self.group[order]
+        place = group * counts.max() + np.arange(len(group)) - (np.cumsum(counts) - counts)[group]
+        rows, places = np.full((len(counts), counts.max()), len(group)), np.empty_like(place)
+        rows.flat[place], places[order] = order, place
+        return rows, places
 
     def apart(self, rows: Array) -> Array:
         """Rows (m, ...) by group, zero where a group has fewer, (g, r, ...)."""
-        order, group, place = self._indices
-        grouped = np.zeros((int(group[-1]) + 1, int(place.max()) + 1, *rows.shape[1:]))
-        grouped[group, place] = rows[order]
+        at, _ = self._places
+        grouped = rows.take(at, axis=0, mode="clip")
+        if at.max() == len(rows):
+            grouped[at == len(rows)] = 0.0
         return grouped
 
     def together(self, grouped: Array) -> Array:
         """The rows (m, ...) from the result of `apart`."""
-        order, group, place = self._indices
-        rows = np.empty((len(group), *grouped.shape[2:]))
-        rows[order] = grouped[group, place]
-        return rows
+        at, places = self._places
+        return grouped.reshape(at.size, *grouped.shape[2:]).take(places, axis=0)
 
 
 def group_means(rows: Array, group: Ints, groups: int = 0) -> Array:
