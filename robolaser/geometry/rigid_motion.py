@@ -44,8 +44,8 @@ def skew(vector: Array) -> Array:
 def exp_so3(turn: Array) -> Array:
     """Rotation by a turn vector (axis times angle), (..., 3) [rad] -> (..., 3, 3). Rodrigues' formula."""
     angle = np.linalg.norm(turn, axis=-1)[..., None, None]
-    K = skew(turn)
-    R: Array = np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (K @ K)
+    outer, half = turn[..., None] * turn[..., None, :], np.sinc(angle / (2 * np.pi))
+    R: Array = np.cos(angle) * np.eye(3) + np.sinc(angle / np.pi) * skew(turn) + 0.5 * half**2 * outer
     return R
 
 
