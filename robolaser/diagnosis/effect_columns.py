@@ -9,7 +9,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.stage_derivatives import StageDerivatives, stage_derivatives
 from robolaser.duals import Dual, slopes_of
-from robolaser.geometry.rigid_motion import inverse
+from robolaser.geometry.rigid_motion import own_twists
 from robolaser.model.effects.effect import CandidateEffect, perturb_with
 from robolaser.model.effects.run import Run
 from robolaser.model.forward_model import Model
@@ -72,7 +72,7 @@ class Columns:
         """By increments of a stage's value, (q, ...): (K, q)."""
         if stage in OF_ROWS:
             return self._of_rows.setdefault(stage, stage_derivatives(fit)).of_rows(stage, moves)
-        twists = _twists(value, moves)
+        twists = own_twists(value, moves)
         if stage is not Stage.LINKS:
             return _chained(twists, self._by_stage(fit, stage), fit.pose_of_number)
         columns = np.zeros((len(fit.pose_of_number), len(twists)))
@@ -136,12 +136,6 @@ def _slopes(model: Model, candidate_effect: CandidateEffect, x: Array, direction
     effect = candidate_effect.at(cast("Values", dict(zip(candidate_effect.parameters.names, numbers, strict=True))))
     moved = perturb_with((effect,), model.run)(candidate_effect.effect.stage_in(model.dataset), value[None])
     return np.swapaxes(slopes_of(moved, len(directions)), 0, 1).reshape(-1, *moved.shape[1:])
-
-
-def _twists(T: Array, slopes: Array) -> Array:
-    """Twists of a rigid motion T in its own frame, shifts before turns, (..., 6), from its slopes (..., 4, 4)."""
-    W = inverse(T) @ slopes
-    return np.stack([W[..., 0, 3], W[..., 1, 3], W[..., 2, 3], W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)
 
 
 def _chained(moves: Array, slopes: Array, of_number: Ints) -> Array:

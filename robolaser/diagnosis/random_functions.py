@@ -28,7 +28,6 @@ class RandomFunctions:
         self._imitated, self._along = self._Q, self._back(self._residuals)[:, None]
         # the arrays whose identities are keys are kept with the values: no other array can take their place
         self._sums: dict[tuple[int, int, str], tuple[Array, Array]] = {}
-        self._apart: dict[tuple[int, int], tuple[Array, Array]] = {}
         self._grouped: dict[int, GroupedRows] = {}
 
     def normal_equations(self, site: Site) -> Array:
@@ -70,7 +69,6 @@ class RandomFunctions:
         self._accepted.append((U, 1.0 - 1.0 / np.sqrt(1.0 + s**2)))
         self._residuals = _whitened(self._residuals, *self._accepted[-1])
         self._along = self._back(self._residuals)[:, None]
-        self._apart.clear()
         self._sums = {key: sums for key, sums in self._sums.items() if key[2] == "own"}
 
     def _back(self, columns: Array) -> Array:
@@ -83,19 +81,12 @@ class RandomFunctions:
         """Products of a site's moves (K, q) with columns (K, d), summed over each pose or row, (n, q, d)."""
         key = id(site.moves), len(site.basis), what
         if key not in self._sums:
-            own = np.swapaxes(self._by_group(site, site.moves), 1, 2) @ self._by_group(site, by)
+            rows = self._grouped.setdefault(len(site.basis), GroupedRows(site.of_number))
+            own = np.swapaxes(rows.apart(site.moves), 1, 2) @ rows.apart(by[: self._rows])
             sums = np.zeros((len(site.basis), *own.shape[1:]))
             sums[: len(own)] = own
             self._sums[key] = site.moves, sums
         return self._sums[key][1]
-
-    def _by_group(self, site: Site, columns: Array) -> Array:
-        """Columns (K + e, d) grouped by pose or row, (n', k, d)."""
-        key = id(columns), len(site.basis)
-        if key not in self._apart:
-            rows = self._grouped.setdefault(len(site.basis), GroupedRows(site.of_number))
-            self._apart[key] = columns, rows.apart(columns[: self._rows])
-        return self._apart[key][1]
 
 
 def _whitened(columns: Array, U: Array, less: Array) -> Array:

@@ -82,6 +82,12 @@ def inverse(T: Array) -> Array:
     return pose(R_inv, -np.einsum("...ij,...j->...i", R_inv, T[..., :3, 3]))
 
 
+def own_twists(T: Array, slopes: Array) -> Array:
+    """Twists of motions T in their own frames, shifts before turns, (..., 6), from the slopes of T (..., 4, 4)."""
+    W = inverse(T) @ slopes
+    return np.stack([W[..., 0, 3], W[..., 1, 3], W[..., 2, 3], W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)
+
+
 def apply(T: Array, points: Array) -> Array:
     """Carry points (..., 3) from frame b to frame a by T_a_b (..., 4, 4); leading axes broadcast."""
     moved: Array = T[..., :3, 3] + T[..., :3, 0] * points[..., :1]

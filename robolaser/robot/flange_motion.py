@@ -10,7 +10,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.duals import is_dual, joined
-from robolaser.geometry.rigid_motion import inverse, skew
+from robolaser.geometry.rigid_motion import own_twists, skew
 
 
 @final
@@ -62,8 +62,7 @@ class FlangeMotion:
         for i in range(moves.shape[3]):
             which = moves[:, :, :, i].any(axis=(0, 2, 3, 4))
             if which.any():
-                W = inverse(placements[:, :, i])[:, None] @ moves[:, :, :, i][:, which]
-                own = np.stack([*np.moveaxis(W[..., :3, 3], -1, 0), W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)
+                own = own_twists(placements[:, None, :, i], moves[:, :, :, i][:, which])
                 out[:, which] += np.moveaxis(self.by_placements[:, :, :, i] @ np.moveaxis(own, 1, -1), -1, 1)
         return out
 
