@@ -1,7 +1,7 @@
 """Possible locations of a gap: derivatives of the residuals by smooth functions of any form at each site."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import final
 
@@ -21,7 +21,14 @@ from robolaser.diagnosis.pose_coordinates import (
     torque_of,
 )
 from robolaser.diagnosis.stage_derivatives import StageDerivatives, stage_derivatives
-from robolaser.diagnosis.thresholds import FINE, MAX_DISTORTION_PX, SMOOTH_LOAD, SMOOTH_POSTURE
+from robolaser.diagnosis.thresholds import (
+    CHI2_PER_PARAMETER,
+    FINE,
+    MAX_DISTORTION_PX,
+    SEEN,
+    SMOOTH_LOAD,
+    SMOOTH_POSTURE,
+)
 from robolaser.estimation.noise_estimate import LEVER_M
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
@@ -54,6 +61,7 @@ class Site:
     of_number: Ints  # row of `basis` for each whitened number, (K,)
     unknown: bool = True  # whether the function may have a form outside the library of effects
     most: float = np.inf  # largest plausible standard deviation of the function, in its unit
+    price: float = 0.0  # chi-squared for the choice of the direction of its moves
 
     @property
     def columns(self) -> Array:
@@ -86,9 +94,13 @@ def _sites(fit: Fit) -> Iterator[Site]:
     for coordinate, basis in (*in_run, *smoothed(overturning(run), SMOOTH_LOAD)):
         yield Site("base", coordinate, base, basis, poses)
     yield from of_leaning(fit)
-    for coordinate, basis in in_run:
-        yield Site("base", coordinate, base[:, :3], basis, poses)
     carried = derivatives.by_motion(Stage.FLANGE) * motion
+    for coordinate, basis in in_run:
+        shifted = Site("base", coordinate, base[:, :3], basis, poses)
+        yield shifted
+        if not fit.has_optics:  # with which an unknown motion excludes effects, though they drift along lines, too
+            yield _along_one_line(fit, shifted)
+            yield _along_one_line(fit, Site("tool", coordinate, carried[:, :3], basis, poses))
     loose = [(one.name, smooth(one.values, most=SLACK)) for one in hanging(run)]
     for coordinate, basis in (*in_run, *smoothed(hanging(run), SMOOTH_LOAD), *loose):
         yield Site("hand_eye" if fit.has_optics else "tool", coordinate, carried, basis, poses)
@@ -171,6 +183,16 @@ def of_leaning(fit: Fit) -> Iterator[Site]:
         tilted = np.einsum("kd,kd->k", base, about)[:, None]
         for basis in (smooth(size), smooth(moment.values, SMOOTH_POSTURE)):
             yield Site("base", moment.name, tilted, basis, fit.pose_of_number)
+
+
+def _along_one_line(fit: Fit, site: Site) -> Site:
+    """A site that shifts along one line only: the one that the residuals follow most."""
+    squares, V = np.linalg.eigh(site.moves.T @ site.moves)
+    seen = squares > SEEN * squares[-1]
+    apart = V[:, seen] / np.sqrt(squares[seen])
+    pulls = (site.moves * fit.at.white[:, None]).T @ site.basis[site.of_number]
+    line = apart @ np.linalg.svd(apart.T @ pulls)[0][:, :1]
+    return replace(site, moves=site.moves @ line, price=CHI2_PER_PARAMETER * (np.count_nonzero(seen) - 1))
 
 
 def _of_posture(q: Array) -> Array:

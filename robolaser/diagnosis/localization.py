@@ -54,7 +54,7 @@ def likelihood_ratio(normal: Array, gradient: Array, most: float = np.inf) -> tu
 
 def function_ratio(functions: RandomFunctions, site: Site) -> float:
     """Twice the logarithm of the likelihood ratio of a random function at a site."""
-    return likelihood_ratio(functions.normal_equations(site), functions.gradient(site))[0]
+    return likelihood_ratio(functions.normal_equations(site), functions.gradient(site))[0] - site.price
 
 
 def chance_ratio(gradient: Array, own: Array, shared: Array) -> float:
@@ -175,6 +175,7 @@ def _select_sites(fit: Fit, candidates: Iterable[Site]) -> tuple[list[_SelectedS
     tried, functions = list(candidates), RandomFunctions(fit)
     normals = [functions.normal_equations(site) for site in tried]
     least = np.array([NEGLIGIBLE * functions.largest_square(site) for site in tried])
+    prices = np.array([site.price for site in tried])
     most, sizes = np.array([site.most for site in tried]), np.array([len(normal) for normal in normals])
     selected: list[_SelectedSite] = []
     for _ in range(SEARCH_LIMIT):
@@ -184,6 +185,7 @@ def _select_sites(fit: Fit, candidates: Iterable[Site]) -> tuple[list[_SelectedS
             same_size = np.flatnonzero(sizes == p)
             both = np.stack([normals[i] for i in same_size]), np.stack([gradients[i] for i in same_size])
             ratios[same_size], size[same_size] = _likelihood_ratios(*both, most[same_size], least[same_size])
+        ratios -= prices
         best = int(np.argmax(ratios))
         if ratios[best] < CHI2_PER_EFFECT:
             break

@@ -138,6 +138,17 @@ def test_what_moves_in_the_course_of_a_campaign_is_no_scatter_of_poses(form: str
     assert not [one for one in found["effects"] if one["effect"] == "pose_scatter" and one["probability"] >= 0.5]
 
 
+def test_a_stand_that_sways_along_one_line_is_seen_within_the_usual_scatter_of_poses() -> None:
+    data = measured("point", 1e-5, poses=80)
+    sight = data.points.xyz.mean(axis=0)
+    across = np.cross(sight, [0.0, 0.0, 1.0]) / np.linalg.norm(sight)  # along the line of sight a range may be wrong
+    moved = 6e-5 * np.sin(10.6 * np.pi * data.points.pose / (len(data.poses) - 1))
+    wrong = replace(data, points=replace(data.points, xyz=data.points.xyz + moved[:, None] * across))
+    found = examine(wrong, effects=[], seed=0)
+    assert found.verdict == "unexplained"
+    assert (found.where[0].site, found.where[0].coordinate) == ("base", "time")
+
+
 def test_a_reflector_of_a_wrong_range_constant_is_no_noise_of_all() -> None:
     data = measured("point", 1e-5)
     name = data.points.names[1]
