@@ -53,14 +53,15 @@ def evidence_for(refits: Refits, final: Fit, candidate_effect: CandidateEffect, 
     """Weigh an effect of the final model against its alternatives."""
     without = refits.refit(final, removed=candidate_effect)
     explained = without.chi2 - final.chi2
-    others = list(_alternatives_refitted(refits, final, candidate_effect))
-    costs = np.array([refits.cost(fit) for fit in (final, *(fit for _, fit in others), without)])
-    weights = posterior_weights(costs)
-    by_candidate: dict[CandidateEffect | None, float] = dict(
-        zip((candidate_effect, *(one for one, _ in others), None), weights.tolist(), strict=True)
-    )
-    fits: dict[CandidateEffect | None, Fit] = {candidate_effect: final, None: without, **dict(others)}
-    indistinguishable = [pair for pair in others if pair[1].deviance - final.deviance < CHI2_PER_EFFECT]
+    alone = dict(_alternatives_refitted(refits, final, candidate_effect))
+    others = alone | _two_instead(refits, final, candidate_effect, alone)
+    these: dict[CandidateEffect | None, Fit] = {candidate_effect: final, None: without}
+    fits = these | others
+    models = tuple(dict.fromkeys(fits.values()))
+    weights = dict(zip(models, posterior_weights(np.array(list(map(refits.cost, models)))).tolist(), strict=True))
+    by_candidate = {one: weights[fit] for one, fit in fits.items()}
+    near = [pair for pair in others.items() if pair[1].deviance - final.deviance < CHI2_PER_EFFECT]
+    indistinguishable = [(one, fit) for one, fit in near if fit is alone.get(one) or weights[fit] > LEAST_PROBABILITY]
     indistinguishable = sorted(indistinguishable, key=lambda pair: refits.cost(pair[1]))
     by_candidate |= _of_plausible_sizes(by_candidate, fits, [candidate_effect, *dict(indistinguishable)], held_out)
     for rival in set_rivals(refits, final, candidate_effect, held_out):
@@ -120,6 +121,20 @@ def _alternatives_refitted(
     refitted = ((test.candidate_effect, refits.refit(without, [test])) for test in near)
     needed = ((one, _with_all_needed(refits, fit, one)) for one, fit in refitted)
     return ((one, fit) for one, fit in needed if not fit.exceeds_bounds(one))
+
+
+def _two_instead(
+    refits: Refits, final: Fit, candidate_effect: CandidateEffect, alone: Mapping[CandidateEffect, Fit]
+) -> dict[CandidateEffect, Fit]:
+    """By each new effect, replaced models with two instead of one, if they cost less than with either alone."""
+    found: dict[CandidateEffect, Fit] = {}
+    for fit in sorted(refits.replaced, key=refits.cost, reverse=True):
+        new = [one for one in fit.effects if one not in final.effects]
+        only = [one for one in final.effects if one not in fit.effects] == [candidate_effect]
+        cheaper = (refits.cost(fit) < refits.cost(alone[one]) for one in new if one in alone)
+        if only and len(new) == 2 and all(cheaper):
+            found |= dict.fromkeys(new, fit)
+    return found
 
 
 def _with_all_needed(refits: Refits, fit: Fit, new: CandidateEffect) -> Fit:

@@ -43,6 +43,7 @@ class Refits:
     start: Fit  # the model without effects, fitted
     effects: Sequence[CandidateEffect]  # candidate effects
     separate: Fit | None = None  # effects that cost more than the selected geometry of the whole arm, if any
+    replaced: list[Fit] = field(default_factory=list)  # models in which an effect was exchanged
     _fits: dict[frozenset[CandidateEffect], Fit] = field(default_factory=dict)
     _tests: dict[frozenset[CandidateEffect], list[ScoreTest]] = field(default_factory=dict)
     _begun: set[tuple[frozenset[CandidateEffect], tuple[object, ...]]] = field(default_factory=set)
