@@ -19,6 +19,7 @@ from robolaser.diagnosis.fit import Fit, best_amplitudes
 from robolaser.diagnosis.penalties import complexity_penalty
 from robolaser.diagnosis.thresholds import CHI2_PER_PARAMETER, OPEN_SHARE
 from robolaser.estimation.nonlinear_parameters import NEGLIGIBLE
+from robolaser.estimation.solver import ENOUGH
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import DataLack
 from robolaser.model.grouped_rows import GroupedRows
@@ -160,13 +161,12 @@ def _best(fit: Fit, candidate_effect: CandidateEffect, grid: Array, tried: int, 
     if len(options) == 1:
         return options[0]
     bounds = _gains_at_most(columns.reshape(len(columns), len(grid), a), fit)
-    order = np.argsort(-bounds, kind="stable")
-    best: ScoreTest = options[order[0]]
-    for i in order[1:]:
-        if bounds[i] <= best.gain:
+    gains = np.full(len(options), -np.inf)
+    for i in np.argsort(-bounds, kind="stable"):
+        if bounds[i] < gains.max() - ENOUGH:
             break
-        best = max(best, options[i], key=lambda option: option.gain)
-    return best
+        gains[i] = options[i].gain
+    return options[int(np.argmax(gains > gains.max() - ENOUGH))]  # the first of equal ones: rounding decides nothing
 
 
 def _gains_at_most(columns: Array, fit: Fit) -> Array:

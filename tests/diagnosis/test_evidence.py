@@ -60,6 +60,15 @@ def test_what_an_effect_promises_is_what_a_full_fit_gains():
     assert refits.refit(fitted, [score]).values["joint_offset.joint_3.offset"] == pytest.approx(1e-3, abs=5e-5)
 
 
+@pytest.mark.parametrize("seed", [5, 8])
+def test_of_shapes_that_explain_the_same_the_first_counts_whatever_the_rounding(seed):
+    made = simulate(find_robot("scorbot_er7"), kind="point", poses=30, noise=Noise(point_m=3e-5), seed=seed)
+    _, fitted = begun(made.dataset)
+    (link,) = candidate_effects(["link_compliance:joint_2"], fitted.model.dataset)
+    (score,) = score_tests(fitted, [link])
+    assert score.nonlinear == tuple(link.effect.grid(fitted.model.dataset, link.where)[0])
+
+
 def test_a_robust_fit_is_hardly_moved_by_gross_errors():
     dataset = cell()
     pixel = dataset.points.pixel.copy()
