@@ -72,10 +72,10 @@ def _root(world: ET.Element, arm: CorrectedArm, body: RigidBody) -> ET.Element:
     if body.name == "world" and footing is None:
         return world
     element = ET.SubElement(world, "body", name=arm.unused_name("footing") if body.name == "world" else body.name)
-    for number, (axis, stiffness) in enumerate(zip(footing.axes, footing.stiffness, strict=True) if footing else ()):
-        ET.SubElement(
-            element, "joint", _spring(arm.unused_name(f"footing_{number}"), {"axis": digits(axis)}, float(stiffness))
-        )
+    if footing:
+        for number, (axis, stiffness) in enumerate(zip(footing.axes, footing.stiffness, strict=True)):
+            line = {"axis": digits(axis), "pos": digits(footing.at)}
+            ET.SubElement(element, "joint", _spring(arm.unused_name(f"footing_{number}"), line, float(stiffness)))
     return element
 
 

@@ -35,7 +35,8 @@ EFFECTS = {
         "joint_compliance:elbow_joint.compliance": 4e-5, "joint_compliance:elbow_joint.payload": 6e-5,
         "joint_compliance:elbow_joint.hardening": 0.3,
     },
-    "base": {"base_compliance:base.compliance": 2e-5, "base_compliance:base.anisotropy": 0.3},
+    "base": {"base_compliance:base.compliance": 2e-5, "base_compliance:base.anisotropy": 0.3,
+             "base_compliance:base.depth": 0.4},
     "base and encoder scale": {"base_compliance:base.compliance": 2e-6,
                                "encoder_scale:shoulder_lift_joint.scale": 1e-3},
 }  # fmt: skip

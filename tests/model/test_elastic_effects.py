@@ -50,7 +50,7 @@ def test_the_overturning_moment_is_that_of_the_whole_arms_weight_and_of_its_payl
 def test_a_yielding_base_lets_the_arm_sink_on_the_side_to_which_it_reaches(dataset: Dataset) -> None:
     run = Run(dataset)
     T = dataset.flange()
-    moved = BaseCompliance("base", 1e-5 * ONE, NONE, NONE).apply(T[None], run)[0]
+    moved = BaseCompliance("base", 1e-5 * ONE, NONE, NONE, NONE).apply(T[None], run)[0]
     np.testing.assert_allclose(
         moved[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2), exp_so3(1e-5 * run.loads.overturning_moment)
     )
@@ -61,9 +61,17 @@ def test_a_yielding_base_lets_the_arm_sink_on_the_side_to_which_it_reaches(datas
 
 def test_a_base_may_be_stiff_about_one_axis(dataset: Dataset) -> None:
     run, T = Run(dataset), dataset.flange()[None]
-    moved = BaseCompliance("base", 1e-5 * ONE, -ONE, NONE).apply(T, run)[0]
+    moved = BaseCompliance("base", 1e-5 * ONE, -ONE, NONE, NONE).apply(T, run)[0]
     about_y = 2e-5 * run.loads.overturning_moment * [0, 1, 0]
     np.testing.assert_allclose(moved[:, :3, :3], exp_so3(about_y) @ T[0, :, :3, :3], atol=1e-15)
+
+
+def test_a_pedestal_turns_about_its_foot(dataset: Dataset) -> None:
+    run, T = Run(dataset), dataset.flange()[None]
+    base, tilted = (BaseCompliance("base", 1e-5 * ONE, NONE, NONE, depth).apply(T, run) for depth in (NONE, 0.5 * ONE))
+    np.testing.assert_allclose(tilted[..., :3, :3], base[..., :3, :3], atol=1e-15)
+    lifted = np.cross(1e-5 * run.loads.overturning_moment, [0.0, 0.0, 0.5])  # to first order
+    np.testing.assert_allclose((tilted - base)[0, :, :3, 3], lifted, atol=1e-6)
 
 
 @pytest.mark.parametrize("down", [[0, 0, -9.81], [0, -9.81, 0], [-9.81, 0, 0], [3.0, 4.0, 5.0]])

@@ -16,10 +16,11 @@ from robolaser.model.effects.requirements import masses
 @final
 @dataclass(frozen=True)
 class BaseCompliance(Effect):
-    r"""The base turns about its origin: :math:`T' = \exp(φ)\,T`, :math:`φ = C \sum_i m_i\,r_i \times g`.
+    r"""The base turns about a point below its origin by :math:`φ = C \sum_i m_i\,r_i \times g`.
 
     The sum is the overturning moment of the weight that the first joint carries, the stated payload included, about
-    the base's origin. It has no component along gravity. C is compliance (1 + anisotropy) about the base's x axis and
+    the base's origin. It has no component along gravity, and is the same about all points below the origin; a pedestal
+    turns about its foot, at `depth`. C is compliance (1 + anisotropy) about the base's x axis and
     compliance (1 - anisotropy) about its y axis; of a base on a wall, about the nearest horizontal axes. The turn is
     zero for the unloaded base. Feet and floors soften or stiffen:
     φ (1 - hardening \|φ\| / max \|φ\|).
@@ -41,10 +42,13 @@ class BaseCompliance(Effect):
     # equal about both axes, and stiffer about either
     anisotropy: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0, tried=(0.0, -0.7, 0.7))
     hardening: Array = nonlinear(unit="", lower=-1.0, upper=1.0, nominal=0.0)
+    depth: Array = nonlinear(unit="m", lower=0.0, upper=2.0, nominal=0.0)
 
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
-        turn = self._turn(run) @ horizontal_axes(np.array(run.robot.gravity))
-        return pose(exp_so3(turn), np.zeros(3)) @ T_base_flange
+        gravity = np.array(run.robot.gravity)
+        turn = exp_so3(self._turn(run) @ horizontal_axes(gravity))
+        shift = self.depth[:, None, None] * ((np.eye(3) - turn) @ _down(gravity))
+        return pose(turn, shift) @ T_base_flange
 
     def _turn(self, run: Run) -> Array:
         """Turn of the base about each horizontal axis, (c, n, 2)."""
@@ -58,7 +62,8 @@ class BaseCompliance(Effect):
         worked = (turn * moment).sum(axis=0)
         soft = worked > 0.0
         stiffness = np.square(moment[:, soft]).sum(axis=0) / worked[soft]
-        return (Footing(axes[soft], stiffness),) if soft.any() else ()
+        foot = float(self.depth[0]) * _down(np.array(run.robot.gravity))
+        return (Footing(axes[soft], stiffness, foot),) if soft.any() else ()
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It acts as found, but the largest moment of other poses differs."""
@@ -73,9 +78,14 @@ def _moment(run: Run) -> Array:
 
 def horizontal_axes(gravity: Array) -> Array:
     """Two unit vectors across gravity, (2, 3): x and y of an upright base."""
-    down = gravity / max(float(np.linalg.norm(gravity)), 1e-12)
+    down = _down(gravity)
     first = np.eye(3)[0] if abs(down[0]) < np.sqrt(0.5) else np.eye(3)[2]
     x = first - down * (down @ first)
     x /= np.linalg.norm(x)
     y = np.cross(x, down)
     return np.stack([x, y * np.where(y[np.abs(y).argmax()] < 0, -1.0, 1.0)])
+
+
+def _down(gravity: Array) -> Array:
+    """The direction of gravity, (3,); zero without any."""
+    return gravity / max(float(np.linalg.norm(gravity)), 1e-12)

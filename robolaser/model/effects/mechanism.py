@@ -41,10 +41,11 @@ class MimicJoint:
 @final
 @dataclass(frozen=True)
 class Footing:
-    """The robot's support, turning about the base's origin on springs."""
+    """The robot's support, turning on springs."""
 
     axes: Array  # unit vectors in the base frame, (a, 3)
     stiffness: Array  # about each, (a,) [Nm/rad]
+    at: Array  # where the axes cross, in the base frame, (3,) [m]
 
 
 MechanismPart = Play | ElasticJoint | MimicJoint | Footing
