@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.commands.scan import LEAST_STEP_M
+from robolaser.commands.scan import SIZE
 from robolaser.geometry.rigid_motion import exp_so3
 from robolaser.scan.ply import VERTEX
 from robolaser.scan.quality import measure
@@ -100,10 +100,10 @@ def test_a_point_at_a_spheres_middle_stops_nobody():
 
 @pytest.mark.parametrize("noise", [2e-5, 1e-4])
 def test_the_least_step_that_may_be_asked_for_is_found_whatever_the_seed(noise):
-    vertices = scene(np.random.default_rng(8), noise=noise, step=LEAST_STEP_M, strangers=200)
+    vertices = scene(np.random.default_rng(8), noise=noise, step=SIZE.gte, strangers=200)
     for seed in range(10):
-        found = measure(vertices, step_m=LEAST_STEP_M, seed=seed)
-        assert abs(found.primitives[1].error_m) < 0.05 * LEAST_STEP_M
+        found = measure(vertices, step_m=SIZE.gte, seed=seed)
+        assert abs(found.primitives[1].error_m) < 0.05 * SIZE.gte
 
 
 @pytest.mark.parametrize(("factor", "said"), [(5.0, "more than noise"), (0.2, "does not fit"), (1.5, ""), (0.7, "")])
