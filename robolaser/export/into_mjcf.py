@@ -58,7 +58,7 @@ def placements_into_mjcf(
 
     Raises:
         RobotError: MuJoCo does not read the file; it is another arm; its hinges are all parallel; or bodies of the arm
-            are in other files or in frames, or have several joints or a `ref`.
+            are in other files or in frames, or have several joints.
         DependencyMissing: MuJoCo is not installed.
     """
     root, arm = markup.read(text, path.name, ROBOT_BYTES), _of_robot(nominal)

@@ -17,18 +17,18 @@ class GroupedRows:
     group: Ints  # of each row, (m,)
 
     @cached_property
-    def _places(self) -> tuple[Ints, Ints]:
-        """The row at each place of a group, (g, r), m where there is none; and the place of each row, (m,)."""
+    def _slots(self) -> tuple[Ints, Ints]:
+        """The row in each slot of a group, (g, r), m where there is none; and the slot of each row, (m,)."""
         order, counts = np.argsort(self.group, kind="stable"), np.bincount(self.group)
         group = self.group[order]
-        place = group * counts.max() + np.arange(len(group)) - (np.cumsum(counts) - counts)[group]
-        rows, places = np.full((len(counts), counts.max()), len(group)), np.empty_like(place)
-        rows.flat[place], places[order] = order, place
-        return rows, places
+        slot = group * counts.max() + np.arange(len(group)) - (np.cumsum(counts) - counts)[group]
+        rows, slots = np.full((len(counts), counts.max()), len(group)), np.empty_like(slot)
+        rows.flat[slot], slots[order] = order, slot
+        return rows, slots
 
     def apart(self, rows: Array) -> Array:
         """Rows (m, ...) by group, zero where a group has fewer, (g, r, ...)."""
-        at, _ = self._places
+        at, _ = self._slots
         grouped = rows.take(at, axis=0, mode="clip")
         if at.max() == len(rows):
             grouped[at == len(rows)] = 0.0
@@ -36,8 +36,8 @@ class GroupedRows:
 
     def together(self, grouped: Array) -> Array:
         """The rows (m, ...) from the result of `apart`."""
-        at, places = self._places
-        return grouped.reshape(at.size, *grouped.shape[2:]).take(places, axis=0)
+        at, slots = self._slots
+        return grouped.reshape(at.size, *grouped.shape[2:]).take(slots, axis=0)
 
 
 def group_means(rows: Array, group: Ints, groups: int = 0) -> Array:

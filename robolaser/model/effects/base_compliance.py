@@ -9,6 +9,7 @@ from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import CarryOver, Effect, Run, RunSummary, Stage, nonlinear, parameter
 from robolaser.model.effects.joint_compliance import hardened, with_hardening
+from robolaser.model.effects.link_compliance import unit
 from robolaser.model.effects.mechanism import Footing, MechanismPart
 from robolaser.model.effects.requirements import masses
 
@@ -20,10 +21,9 @@ class BaseCompliance(Effect):
 
     The sum is the overturning moment of the weight that the first joint carries, the stated payload included, about
     the base's origin. It has no component along gravity, and is the same about all points below the origin; a pedestal
-    turns about its foot, at `depth`. C is compliance (1 + anisotropy) about the base's x axis and
-    compliance (1 - anisotropy) about its y axis; of a base on a wall, about the nearest horizontal axes. The turn is
-    zero for the unloaded base. Feet and floors soften or stiffen:
-    φ (1 - hardening \|φ\| / max \|φ\|).
+    turns about its foot, at `depth`. C is compliance (1 + anisotropy) about the base's x axis and compliance
+    (1 - anisotropy) about its y axis; of a base on a wall, about the nearest horizontal axes. The turn is zero for the
+    unloaded base. Feet and floors soften or stiffen: φ (1 - hardening \|φ\| / max \|φ\|).
     """
 
     name = "base_compliance"
@@ -47,7 +47,7 @@ class BaseCompliance(Effect):
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
         gravity = np.array(run.robot.gravity)
         turn = exp_so3(self._turn(run) @ horizontal_axes(gravity))
-        shift = self.depth[:, None, None] * ((np.eye(3) - turn) @ _down(gravity))
+        shift = self.depth[:, None, None] * ((np.eye(3) - turn) @ unit(gravity))
         return pose(turn, shift) @ T_base_flange
 
     def _turn(self, run: Run) -> Array:
@@ -62,7 +62,7 @@ class BaseCompliance(Effect):
         worked = (turn * moment).sum(axis=0)
         soft = worked > 0.0
         stiffness = np.square(moment[:, soft]).sum(axis=0) / worked[soft]
-        foot = float(self.depth[0]) * _down(np.array(run.robot.gravity))
+        foot = float(self.depth[0]) * unit(np.array(run.robot.gravity))
         return (Footing(axes[soft], stiffness, foot),) if soft.any() else ()
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
@@ -78,14 +78,9 @@ def _moment(run: Run) -> Array:
 
 def horizontal_axes(gravity: Array) -> Array:
     """Two unit vectors across gravity, (2, 3): x and y of an upright base."""
-    down = _down(gravity)
+    down = unit(gravity)
     first = np.eye(3)[0] if abs(down[0]) < np.sqrt(0.5) else np.eye(3)[2]
     x = first - down * (down @ first)
     x /= np.linalg.norm(x)
     y = np.cross(x, down)
     return np.stack([x, y * np.where(y[np.abs(y).argmax()] < 0, -1.0, 1.0)])
-
-
-def _down(gravity: Array) -> Array:
-    """The direction of gravity, (3,); zero without any."""
-    return gravity / max(float(np.linalg.norm(gravity)), 1e-12)
