@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
 from typing import final
 
 import numpy as np
@@ -12,7 +11,6 @@ from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.local_unknown import (
-    chance_chi2,
     has_form,
     local_unknown_chi2,
     posture_unknown_chi2,
@@ -23,7 +21,6 @@ from robolaser.diagnosis.penalties import posterior_weights
 from robolaser.diagnosis.score_tests import ScoreTest, retest, score_tests
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, LEAST_PROBABILITY
-from robolaser.estimation.certainty import EVEN
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import ENOUGH
 from robolaser.model.effects.effect import CandidateEffect
@@ -31,8 +28,6 @@ from robolaser.model.effects.joints import moving_joints
 
 Announce = Callable[[str], None]
 """Called with the current step in words."""
-Chi2By = Callable[..., float]
-"""Evaluates the chi-squared that a function of a fit and a site returns."""
 
 
 @final
@@ -153,50 +148,32 @@ class Refits:
     def locally_unmodelled(self, fit: Fit, candidate_effect: CandidateEffect) -> float:
         """Probability of an unknown cause at a joint instead of an effect, or of all effects there, or beside them.
 
-        It is a function of unknown form, a sparse shape, or chance from pose to pose. Probabilities too low to be
-        reported count as zero.
+        It is a function of unknown form, chance from pose to pose included, or a sparse shape. Probabilities too low to
+        be reported count as zero.
         """
         joint, without = candidate_effect.where, self.refit(fit, removed=candidate_effect)
         beside = [one for one in without.effects if one.where == joint and has_form(fit, one)]
         sets = dict.fromkeys((without, self.without(without, beside)))
-        unknown = max(self._probability_instead(fit, one, joint) for one in sets)
+        rivals = self._of_any_form, self._of_sparse_shape
+        unknown = max(rival(fit, one, joint) for one in sets for rival in rivals)
         return unknown if unknown >= LEAST_PROBABILITY else 0.0
 
-    def _probability_instead(self, fit: Fit, without: Fit, joint: str) -> float:
-        """Probability of the likeliest rival of the effects that one fit lacks.
-
-        Each has the lower of its probabilities with the assumed scatter of whole poses and with the likeliest one.
-        """
-        rivals = self._of_any_form, self._of_sparse_shape, self._by_chance
-        assumed = ((rival, rival(fit, without, joint, self._once)) for rival in rivals)
-        reported = [(rival, unknown) for rival, unknown in assumed if unknown >= LEAST_PROBABILITY]
-        if not reported or (rescattered := fit.with_likeliest_scatter) is fit:
-            return max((unknown for _, unknown in reported), default=0.0)
-        refitted = Fit.of(without.problem.with_noise(rescattered.noise), without.x)
-        once = cache(lambda chi2_of, *at: chi2_of(*at))
-        return max(min(unknown, rival(rescattered, refitted, joint, once)) for rival, unknown in reported)
-
-    def _of_any_form(self, fit: Fit, without: Fit, joint: str, chi2_by: Chi2By) -> float:
+    def _of_any_form(self, fit: Fit, without: Fit, joint: str) -> float:
         """Probability of a function of unknown form instead of the effects, or, at a joint, also beside them."""
-        left = chi2_by(local_unknown_chi2, fit, joint) if joint in moving_joints(fit.model.dataset.robot) else 0.0
-        instead = chi2_by(local_unknown_chi2, without, joint)
+        left = self._once(local_unknown_chi2, fit, joint) if joint in moving_joints(fit.model.dataset.robot) else 0.0
+        instead = self._once(local_unknown_chi2, without, joint)
         return probability_of_local_unknown(self.cost_by_chi2(fit), left, self.cost_by_chi2(without), instead)
 
-    def _by_chance(self, fit: Fit, without: Fit, joint: str, chi2_by: Chi2By) -> float:
-        """Probability of pose-to-pose scatter of a joint instead of the effects."""
-        by_chance = self.cost_by_chi2(without) - chi2_by(chance_chi2, without, joint) + CHI2_PER_EFFECT
-        return float(posterior_weights(np.array([self.cost_by_chi2(fit), by_chance]))[1])
-
-    def _of_sparse_shape(self, fit: Fit, without: Fit, site: str, chi2_by: Chi2By) -> float:
+    def _of_sparse_shape(self, fit: Fit, without: Fit, site: str) -> float:
         """Probability of a sparse shape at a site instead of the effects.
 
         Alternatively the effects have an inexact form, with a function beside them that is outside the library, too; or
         the shape is present beside them.
         """
         price = CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
-        form, beside = chi2_by(local_unknown_chi2, fit, site), chi2_by(sparse_shape_chi2, fit, site)
+        form, beside = self._once(local_unknown_chi2, fit, site), self._once(sparse_shape_chi2, fit, site)
         final = self.cost_by_chi2(fit) - max(0.0, form - CHI2_OF_UNMODELLED_CAUSE, beside - price)
-        instead = self.cost_by_chi2(without) - chi2_by(sparse_shape_chi2, without, site) + price
+        instead = self.cost_by_chi2(without) - self._once(sparse_shape_chi2, without, site) + price
         return float(posterior_weights(np.array([final, instead]))[1])
 
     def cost_beside_posture_unknown(self, fit: Fit) -> float:
@@ -212,14 +189,6 @@ class Refits:
         if key not in self._unknown or self._unknown[key][0] != fit.chi2:
             self._unknown[key] = fit.chi2, chi2_of(fit, *site)
         return self._unknown[key][1]
-
-    def is_unmodelled(self, fit: Fit, without: Fit) -> bool:
-        """Whether effects are excluded because an unmodelled cause is more probable.
-
-        Never without optics: a smooth function of the posture imitates any effect of the arm, and the test would
-        exclude effects that predict new poses well. It still lowers their probability.
-        """
-        return fit.has_optics and self.unmodelled(fit, without) > EVEN
 
 
 @final

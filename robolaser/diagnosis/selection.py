@@ -64,30 +64,25 @@ def unless_one_does_it(refits: Refits, fit: Fit) -> Fit:
 
 
 def _stepwise(refits: Refits, fit: Fit, most: int, progress: Announce) -> Fit:
-    """Add effects up to a number while that lowers the cost; then remove or replace one; and repeat.
-
-    No effect is added if an unmodelled cause is a more probable explanation, see `Refits.is_unmodelled`.
-    """
+    """Add effects up to a number while that lowers the cost; then remove or replace one; and repeat."""
     while True:
         chosen = None
         if len(fit.effects) < most:
             progress(f"adding effects to {len(fit.effects)}")
-            options = _cheaper(refits, fit, _with_one_more(refits, fit))
-            chosen = next((option for option in options if not refits.is_unmodelled(option, fit)), None)
+            chosen = _cheapest(refits, fit, _with_one_more(refits, fit))
         if chosen is None and len(fit.effects) <= SEARCH_LIMIT:
             progress(f"exchanging {len(fit.effects)} effects")
-            chosen = next(iter(_cheaper(refits, fit, _with_one_exchanged(refits, fit))), None)
+            chosen = _cheapest(refits, fit, _with_one_exchanged(refits, fit))
         if chosen is None:
             return fit
         fit = chosen
         refits.linearize_again()
 
 
-def _cheaper(refits: Refits, fit: Fit, options: Iterable[Fit]) -> list[Fit]:
-    """The options that cost less than a fit, the cheapest first."""
-    costs = [(refits.cost(option), option) for option in options]
-    limit = refits.cost(fit) - ENOUGH
-    return [option for cost, option in sorted(costs, key=lambda pair: pair[0]) if cost < limit]
+def _cheapest(refits: Refits, fit: Fit, options: Iterable[Fit]) -> Fit | None:
+    """The option that costs least; None if that is no less than a fit costs."""
+    best = min(options, key=refits.cost, default=fit)
+    return best if refits.cost(best) < refits.cost(fit) - ENOUGH else None
 
 
 def _with_one_more(refits: Refits, fit: Fit) -> Iterator[Fit]:
