@@ -32,11 +32,11 @@ from robolaser.diagnosis.localization import Localization, localize, merged
 from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pose_scatter import beside
 from robolaser.diagnosis.preparation import Preparation
-from robolaser.diagnosis.pruning import probable_remainder, prune, without_imitations
+from robolaser.diagnosis.pruning import prune
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import CauseClass, Diagnosis
 from robolaser.diagnosis.score_tests import library
-from robolaser.diagnosis.selection import select, unless_one_does_it
+from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, LEFT_BY_IMITATION, SEARCH_LIMIT
@@ -131,18 +131,17 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         final, nested, evidence = start, [start], []
         classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
     verdict, noise, gap, scatter = judgement.verdict, judgement.noise, judgement.gap, judgement.scatter
-    if verdict == "explained":
-        sound = without_imitations(refits, final, evidence, held_out, gap.noise_floor_m)
-        if sound is not final:
-            verdict, left = "unexplained", localize(sound)
-            classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
     if scatter and left:
         share = scatter.located(gap.after_m, gap.noise_floor_m).share
         scatter = replace(scatter, share=share) if share >= EVEN else None
         if scatter:
             left = [] if share >= CREDIBLE_MASS else scatter.remainder(final, left)
         classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
-    where = left if scatter else _where(verdict, refits, final, evidence, classes, left)
+    where = left
+    if verdict == "explained":
+        where = explained_sites(start, final, evidence, len(effects))
+    elif verdict == "no_gap":
+        where = []
     if verdict == "explained" and unknown_instead(classes):
         verdict, where = "unexplained", localize(start) or where
     where = [at_other_poses(misread.share)] if misread and misread.shift else merged(where)
@@ -220,7 +219,7 @@ def _selected(
         outliers = found
         data, start = preparation.without(outliers, start)
         refits, final = reselected(start, 0.5)
-    return data, refits, unless_one_does_it(refits, final), np.flatnonzero(outliers).astype(np.int64)
+    return data, refits, final, np.flatnonzero(outliers).astype(np.int64)
 
 
 def _of_imitated(
@@ -266,21 +265,6 @@ def _only_imitate(
     if not any(one.probability >= LEAST_PROBABILITY or class_of(one.candidate_effect) in likely for one in evidence):
         return True
     return verdict == "unexplained" and not held_out.lowers(start, final)
-
-
-def _where(
-    verdict: str,
-    refits: Refits,
-    final: Fit,
-    evidence: Sequence[EffectEvidence],
-    classes: Sequence[CauseClass],
-    left: list[Localization],
-) -> list[Localization]:
-    if verdict == "no_gap":
-        return []
-    if verdict == "unexplained":
-        return probable_remainder(refits, final, evidence, classes, left)
-    return explained_sites(refits.start, final, evidence, len(refits.effects))
 
 
 def _next_poses(final: Fit, evidence: Sequence[EffectEvidence], seed: int) -> tuple[Mapping[str, float], ...]:

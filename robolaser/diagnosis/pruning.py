@@ -3,21 +3,18 @@
 The remaining effects are listed, exported, counted in classes and used in predictions.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from itertools import pairwise
 
-from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.evidence import EffectEvidence, evidence_for
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
-from robolaser.diagnosis.local_unknown import GEOMETRY, has_form
+from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization, localize
-from robolaser.diagnosis.penalties import credibility
 from robolaser.diagnosis.refits import Announce, PostureRivals, Refits
-from robolaser.diagnosis.result import CauseClass
-from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, NO_NOISE, SMALL_SHARE
-from robolaser.estimation.certainty import CERTAIN, EVEN
+from robolaser.diagnosis.thresholds import LEAST_PROBABILITY
+from robolaser.estimation.certainty import EVEN
 from robolaser.model.effects.effect import CandidateEffect
 
 
@@ -27,11 +24,10 @@ def prune(
     """Remove effects until there is enough evidence for each remaining one.
 
     The order of removal is: effects beyond their bounds; effects without which held-out poses are predicted as well;
-    effects less likely than an unmodelled cause; effects that are not credible; effects that do not lower the held-out
-    error when they are added. Of several, the worse half is removed at a time. After removals an alternative may be
-    more probable than an effect, and then replaces it. The effects that explain least are weighed first: they are the
-    likeliest to be replaced, after which all are weighed again; only when all remain, without optics, are they weighed
-    against unmodelled causes. A removed effect may be needed again beside one that remains at its site.
+    effects less likely than an unmodelled cause; effects that do not lower the held-out error when they are added. Of
+    several, the worse half is removed at a time. After removals an alternative may be more probable than an effect, and
+    then replaces it. The effects that explain least are weighed first: they are the likeliest to be replaced, after
+    which all are weighed again; only when all remain, without optics, are they weighed against unmodelled causes.
 
     Returns:
         Fits of the remaining effects, added one by one to the model without any; the evidence for each of them; and the
@@ -47,18 +43,15 @@ def prune(
         progress(f"weighing {one} against unmodelled causes")
         return max(_unmodelled(refits, fit, one), rivals(fit).unmodelled([one]))
 
-    selected, final = final, _helpful(refits, final, held_out, progress)
-    visited = {frozenset(final.effects)}  # sets so far: a replacement or a return may undo an earlier one
+    final = _helpful(refits, final, held_out, progress)
+    visited = {frozenset(final.effects)}  # sets so far: a replacement may undo an earlier one
     while True:
         if (plausible := _plausible(refits, final)) is not final:
             final = _helpful(refits, plausible, held_out, progress)
             continue
         # without optics the geometry of a whole arm counts, and none of its parts is removed for explaining little
         unmodelled = {one: instead_of(final, one) for one in final.effects if final.has_optics}
-        doubtful = sorted((one for one in unmodelled if unmodelled[one] > EVEN), key=lambda one: -unmodelled[one])
-        if unmodelled and not doubtful:
-            doubtful = _incredible(refits, final, unmodelled, unexplained(final))
-        if doubtful:
+        if doubtful := sorted((one for one in unmodelled if unmodelled[one] > EVEN), key=lambda one: -unmodelled[one]):
             final = _without_half(refits, final, doubtful)
             continue
         helpful = _helpful(refits, final, held_out, progress)
@@ -81,11 +74,7 @@ def prune(
             if doubtful := _not_lowering(nested, held_out):
                 final = _without_half(refits, nested[-1], doubtful)
                 continue
-            needed = needed_again(refits, selected, refits.of(final), held_out)
-            if needed is None or frozenset(needed.effects) in visited:
-                return nested, found, located(final)
-            final = needed
-            visited.add(frozenset(final.effects))
+            return nested, found, located(final)
 
 
 def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequence[EffectEvidence] = ()) -> list[Fit]:
@@ -119,25 +108,6 @@ def _not_lowering(nested: Sequence[Fit], held_out: HeldOut) -> list[CandidateEff
         (added,) = set(after.effects) - set(before.effects)
         rises[added] = held_out.misfit(after) - held_out.misfit(before)
     return sorted((one for one in rises if rises[one] >= 0.0), key=lambda one: -rises[one])
-
-
-def needed_again(refits: Refits, selected: Fit, final: Fit, held_out: HeldOut) -> Fit | None:
-    """The fit with a removed effect that is needed beside another at its site; None without such an effect.
-
-    With optics, effects are removed one after the other for an unmodelled cause: an effect at a certain site may have
-    been removed because of others that were removed later.
-    """
-    sites = {one.where for one in final.effects if final.has_optics}
-    out = {one for one in selected.effects if one.where in sites} - set(final.effects)
-    for test in refits.score_tests(final) if out else ():
-        one = test.candidate_effect
-        if one not in out:
-            continue
-        fit = refits.of(final, [test])
-        costs_less = refits.cost(fit) < refits.cost(final) and not fit.exceeds_bounds(one)
-        if costs_less and held_out.misfit(fit) < held_out.misfit(final) and _unmodelled(refits, fit, one) <= EVEN:
-            return fit
-    return None
 
 
 def _without_half(refits: Refits, final: Fit, doubtful: Sequence[CandidateEffect]) -> Fit:
@@ -177,15 +147,6 @@ def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -
     return max(probabilities)
 
 
-def _incredible(
-    refits: Refits, final: Fit, unmodelled: Mapping[CandidateEffect, float], unexplained: float
-) -> list[CandidateEffect]:
-    """Effects that are not credible beside an unexplained error, the least credible first."""
-    explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects}
-    believable = {one: credibility(unmodelled[one], unexplained, explained[one]) for one in final.effects}
-    return sorted((one for one in believable if believable[one] < 1.0 - CERTAIN), key=lambda one: believable[one])
-
-
 def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Announce) -> Fit:
     """Remove effects that do not improve the prediction of held-out poses, one by one, the least explaining first.
 
@@ -199,46 +160,3 @@ def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Announce) 
             break
         final, error = reduced, held_out.misfit(reduced)
     return refits.start if final.effects and error >= held_out.misfit(refits.start) else final
-
-
-def without_imitations(
-    refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut, floor_m: float
-) -> Fit:
-    """The model without effects that almost certainly imitate an unknown cause.
-
-    The same model if these explain too small a part of the gap to matter, and it is near the noise floor without them.
-    Placements have no form that could be wrong.
-    """
-    found = [
-        one
-        for one in evidence
-        if one.credibility < LEAST_PROBABILITY
-        and one.weights[one.candidate_effect] >= EVEN
-        and one.candidate_effect.effect.cause != GEOMETRY
-    ]
-    imitated, explained = (sum(one.explained for one in some) for some in (found, evidence))
-    without = refits.without(final, [one.candidate_effect for one in found])
-    matters = imitated > SMALL_SHARE * explained or (found and held_out.gap(without) > NO_NOISE * floor_m)
-    return without if matters else final
-
-
-def probable_remainder(
-    refits: Refits,
-    final: Fit,
-    evidence: Sequence[EffectEvidence],
-    classes: Sequence[CauseClass],
-    left: list[Localization],
-) -> list[Localization]:
-    """Locations of the remaining gap in the model without effects that, like their class, are unlikely.
-
-    Without all that are unlikely, if one of their sites explains most then: that is one cause, of a form that none of
-    them has. Placements have no form.
-    """
-    likely = {one.name for one in classes if one.probability >= EVEN}
-    doubted = [one.candidate_effect for one in evidence if one.probability < EVEN]
-    formed = [one for one in doubted if one.effect.cause != GEOMETRY]
-    whole = localize(refits.without(final, formed)) if formed else []
-    if whole and whole[0].site in {one.where for one in formed}:
-        return whole
-    unlikely = [one for one in doubted if class_of(one) not in likely]
-    return localize(refits.without(final, unlikely)) if unlikely else left

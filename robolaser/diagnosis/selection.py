@@ -51,18 +51,6 @@ def _whole_arm(refits: Refits, few: Fit, progress: Announce) -> Fit | None:
     return _reduced(refits, refits.refit(refits.start, geometry))
 
 
-def unless_one_does_it(refits: Refits, fit: Fit) -> Fit:
-    """Replace the geometry of the whole arm by a selection from a single effect, if that costs less by itself.
-
-    That geometry may have been the best with other noise, and is not removed step by step. With optics nothing is done:
-    functions of unknown form are likelier anyway.
-    """
-    if fit.has_optics or not placements_of_arm(fit.effects):
-        return fit
-    single = min(_with_one_more(refits, refits.start), key=refits.cost, default=fit)
-    return select(refits, single) if refits.cost(single) < refits.cost(fit) else fit
-
-
 def _stepwise(refits: Refits, fit: Fit, most: int, progress: Announce) -> Fit:
     """Add effects up to a number while that lowers the cost; then remove or replace one; and repeat."""
     while True:
