@@ -64,6 +64,13 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
     return max(*by_site, *(_ratio(in_time, *joint_equations(fit, joint)) for joint in joints))
 
 
+def chance_chi2(fit: Fit, joint: str) -> float:
+    """Chi-squared that pose-to-pose scatter of a joint explains beyond the cost of its freedom; 0 at other sites."""
+    if joint not in moving_joints(fit.model.dataset.robot):
+        return 0.0
+    return chance_ratio(*joint_equations(fit, joint))
+
+
 def fine_chi2(fit: Fit, joint: str) -> float:
     """Chi-squared that a function of a joint's coordinate with several waves explains beyond its freedom's cost."""
     sums = joint_equations(fit, joint)

@@ -17,7 +17,6 @@ from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.findings import (
     explained_sites,
     findings_of,
-    gap_of,
     noise_sources,
     not_testable,
     repeatability_of,
@@ -28,6 +27,7 @@ from robolaser.diagnosis.gravity_direction import with_gravity_turned
 from robolaser.diagnosis.gross_errors import rows_sentence
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.held_parameters import with_parameters_free
+from robolaser.diagnosis.local_unknown import GEOMETRY
 from robolaser.diagnosis.localization import Localization, localize, merged
 from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pose_scatter import beside
@@ -39,9 +39,9 @@ from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
-from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, LEFT_BY_IMITATION, SEARCH_LIMIT
+from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, NO_NOISE, SEARCH_LIMIT
 from robolaser.diagnosis.validation import validated
-from robolaser.diagnosis.verdict import Judgement, judged
+from robolaser.diagnosis.verdict import judged
 from robolaser.diagnosis.wrong_input import at_other_poses, mispaired
 from robolaser.errors import DataError
 from robolaser.estimation.averaging import AveragedData
@@ -126,22 +126,24 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     left = [] if hindrance else left
     judgement = judged(preparation, data, start, final, left, held_out, seed, scatters=not hindrance)
     classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
-    if final.effects and _only_imitate(judgement.verdict, start, final, evidence, classes, held_out):
-        judgement, left = _of_imitated(preparation, data, start, final, evidence, judgement, held_out, seed)
-        final, nested, evidence = start, [start], []
+    hidden = _unreported(evidence, classes)
+    if hidden and len(hidden) == len(final.effects):
+        final, nested, evidence, left = start, [start], [], localize(start)
+        judgement = judged(preparation, data, start, final, left, held_out, seed)
         classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
     verdict, noise, gap, scatter = judgement.verdict, judgement.noise, judgement.gap, judgement.scatter
+    if verdict == "explained" and hidden:  # the reported effects alone must close the gap
+        reported = refits.without(final, hidden)
+        if held_out.gap(reported) > NO_NOISE * gap.noise_floor_m:
+            verdict, left = "unexplained", localize(reported)
+            classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
     if scatter and left:
         share = scatter.located(gap.after_m, gap.noise_floor_m).share
         scatter = replace(scatter, share=share) if share >= EVEN else None
         if scatter:
             left = [] if share >= CREDIBLE_MASS else scatter.remainder(final, left)
         classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
-    where = left
-    if verdict == "explained":
-        where = explained_sites(start, final, evidence, len(effects))
-    elif verdict == "no_gap":
-        where = []
+    where = left if scatter else _where(verdict, refits, final, evidence, left)
     if verdict == "explained" and unknown_instead(classes):
         verdict, where = "unexplained", localize(start) or where
     where = [at_other_poses(misread.share)] if misread and misread.shift else merged(where)
@@ -222,49 +224,24 @@ def _selected(
     return data, refits, final, np.flatnonzero(outliers).astype(np.int64)
 
 
-def _of_imitated(
-    preparation: Preparation,
-    data: AveragedData,
-    start: Fit,
-    imitating: Fit,
-    evidence: Sequence[EffectEvidence],
-    found: Judgement,
-    held_out: HeldOut,
-    seed: int,
-) -> tuple[Judgement, list[Localization]]:
-    """The judgement without the effects of a model, which only imitate a cause, and the locations of the error.
-
-    If they predict most of the error on new poses, this is neither noise nor scatter: it is at their sites.
-    """
-    left = localize(start)
-    judgement = judged(preparation, data, start, start, left, held_out, seed)
-    scatter, leaves = judgement.scatter, (held_out.gap(imitating) / held_out.gap(start)) ** 2
-    is_noise = judgement.verdict == "no_gap" or scatter is not None
-    if not is_noise or leaves > LEFT_BY_IMITATION or not held_out.lowers(start, imitating):
-        return judgement, left
-    sites = explained_sites(start, imitating, evidence, 1)
-    if scatter and scatter.where != sites[0].site:
-        return judgement, left
-    return Judgement("unexplained", found.noise, gap_of(start, start, found.noise, held_out, seed)), sites
-
-
-def _only_imitate(
-    verdict: str,
-    start: Fit,
-    final: Fit,
-    evidence: Sequence[EffectEvidence],
-    classes: Sequence[CauseClass],
-    held_out: HeldOut,
-) -> bool:
-    """Whether the effects explain nothing: neither they nor their classes are probable enough to be reported.
-
-    Or a gap remains, and they do not certainly lower the held-out error: chi-squared is then not that of noise, and
-    only held-out poses can decide.
-    """
+def _unreported(evidence: Sequence[EffectEvidence], classes: Sequence[CauseClass]) -> list[CandidateEffect]:
+    """Effects of a model that, like their class, are too improbable to be reported."""
     likely = {one.name for one in classes if one.probability >= EVEN}
-    if not any(one.probability >= LEAST_PROBABILITY or class_of(one.candidate_effect) in likely for one in evidence):
-        return True
-    return verdict == "unexplained" and not held_out.lowers(start, final)
+    improbable = (one.candidate_effect for one in evidence if one.probability < LEAST_PROBABILITY)
+    return [one for one in improbable if class_of(one) not in likely]
+
+
+def _where(
+    verdict: str, refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], left: list[Localization]
+) -> list[Localization]:
+    """Locations of an explained gap, or of what likely effects leave. Placements have no form that could be wrong."""
+    if verdict == "no_gap":
+        return []
+    if verdict == "explained":
+        return explained_sites(refits.start, final, evidence, len(refits.effects))
+    doubted = [one.candidate_effect for one in evidence if one.probability < EVEN]
+    formed = [one for one in doubted if one.effect.cause != GEOMETRY]
+    return localize(refits.without(final, formed)) if formed else left
 
 
 def _next_poses(final: Fit, evidence: Sequence[EffectEvidence], seed: int) -> tuple[Mapping[str, float], ...]:

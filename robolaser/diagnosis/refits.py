@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import final
 
 import numpy as np
@@ -11,6 +12,7 @@ from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.local_unknown import (
+    chance_chi2,
     has_form,
     local_unknown_chi2,
     posture_unknown_chi2,
@@ -28,6 +30,8 @@ from robolaser.model.effects.joints import moving_joints
 
 Announce = Callable[[str], None]
 """Called with the current step in words."""
+Chi2By = Callable[..., float]
+"""Evaluates the chi-squared that a function of a fit and a site returns."""
 
 
 @final
@@ -148,32 +152,50 @@ class Refits:
     def locally_unmodelled(self, fit: Fit, candidate_effect: CandidateEffect) -> float:
         """Probability of an unknown cause at a joint instead of an effect, or of all effects there, or beside them.
 
-        It is a function of unknown form, chance from pose to pose included, or a sparse shape. Probabilities too low to
-        be reported count as zero.
+        It is a function of unknown form, a sparse shape, or chance from pose to pose. Probabilities too low to be
+        reported count as zero.
         """
         joint, without = candidate_effect.where, self.refit(fit, removed=candidate_effect)
         beside = [one for one in without.effects if one.where == joint and has_form(fit, one)]
         sets = dict.fromkeys((without, self.without(without, beside)))
-        rivals = self._of_any_form, self._of_sparse_shape
-        unknown = max(rival(fit, one, joint) for one in sets for rival in rivals)
+        unknown = max(self._probability_instead(fit, one, joint) for one in sets)
         return unknown if unknown >= LEAST_PROBABILITY else 0.0
 
-    def _of_any_form(self, fit: Fit, without: Fit, joint: str) -> float:
+    def _probability_instead(self, fit: Fit, without: Fit, joint: str) -> float:
+        """Probability of the likeliest rival of the effects that one fit lacks.
+
+        Each has the lower of its probabilities with the assumed scatter of whole poses and with the likeliest one.
+        """
+        rivals = self._of_any_form, self._of_sparse_shape, self._by_chance
+        assumed = ((rival, rival(fit, without, joint, self._once)) for rival in rivals)
+        reported = [(rival, unknown) for rival, unknown in assumed if unknown >= LEAST_PROBABILITY]
+        if not reported or (rescattered := fit.with_likeliest_scatter) is fit:
+            return max((unknown for _, unknown in reported), default=0.0)
+        refitted = Fit.of(without.problem.with_noise(rescattered.noise), without.x)
+        once = cache(lambda chi2_of, *at: chi2_of(*at))
+        return max(min(unknown, rival(rescattered, refitted, joint, once)) for rival, unknown in reported)
+
+    def _of_any_form(self, fit: Fit, without: Fit, joint: str, chi2_by: Chi2By) -> float:
         """Probability of a function of unknown form instead of the effects, or, at a joint, also beside them."""
-        left = self._once(local_unknown_chi2, fit, joint) if joint in moving_joints(fit.model.dataset.robot) else 0.0
-        instead = self._once(local_unknown_chi2, without, joint)
+        left = chi2_by(local_unknown_chi2, fit, joint) if joint in moving_joints(fit.model.dataset.robot) else 0.0
+        instead = chi2_by(local_unknown_chi2, without, joint)
         return probability_of_local_unknown(self.cost_by_chi2(fit), left, self.cost_by_chi2(without), instead)
 
-    def _of_sparse_shape(self, fit: Fit, without: Fit, site: str) -> float:
+    def _by_chance(self, fit: Fit, without: Fit, joint: str, chi2_by: Chi2By) -> float:
+        """Probability of pose-to-pose scatter of a joint instead of the effects."""
+        by_chance = self.cost_by_chi2(without) - chi2_by(chance_chi2, without, joint) + CHI2_PER_EFFECT
+        return float(posterior_weights(np.array([self.cost_by_chi2(fit), by_chance]))[1])
+
+    def _of_sparse_shape(self, fit: Fit, without: Fit, site: str, chi2_by: Chi2By) -> float:
         """Probability of a sparse shape at a site instead of the effects.
 
         Alternatively the effects have an inexact form, with a function beside them that is outside the library, too; or
         the shape is present beside them.
         """
         price = CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
-        form, beside = self._once(local_unknown_chi2, fit, site), self._once(sparse_shape_chi2, fit, site)
+        form, beside = chi2_by(local_unknown_chi2, fit, site), chi2_by(sparse_shape_chi2, fit, site)
         final = self.cost_by_chi2(fit) - max(0.0, form - CHI2_OF_UNMODELLED_CAUSE, beside - price)
-        instead = self.cost_by_chi2(without) - self._once(sparse_shape_chi2, without, site) + price
+        instead = self.cost_by_chi2(without) - chi2_by(sparse_shape_chi2, without, site) + price
         return float(posterior_weights(np.array([final, instead]))[1])
 
     def cost_beside_posture_unknown(self, fit: Fit) -> float:

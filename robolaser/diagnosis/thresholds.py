@@ -120,8 +120,9 @@ NO_NOISE: Final = 2.0
 """Ratio of an error to that expected from noise, above which it is not noise: of the root mean square of whitened rows
 to that expected from their median; of the squares of a fit's residuals to those of the noise estimated from them, if
 the search ended in a local optimum; of a held-out gap to its noise floor, beyond which no share of it is small enough
-to be closed. A judgement: of rows it is 1.08 at most on 84 data sets, and 2.5 for a reflector that slips by ten times
-the noise; of gaps below 1.5 in blind worlds of known effects, and 5 for a real scanner with an unknown remainder."""
+to be closed, also by effects too improbable to be reported. A judgement: of rows it is 1.08 at most on 84 data sets,
+and 2.5 for a reflector that slips by ten times the noise; of gaps below 1.5 in blind worlds of known effects, and 5 for
+a real scanner with an unknown remainder."""
 MOST_OVER_STATED: Final = 3.0
 """Ratio of estimated to stated row noise, above which it is no noise. A judgement: in blind worlds it is 2.6 at most;
 it is 3.4 with a rolling shutter, 5 with a tracked body whose angles have a bias that depends on the viewing position,
@@ -135,7 +136,3 @@ noise is so small that any other form is visible. A judgement: of twelve blind w
 each left 0.0004 and 0.002, causes outside the library 0.012 and more."""
 FORM_SHARE: Final = 0.02
 """Largest remainder, relative to the chi-squared that the effects explain, that counts as their inexact form."""
-LEFT_BY_IMITATION: Final = 1.0 / 3.0
-"""Share of the squared error on new poses that effects of another form may leave for it to be no chance. A judgement:
-the best of all ripples leaves 0.5 to 0.6 of a joint's scatter over 25 to 40 poses, and 0.3 of a ripple of another form
-over 120."""

@@ -12,9 +12,6 @@ from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.profile_likelihood import SIZES
-from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.score_tests import library
-from robolaser.diagnosis.selection import unless_one_does_it
 from robolaser.diagnosis.thresholds import LARGEST_USUAL
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
@@ -32,15 +29,6 @@ def placements(count: int) -> tuple[CandidateEffect, ...]:
 def test_one_or_two_placements_are_no_arm() -> None:
     assert placements_of_arm(placements(2)) == ()
     assert placements_of_arm(placements(3)) == placements(3)
-
-
-def test_the_geometry_of_an_arm_gives_way_to_one_effect_that_costs_less() -> None:
-    made = simulate(find_robot("ur5e"), kind="socket", poses=40, effects={"arm_scale:base": 8e-4}, seed=1)
-    candidates = library([next(one for one in EFFECTS if one.name == "arm_scale"), PLACEMENT], made.dataset)
-    refits = Refits(Preparation.of(made.dataset, 1).fit(candidates), candidates)
-    tests = refits.score_tests(refits.start)
-    arm = refits.refit(refits.start, [test for test in tests if test.candidate_effect.effect is PLACEMENT])
-    assert [one.effect.name for one in unless_one_does_it(refits, arm).effects] == ["arm_scale"]
 
 
 def posterior(J: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -133,6 +133,19 @@ def test_a_projector_that_turns_in_the_course_of_a_run_is_found_at_the_laser() -
     assert first.likelihood_ratio > 0.7 * (fit.chi2 - fit.freedoms)
 
 
+def test_scatter_of_whole_poses_is_no_remainder_of_an_effect() -> None:
+    noise, effects = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-4), {"backlash:joint_2": 8e-4}
+    stated = Noise(pixel_px=0.1, target_m=3e-5)
+    made = simulate(
+        find_robot("scorbot_er7"), poses=40, points=8, noise=noise, effects=effects,
+        options=CellOptions(stated=stated), seed=3,
+    )  # fmt: skip
+    start = Preparation.of(made.dataset, 1).fit(())
+    start = Fit.of(start.problem.with_noise(start.noise.with_scatter_times(0.01)), start.x)
+    refits = Refits(start, made.effects)
+    assert refits.locally_unmodelled(refits.refit(start, refits.score_tests(start)), made.effects[0]) == 0.0
+
+
 def test_an_effect_is_doubted_by_the_weight_of_models_that_do_without_it() -> None:
     sag, turned = CandidateEffect(HandEyeSag, "hand_eye"), CandidateEffect(LinkGeometry, "joint_3")
     rivals = PostureRivals((frozenset({sag, turned}), frozenset({sag}), frozenset()), (0.2, 0.5, 0.2))

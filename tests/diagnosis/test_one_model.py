@@ -5,8 +5,6 @@ from functools import cached_property
 
 import numpy as np
 import pytest
-from board_cell import begun
-from board_cell import cell as scanned
 from worlds import kinds
 
 from robolaser.data.dataset import Dataset
@@ -14,12 +12,10 @@ from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.corrected_model import corrected
 from robolaser.diagnosis.fit import Fit, problem_of
-from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.preparation import Preparation
-from robolaser.diagnosis.pruning import needed_again, prune
+from robolaser.diagnosis.pruning import prune
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.score_tests import ScoreTest, library, score_tests, stepwise_order
-from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.thresholds import LEAST_PROBABILITY
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import NoiseEstimate
@@ -115,24 +111,6 @@ def test_what_is_listed_is_what_is_exported_and_what_the_gap_is_of():
     assert found.findings[-1].gap_after_m == found.gap.after_m
     assert set(corrected(found, 0).model.effects) == effects
     assert {place(one) for one in effects} == set(SIZES_M)
-
-
-def test_an_effect_that_was_taken_out_comes_back_where_another_one_stays_at_its_site() -> None:
-    _, start = begun(scanned({"joint_offset:joint_2": 0.01, "backlash:joint_2": 0.004, "laser_roll": 0.02}))
-    suspects = kinds("joint_offset", "backlash", "laser_roll", "settling")
-    refits = Refits(start, library(suspects, start.model.dataset))
-    selected = select(refits)
-    assert sorted(one.where for one in selected.effects) == ["joint_2", "joint_2", "laser"]
-    held_out = HeldOut(start, 1)
-    for taken_out in selected.effects:
-        less = refits.refit(selected, removed=taken_out)
-        back = needed_again(refits, selected, less, held_out)
-        if taken_out.where == "laser":
-            assert back is None
-        else:
-            assert back is not None
-            assert set(back.effects) == set(selected.effects)
-        assert needed_again(refits, less, less, held_out) is None  # it was never chosen
 
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5)
