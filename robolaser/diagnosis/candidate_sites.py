@@ -27,7 +27,7 @@ from robolaser.diagnosis.thresholds import (
     MAX_DISTORTION_PX,
     SEEN,
     SMOOTH_LOAD,
-    SMOOTH_POSTURE,
+    SMOOTH,
 )
 from robolaser.estimation.noise_estimate import LEVER_M
 from robolaser.model.effects.effect import CandidateEffect
@@ -181,7 +181,7 @@ def of_leaning(fit: Fit) -> Iterator[Site]:
         size = np.linalg.norm(moment.values, axis=1, keepdims=True)
         about = (moment.values / np.maximum(size, LEAST_TORQUE_NM))[fit.pose_of_number]
         tilted = np.einsum("kd,kd->k", base, about)[:, None]
-        for basis in (smooth(size), smooth(moment.values, SMOOTH_POSTURE)):
+        for basis in (smooth(size), smooth(moment.values)):
             yield Site("base", moment.name, tilted, basis, fit.pose_of_number)
 
 
@@ -197,7 +197,7 @@ def _along_one_line(fit: Fit, site: Site) -> Site:
 
 def _of_posture(q: Array) -> Array:
     """Basis of a function of all joint values (n, j), (n, p)."""
-    return smooth(q, SMOOTH_POSTURE * np.sqrt(q.shape[1]))
+    return smooth(q, SMOOTH * np.sqrt(q.shape[1]))
 
 
 def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis]) -> Iterator[Site]:
@@ -290,7 +290,7 @@ def _of_measuring_system(fit: Fit, derivatives: StageDerivatives, in_run: Sequen
         yield Site("measuring_system", coordinate, longer, basis, fit.pose_of_number)
     range_m = np.linalg.norm(points.xyz, axis=1, keepdims=True)
     if fit.model.dataset.format.tracker:
-        view = smooth(fit.model.run.view_in_flange, SMOOTH_POSTURE)
+        view = smooth(fit.model.run.view_in_flange)
         farther = view.T[:, :, None] * (points.xyz / range_m)
         yield _of_rows("measuring_system", "direction of view", derivatives.of_rows(Stage.TARGET, farther))
         names = dict.fromkeys(points.names)

@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.subsampling import MAX_POSES
 from robolaser.diagnosis.pose_coordinates import Coordinate
-from robolaser.diagnosis.thresholds import ROUGH, SEEN, SMALL_SHARE, SMOOTH
+from robolaser.diagnosis.thresholds import SEEN, SMALL_SHARE, SMOOTH
 
 MOST = 24  # most basis functions, except of dents in a target
 
@@ -26,7 +26,7 @@ def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array
 
 def rough(coordinate: Array) -> Array:
     """Basis of a function of one coordinate (n,) that may have corners, (n, p): a Matérn kernel of order 3/2."""
-    return _remembered(np.asarray(coordinate, dtype=np.float64).tobytes(), (len(coordinate), 1), ROUGH, MOST, _matern)
+    return _remembered(np.asarray(coordinate, dtype=np.float64).tobytes(), (len(coordinate), 1), SMOOTH, MOST, _matern)
 
 
 Kernel = Callable[[Array, Array], Array]

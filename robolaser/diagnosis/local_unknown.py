@@ -22,7 +22,7 @@ from robolaser.diagnosis.pose_coordinates import TIME, angle_of, of_run, torque_
 from robolaser.diagnosis.random_functions import RandomFunctions
 from robolaser.diagnosis.score_tests import normal_equations
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
-from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, FINE, FORM_SHARE
+from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, FINE, SMALL_SHARE
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.effects.joints import moving_joints
@@ -113,8 +113,8 @@ def probability_of_local_unknown(final: float, left: float, without: float, inst
         instead: Chi-squared that such a function explains in it.
     """
     explained, price = without - final, CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
-    beside = final - left + price if left > FORM_SHARE * explained else np.inf
-    alone = without - instead + price if instead > (1.0 + FORM_SHARE) * explained else np.inf
+    beside = final - left + price if left > SMALL_SHARE * explained else np.inf
+    alone = without - instead + price if instead > (1.0 + SMALL_SHARE) * explained else np.inf
     weights = posterior_weights(np.array([final, beside, alone]))
     return float(weights[1:].sum())
 

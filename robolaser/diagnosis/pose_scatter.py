@@ -23,7 +23,7 @@ from robolaser.model.noise.covariance import NoiseModel
 NAME, CLASS = "pose_scatter", "repeatability"  # names of the effect and of its class of causes in results
 JOINTS, FLANGE = "joints", "flange"  # locations: all joints equally, and the flange, for motion of unknown origin
 ONE_JOINT = "joint "  # prefix of the name of a noise source for the readings of one joint
-GRANTED: Final = (1.0, 0.5, 0.25, 0.125)  # shares of the scatter that are tried as chance beside a shape
+GRANTED: Final = 0.25  # share of the scatter that is tried as chance beside a shape
 BY_CHANCE = "chance, from pose to pose"  # the coordinate of a gap by scatter of poses
 NUMBERS: Final = {"m": "shift", "rad": "turn"}  # name of a standard deviation by its unit
 
@@ -201,9 +201,7 @@ def _has_shape(fit: Fit, found: NoiseEstimate, part: _Part) -> bool:
         lost = 2.0 * (alone.likelihood.cost(beside)[0] - least)
         return _shape_chi2(Fit.of(fit.problem.with_noise(beside), fit.x), part.where) - lost
 
-    whole, *parts = GRANTED
-    beside_whole = max(gain(whole), CHI2_OF_UNMODELLED_CAUSE)
-    return any(gain(share) > beside_whole for share in parts)
+    return gain(GRANTED) > max(gain(1.0), CHI2_OF_UNMODELLED_CAUSE)
 
 
 def _shape_chi2(fit: Fit, where: str) -> float:

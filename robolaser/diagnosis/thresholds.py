@@ -65,19 +65,14 @@ CHI2_OF_UNMODELLED_CAUSE: Final = 12.0
 """Penalty of a cause outside the library, in chi-squared. A prior: odds of 1 to 400. With 6 or 24 no answer changes on
 six blind worlds; 4 no longer finds some weak true causes, and -12 loses 5 of 18."""
 SMOOTH: Final = 0.35
-"""Correlation length of a smooth function, as a share of its coordinate's range. A judgement."""
-SMOOTH_POSTURE: Final = 0.6
-"""Correlation length of functions of all joints, as a share of the posture's spread. A judgement: with 0.35 a
-compliance, too rough for such a function, is partly attributed to an eccentricity of its joint."""
+"""Correlation length of a function of unknown form, as a share of its coordinate's range, or of the posture's spread;
+functions with corners have it, too. A judgement: with 0.25 for corners and 0.6 for the posture, 83 blind worlds have
+the same answers."""
 SMOOTH_LOAD: Final = 2.0
 """Correlation length for loads: of a force at the flange, as a share of the extent of the flange's positions, since a
 cable fixed far away pulls nearly equally everywhere; of the direction of gravity in the flange and the overturning
 moment, as a share of their ranges, since elastic deflection is nearly proportional. A judgement: 1 and 4 change twice
 the log-likelihood of seven cables by 25 at most."""
-ROUGH: Final = 0.25
-"""Correlation length of functions with corners, for any function at a joint. A judgement: with 0.35 a ramp over a tenth
-of the range is a tenth off, with 0.5 twice the log-likelihood of twelve blind worlds changes by 20 at most, and by 4
-for a joint with a dead zone."""
 FINE: Final = 0.1
 """Correlation length of functions with several waves, which are no scatter: of a joint's coordinates, of time, in
 which a stand sways, and of the position on a target with dents. A judgement: a wave with three periods over a joint's
@@ -90,10 +85,11 @@ a limit, scatter of a camera's poses by 0.1 mrad is reported as a gap in its len
 # The probability of an effect, and its alternatives.
 
 SMALL_SHARE: Final = 0.05
-"""Unexplained chi-squared that halves an effect's credibility, relative to the chi-squared that the effect explains: a
-judgement, set by blind trials. And other small shares: of the largest range of a coordinate, below which another one is
-not scaled up, since a flat target's height is its noise; of poses, above which a growing diagnosis starts again; of a
-parameter's bounds, by which a check of the data moves it aside."""
+"""Chi-squared beside an effect, relative to the chi-squared that the effect explains, up to which it may be an inexact
+form of the effect, and which halves its credibility if no effect explains it: a judgement, set by blind trials. And
+other small shares: of the largest range of a coordinate, below which another one is not scaled up, since a flat
+target's height is its noise; of poses, above which a growing diagnosis starts again; of a parameter's bounds, by which
+a check of the data moves it aside."""
 
 LARGEST_PLAUSIBLE: Final = 10.0
 """Largest plausible size of an effect, relative to that usual in industry: a larger one is no certain cause beside an
@@ -134,5 +130,3 @@ OPEN_SHARE: Final = 0.005
 """Share of the squared gap above the noise, up to which a remainder may also be an inexact form of an effect, if the
 noise is so small that any other form is visible. A judgement: of twelve blind worlds with a remainder, two true effects
 each left 0.0004 and 0.002, causes outside the library 0.012 and more."""
-FORM_SHARE: Final = 0.02
-"""Largest remainder, relative to the chi-squared that the effects explain, that counts as their inexact form."""

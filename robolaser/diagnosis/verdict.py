@@ -16,13 +16,13 @@ from robolaser.diagnosis.pose_scatter import PartScatter
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.result import Gap
 from robolaser.diagnosis.thresholds import (
-    FORM_SHARE,
     MOST_OVER_STATED,
     NO_DIFFERENCE,
     NO_NOISE,
     OPEN_SHARE,
     SIGMA_OF_95_PERCENT,
     SIGMA_WITHOUT_LOCATION,
+    SMALL_SHARE,
 )
 from robolaser.estimation.averaging import AveragedData
 from robolaser.model.noise.covariance import NoiseModel
@@ -109,7 +109,7 @@ def judge(evidence: Evidence) -> str:
         return "unexplained"
     if evidence.localized <= 0.0:
         return "explained" if evidence.has_effects else "no_gap"
-    return "explained" if closed and evidence.localized <= FORM_SHARE * evidence.explained else "unexplained"
+    return "explained" if closed and evidence.localized <= SMALL_SHARE * evidence.explained else "unexplained"
 
 
 @final

@@ -148,9 +148,9 @@ def test_a_site_that_speaks_leaves_a_gap_unexplained():
     assert judge(replace(CLEAN, localized=16.0)) == "unexplained"
 
 
-def test_a_remainder_within_two_per_cent_of_what_effects_explain_is_their_form():
-    within = thresholds.FORM_SHARE * EXPLAINED.explained
-    assert within == 0.02 * 8000
+def test_a_remainder_within_five_per_cent_of_what_effects_explain_is_their_form():
+    within = thresholds.SMALL_SHARE * EXPLAINED.explained
+    assert within == 0.05 * 8000
     assert judge(replace(EXPLAINED, localized=within - 1.0)) == "explained"
     assert judge(replace(EXPLAINED, localized=within + 1.0)) == "unexplained"
 
