@@ -26,8 +26,8 @@ from robolaser.diagnosis.thresholds import (
     FINE,
     MAX_DISTORTION_PX,
     SEEN,
-    SMOOTH_LOAD,
     SMOOTH,
+    SMOOTH_LOAD,
 )
 from robolaser.estimation.noise_estimate import LEVER_M
 from robolaser.model.effects.effect import CandidateEffect
