@@ -20,7 +20,6 @@ from robolaser.diagnosis.pose_scatter import CLASS as SCATTER
 from robolaser.diagnosis.pose_scatter import PartScatter
 from robolaser.diagnosis.refits import PostureRivals, Refits
 from robolaser.diagnosis.result import CauseClass, CauseKind
-from robolaser.diagnosis.score_tests import stepwise_order
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CREDIBLE_MASS, LEAST_PROBABILITY
 from robolaser.estimation.certainty import EVEN
 from robolaser.model.effects.effect import CandidateEffect
@@ -224,27 +223,15 @@ def _probability(
     of: Callable[[CandidateEffect], object],
     name: object,
 ) -> float:
-    """Probability of a group of effects against the best replacement by other effects or an unmodelled cause.
+    """Probability of a group of effects against none of them, or an unmodelled cause.
 
     The remaining error does not count: another cause may be present, too. An unmodelled cause may be a function of one
     joint if all effects of the group are there. It is no larger than the effects' alternatives outside the group allow.
     """
-    rivals = [without, *_substitutes(refits, final, without, of, name)]
-    costs = np.array([refits.cost(fit) for fit in (final, *rivals)])
+    costs = np.array([refits.cost(fit) for fit in (final, without)])
     others = min(max((w for c, w in one.weights.items() if c and of(c) != name), default=0.0) for one in evidence)
     own = [one.candidate_effect for one in evidence]
     unmodelled = [refits.unmodelled(final, without), PostureRivals.of(refits, final).unmodelled(own)]
     if len({one.where for one in own}) == 1 and has_form(final, own[0]):
         unmodelled.append(min(refits.locally_unmodelled(final, one) for one in own))
     return min(1.0 - others, float(posterior_weights(costs)[0]) * (1.0 - max(unmodelled)))
-
-
-def _substitutes(
-    refits: Refits, final: Fit, without: Fit, of: Callable[[CandidateEffect], object], name: object
-) -> list[Fit]:
-    """Models with other effects instead of a group, in the order of the linear model."""
-    others = refits.among([one for one in refits.effects if of(one) != name])
-    tests = others.score_tests(without)
-    most = len(final.effects) - len(without.effects)
-    order = stepwise_order(tests, most)
-    return [others.of(without, [tests[i] for i in order])] if order else []

@@ -1,6 +1,6 @@
 """The evidence for an effect against the alternatives that could replace it."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -14,12 +14,10 @@ from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import (
     CHI2_PER_EFFECT,
     LEAST_PROBABILITY,
-    NO_DIFFERENCE,
     SEARCH_LIMIT,
     SHARE_OF_BEST_SCORE,
 )
 from robolaser.diagnosis.zeros_or_placement import set_rivals
-from robolaser.estimation.certainty import LIKELY
 from robolaser.model.effects.effect import CandidateEffect
 
 
@@ -53,17 +51,14 @@ def evidence_for(refits: Refits, final: Fit, candidate_effect: CandidateEffect, 
     """Weigh an effect of the final model against its alternatives."""
     without = refits.refit(final, removed=candidate_effect)
     explained = without.chi2 - final.chi2
-    alone = dict(_alternatives_refitted(refits, final, candidate_effect))
-    others = alone | _two_instead(refits, final, candidate_effect, alone)
+    others = dict(_alternatives_refitted(refits, final, candidate_effect))
     these: dict[CandidateEffect | None, Fit] = {candidate_effect: final, None: without}
     fits = these | others
     models = tuple(dict.fromkeys(fits.values()))
     weights = dict(zip(models, posterior_weights(np.array(list(map(refits.cost, models)))).tolist(), strict=True))
     by_candidate = {one: weights[fit] for one, fit in fits.items()}
     near = [pair for pair in others.items() if pair[1].deviance - final.deviance < CHI2_PER_EFFECT]
-    indistinguishable = [(one, fit) for one, fit in near if fit is alone.get(one) or weights[fit] > LEAST_PROBABILITY]
-    indistinguishable = sorted(indistinguishable, key=lambda pair: refits.cost(pair[1]))
-    by_candidate |= _of_plausible_sizes(by_candidate, fits, [candidate_effect, *dict(indistinguishable)], held_out)
+    indistinguishable = sorted(near, key=lambda pair: refits.cost(pair[1]))
     for rival in set_rivals(refits, final, candidate_effect, held_out):
         instead = by_candidate[candidate_effect] * rival.probability
         by_candidate[candidate_effect] -= instead
@@ -82,31 +77,6 @@ def evidence_for(refits: Refits, final: Fit, candidate_effect: CandidateEffect, 
     )
 
 
-def _of_plausible_sizes(
-    weights: Mapping[CandidateEffect | None, float],
-    fits: Mapping[CandidateEffect | None, Fit],
-    rivals: Sequence[CandidateEffect],
-    held_out: HeldOut,
-) -> dict[CandidateEffect | None, float]:
-    """Changed weights of indistinguishable rivals of which an effect of an implausible size has the largest.
-
-    A tracker's scale that is off by a per cent costs less than one more link of a wrong length, but is less likely.
-    Nothing changes if it predicts new poses better: further parameters alone make a prediction a little worse.
-    """
-    best = max(rivals, key=lambda one: weights[one])
-    plausible = [one for one in rivals if fits[one].is_plausible(one)]
-    if best in plausible or not plausible:
-        return {}
-    instead = max(plausible, key=lambda one: weights[one])
-    if held_out.misfit(fits[instead]) > NO_DIFFERENCE * held_out.misfit(fits[best]):
-        return {}
-    others = [one for one in rivals if one not in plausible]
-    had = sum(weights[one] for one in others)
-    left = min(1.0, (1.0 - LIKELY) / had)
-    changed: dict[CandidateEffect | None, float] = {one: left * weights[one] for one in others}
-    return changed | {instead: weights[instead] + (1.0 - left) * had}
-
-
 def _alternatives_refitted(
     refits: Refits, final: Fit, candidate_effect: CandidateEffect
 ) -> Iterator[tuple[CandidateEffect, Fit]]:
@@ -121,20 +91,6 @@ def _alternatives_refitted(
     refitted = ((test.candidate_effect, refits.refit(without, [test])) for test in near)
     needed = ((one, _with_all_needed(refits, fit, one)) for one, fit in refitted)
     return ((one, fit) for one, fit in needed if not fit.exceeds_bounds(one))
-
-
-def _two_instead(
-    refits: Refits, final: Fit, candidate_effect: CandidateEffect, alone: Mapping[CandidateEffect, Fit]
-) -> dict[CandidateEffect, Fit]:
-    """By each new effect, replaced models with two instead of one, if they cost less than with either alone."""
-    found: dict[CandidateEffect, Fit] = {}
-    for fit in sorted(refits.replaced, key=refits.cost, reverse=True):
-        new = [one for one in fit.effects if one not in final.effects]
-        only = [one for one in final.effects if one not in fit.effects] == [candidate_effect]
-        cheaper = (refits.cost(fit) < refits.cost(alone[one]) for one in new if one in alone)
-        if only and len(new) == 2 and all(cheaper):
-            found |= dict.fromkeys(new, fit)
-    return found
 
 
 def _with_all_needed(refits: Refits, fit: Fit, new: CandidateEffect) -> Fit:

@@ -64,7 +64,6 @@ def prune(
             evidence[one] = evidence_for(refits, final, one, held_out)
             better = exchanged(final, evidence[one], held_out)
             if better is not None and frozenset(better.effects) not in visited:
-                refits.replaced.append(final)
                 final = better
                 visited.add(frozenset(final.effects))
                 break

@@ -1,7 +1,7 @@
 """Fits of sets of effects, computed once, and their costs."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from typing import final
 
@@ -42,7 +42,6 @@ class Refits:
     start: Fit  # the model without effects, fitted
     effects: Sequence[CandidateEffect]  # candidate effects
     separate: Fit | None = None  # effects that cost more than the selected geometry of the whole arm, if any
-    replaced: list[Fit] = field(default_factory=list)  # models in which an effect was exchanged
     _fits: dict[frozenset[CandidateEffect], Fit] = field(default_factory=dict)
     _tests: dict[frozenset[CandidateEffect], list[ScoreTest]] = field(default_factory=dict)
     _begun: set[tuple[frozenset[CandidateEffect], tuple[object, ...]]] = field(default_factory=set)
@@ -106,10 +105,6 @@ class Refits:
         fit = Fit.of(self._problem(earlier.effects), earlier.x)
         self._fits[frozenset(earlier.effects)] = fit
         return fit
-
-    def among(self, effects: Sequence[CandidateEffect]) -> "Refits":
-        """The same fits, with other candidates."""
-        return replace(self, effects=effects, _tests={})
 
     def linearize_again(self) -> None:
         """Discard derivatives of earlier models."""

@@ -4,11 +4,9 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import final
 
 import numpy as np
-from scipy.linalg import pinvh
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.checks import different_poses
@@ -227,52 +225,3 @@ def lack_of_poses(kind: type[Effect], dataset: Dataset) -> str:
 def freedom(kind: type[Effect], tried: int) -> int:
     """Number of an effect's parameters; nonlinear ones count if several values were tried."""
     return len(kind.units()) if tried > 1 else len(kind.amplitudes())
-
-
-def stepwise_order(tests: Sequence[ScoreTest], most: int) -> list[int]:
-    """Order effects by the chi-squared that each explains beyond its penalty, beside those before it.
-
-    Args:
-        tests: Score tests of the effects, all against one model.
-        most: Largest number of effects to return; none explains less than its penalty.
-
-    Returns:
-        Indices of the tests.
-    """
-    if not tests:
-        return []
-    G, spans = _products(tests)
-    prices = np.array([test.penalty for test in tests])
-    order: list[int] = []
-    for _ in range(min(most, len(tests))):
-        net = _gains_beside(G, spans) - prices
-        net[order] = -np.inf
-        best = int(net.argmax())
-        if net[best] < 0.0:
-            break
-        order.append(best)
-        span = spans[best]
-        G = G - G[:, span] @ pinvh(G[np.ix_(span, span)], atol=NEGLIGIBLE, rtol=0.0) @ G[span]
-    return order
-
-
-def _products(tests: Sequence[ScoreTest]) -> tuple[Array, list[Ints]]:
-    """Products of all effects' columns, in units of their lengths, and the residuals; and the rows of each effect."""
-    columns = np.hstack([test.columns for test in tests])
-    squares = (np.hstack([test.white for test in tests]) ** 2).sum(axis=0)
-    tall = np.column_stack([columns / np.sqrt(np.maximum(squares, np.finfo(float).tiny)), tests[0].against.at.r])
-    ends = np.cumsum([0] + [test.columns.shape[1] for test in tests])
-    return tall.T @ tall, [np.arange(start, end) for start, end in pairwise(ends)]
-
-
-def _gains_beside(G: Array, spans: Sequence[Ints]) -> Array:
-    """Chi-squared that each effect explains, (n,), computed together for equal numbers of columns."""
-    gains, widths = np.zeros(len(spans)), np.array([len(span) for span in spans])
-    for width in np.unique(widths):
-        same_width = np.flatnonzero(widths == width)
-        own = np.stack([spans[i] for i in same_width.tolist()])
-        squares, vectors = np.linalg.eigh(G[own[:, :, None], own[:, None]])
-        along = (np.swapaxes(vectors, 1, 2) @ G[own, -1][..., None])[..., 0]
-        seen = squares > NEGLIGIBLE
-        gains[same_width] = np.divide(along**2, squares, out=np.zeros_like(squares), where=seen).sum(axis=1)
-    return gains
