@@ -1,6 +1,6 @@
 """The evidence for an effect against the alternatives that could replace it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -14,10 +14,12 @@ from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import (
     CHI2_PER_EFFECT,
     LEAST_PROBABILITY,
+    NO_DIFFERENCE,
     SEARCH_LIMIT,
     SHARE_OF_BEST_SCORE,
 )
 from robolaser.diagnosis.zeros_or_placement import set_rivals
+from robolaser.estimation.certainty import LIKELY
 from robolaser.model.effects.effect import CandidateEffect
 
 
@@ -59,6 +61,7 @@ def evidence_for(refits: Refits, final: Fit, candidate_effect: CandidateEffect, 
     by_candidate = {one: weights[fit] for one, fit in fits.items()}
     near = [pair for pair in others.items() if pair[1].deviance - final.deviance < CHI2_PER_EFFECT]
     indistinguishable = sorted(near, key=lambda pair: refits.cost(pair[1]))
+    by_candidate |= _of_plausible_sizes(by_candidate, fits, [candidate_effect, *dict(indistinguishable)], held_out)
     for rival in set_rivals(refits, final, candidate_effect, held_out):
         instead = by_candidate[candidate_effect] * rival.probability
         by_candidate[candidate_effect] -= instead
@@ -75,6 +78,31 @@ def evidence_for(refits: Refits, final: Fit, candidate_effect: CandidateEffect, 
         fits,
         tuple({one: (one, fit) for one, fit in reversed(indistinguishable)}.values())[::-1],
     )
+
+
+def _of_plausible_sizes(
+    weights: Mapping[CandidateEffect | None, float],
+    fits: Mapping[CandidateEffect | None, Fit],
+    rivals: Sequence[CandidateEffect],
+    held_out: HeldOut,
+) -> dict[CandidateEffect | None, float]:
+    """Changed weights of indistinguishable rivals of which an effect of an implausible size has the largest.
+
+    A tracker's scale that is off by a per cent costs less than one more link of a wrong length, but is less likely.
+    Nothing changes if it predicts new poses better: further parameters alone make a prediction a little worse.
+    """
+    best = max(rivals, key=lambda one: weights[one])
+    plausible = [one for one in rivals if fits[one].is_plausible(one)]
+    if best in plausible or not plausible:
+        return {}
+    instead = max(plausible, key=lambda one: weights[one])
+    if held_out.misfit(fits[instead]) > NO_DIFFERENCE * held_out.misfit(fits[best]):
+        return {}
+    others = [one for one in rivals if one not in plausible]
+    had = sum(weights[one] for one in others)
+    left = min(1.0, (1.0 - LIKELY) / had)
+    changed: dict[CandidateEffect | None, float] = {one: left * weights[one] for one in others}
+    return changed | {instead: weights[instead] + (1.0 - left) * had}
 
 
 def _alternatives_refitted(
