@@ -19,10 +19,10 @@ from robolaser.data.joining import with_poses_of
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.estimation.averaging import AveragedData
-from robolaser.estimation.noise_estimate import sources_of
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model, jacobian, of_data, with_rows
 from robolaser.model.noise.covariance import NoiseModel
+from robolaser.model.noise.sources import error_sources
 from robolaser.model.stages import OF_ROWS
 
 
@@ -60,8 +60,7 @@ class FurtherRows:
 
     @cached_property
     def _noise(self) -> NoiseModel:
-        noise, own = self.start.noise, AveragedData.single(self._own.dataset)
-        sources = sources_of(replace(own, shots=self.shots), self._own, self.start.x)
+        noise, sources = self.start.noise, error_sources(self._own, self.start.x, self.shots)
         return replace(noise, sources=sources, sigmas={one.name: noise.sigmas.get(one.name, 0.0) for one in sources})
 
 

@@ -22,12 +22,13 @@ from robolaser.diagnosis.pose_scatter import PartScatter, pose_scatter
 from robolaser.diagnosis.thresholds import MOST_RMS_M, NO_DIFFERENCE, NO_NOISE
 from robolaser.errors import RobolaserError
 from robolaser.estimation.averaging import AveragedData
-from robolaser.estimation.noise_estimate import NoiseEstimate, left_by, sources_of
+from robolaser.estimation.noise_estimate import NoiseEstimate, left_by
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
 from robolaser.estimation.outliers import MIN_POSES, outliers_of
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model, jacobian_matrix, of_data
 from robolaser.model.noise.covariance import FLOOR, NoiseModel
+from robolaser.model.noise.sources import error_sources
 
 
 @final
@@ -87,7 +88,7 @@ class Preparation:
         """
         data = AveragedData.of(self.calibration.model.dataset, outliers).subsampled(self.calibration.seed, most)
         model, was = of_data(self.calibration.model, data.dataset).with_effects(fit.effects), fit.noise
-        sources = sources_of(data, model, fit.x)
+        sources = error_sources(model, fit.x, data.shots)
         noise = replace(was, sources=sources, sigmas={one.name: was.sigmas.get(one.name, 0.0) for one in sources})
         return data, Fit.of(problem_of(model, noise, fit.sensor), fit.x)
 

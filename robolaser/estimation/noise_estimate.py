@@ -96,7 +96,7 @@ class NoiseEstimate:
 
         Columns J (K, n) may explain the residuals; by default the derivatives by the parameters.
         """
-        sources = sources_of(data, model, x)
+        sources = error_sources(model, x, data.shots)
         residuals, of_pose = model.residuals(x[None])[0], data.dataset.points.pose
         likelihood = NoiseLikelihood(sources, of_pose, residuals, jacobian_matrix(model, x) if J is None else J)
         limits = noise_limits(sources, data.dataset, alone=bool(np.bincount(of_pose).max() == 1))
@@ -147,8 +147,11 @@ class NoiseEstimate:
         sources = self.likelihood.sources
         rows = [source.name for source in sources if source.level != "pose"]
         if all(source.level == "pose" or source.name in self.known for source in sources):
+            sizes = {source.name: self.known.get(source.name, (0.0, "estimated")) for source in sources}
             return NoiseModel(
-                sources, {source.name: self.known.get(source.name, (0.0, "estimated"))[0] for source in sources}
+                sources,
+                {name: size for name, (size, _) in sizes.items()},
+                {name: by for name, (_, by) in sizes.items()},
             )
         limits = {name: limit for name, limit in self.limits.items() if name in rows}
         found, _ = self.likelihood.likeliest(self.known)
@@ -173,7 +176,7 @@ class NoiseEstimate:
 
 def weights_of_sizes(data: AveragedData, model: Model, x: Array, sizes: Mapping[str, float]) -> NoiseModel:
     """The noise for weights of averaged rows at x (d,), of sources whose sizes are known by name."""
-    sources = sources_of(data, model, x)
+    sources = error_sources(model, x, data.shots)
     origin: dict[str, Origin] = {one.name: "estimated" if one.stated is None else "stated" for one in sources}
     return _without_scatter(NoiseModel(sources, {one.name: sizes.get(one.name, 0.0) for one in sources}, origin))
 
@@ -224,20 +227,6 @@ def known_sizes(sources: tuple[ErrorSource, ...], raw: Dataset) -> Known:
         if not size or Excess.of(repeats.freedoms * (repeats.sigma_px / size) ** 2, repeats.freedoms).is_above:
             known[name] = repeats.sigma_px, "repeats"
     return known
-
-
-def sources_of(data: AveragedData, model: Model, x: Array) -> tuple[ErrorSource, ...]:
-    """The noise sources of averaged rows.
-
-    Where each pose has one row only, a motion of the pose would be the row's error under another name; errors of
-    joint readings are not, since their effect depends on the posture.
-    """
-    alone = np.bincount(data.dataset.points.pose).max() == 1
-    return tuple(
-        source
-        for source in error_sources(model, x, data.shots)
-        if not alone or source.level != "pose" or source.name == "joint" or source.stated is not None
-    )
 
 
 def noise_limits(sources: Collection[ErrorSource], dataset: Dataset, *, alone: bool) -> Mapping[str, float]:

@@ -32,7 +32,8 @@ def error_sources(
     - `joint` [rad], where joint angles were read: an independent error on each reading, carried through the chain,
       shared by the pose's rows. A linear axis has the same number in metres: equal at arm's length.
     - `probe` [m] and `probe_turn` [rad], shared by the pose's rows, where the sensor's error may be a motion of the
-      whole pose: where it sees several points a pose, which may come from one six-dimensional measurement.
+      whole pose: several points may come from one six-dimensional measurement. Of a pose with a single row, where the
+      noise of rows is stated: else it would be that noise under another name.
     - `flange` [m] and `flange_turn` [rad], likewise, where flange poses were measured, and for other sensors where
       `joint_rad` is stated. Turns only where they move a row, not where a pose sees only the point that it turns about.
 
@@ -46,15 +47,12 @@ def error_sources(
     if has_joints:
         effect = _joint_effect(model, at[0], at[2])
         found.append(ErrorSource("joint", effect, of_pose, "rad", level="pose", stated=dataset.noise.reading_rad))
-    if shared is None:  # else an error of the pose would be one of its row under another name
+    if shared is None:
         shared = shared_by_rows(model)
-    if has_joints and any(block.sensor.format.tracker for block in blocks):
-        whole = "probe"
-        wanted = shared or all(source.stated is not None for source in rows)
-    else:
-        whole = "flange"
-        wanted = shared and (not has_joints or dataset.noise.joint_rad is not None)
-    if wanted:
+    tracked = has_joints and any(block.sensor.format.tracker for block in blocks)
+    whole = "probe" if tracked else "flange"
+    is_apart = shared or all(source.stated is not None for source in rows)
+    if is_apart and (tracked or not has_joints or dataset.noise.joint_rad is not None):
         shifts, turns = moved_with_pose(blocks, *at)
         found.append(ErrorSource(whole, shifts, of_pose, level="pose"))
         if (shared or dataset.format.angles) and np.abs(turns).max(initial=0.0) > ROUNDING:
