@@ -191,6 +191,9 @@ def test_a_file_where_the_output_folder_should_be_is_said(dataset, tmp_path, cap
         (["diagnose", "DATASET", "--without", "laser_rol"], "Did you mean 'laser_roll'"),
         (["diagnose", "DATASET", "--without", "joint_offset:nowhere"], "Did you mean 'joint_offset'"),
         (["simulate", "--robot", "scorbot_er7", "--effect", "joint_offset:nowhere=0.01"], "There are: joint_1"),
+        (["calibrate", "DATASET", "--with", "outliers"], "outliers cannot be added to a model"),
+        (["diagnose", "DATASET", "--without", "gravity_direction"], "every diagnosis looks for it"),
+        (["simulate", "--robot", "scorbot_er7", "--effect", "mispaired=1"], "cannot be added to a model"),
     ],
 )
 def test_an_unknown_effect_location_or_algorithm_is_wrong_usage_and_gets_the_near_ones(

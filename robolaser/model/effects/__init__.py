@@ -16,6 +16,7 @@ from robolaser.robot.kinematics import Robot
 
 GROUP: Final = "robolaser.effects"  # entry points under which installed packages announce effects
 DECLARED: Final = ("title", "reference", "stage")  # declared by every subclass, besides its name and abstract methods
+BESIDE_THE_LIBRARY: Final = ("gravity_direction", "held_parameter", "mispaired", outliers.NAME, "pose_scatter")
 
 EFFECTS: tuple[type[Effect], ...]
 """Every effect that comes with the package, and those that other installed packages announce, by name.
@@ -64,10 +65,6 @@ def candidate_effects(wanted: Sequence[str | type[Effect]], dataset: Dataset) ->
     chosen: list[CandidateEffect] = []
     for text in (one if isinstance(one, str) else one.name for one in wanted):
         name, _, where = text.partition(":")
-        if name == outliers.NAME:
-            raise UsageError(
-                f"{name} cannot be added to a model: a diagnosis finds them, leaves them out and lists them."
-            )
         if "=" in text:
             raise UsageError(
                 f"'{text}' states a size, but only a name is expected here: write {text.partition('=')[0]}."
@@ -100,7 +97,9 @@ def found_effect(name: str, where: str, robot: Robot | None) -> CandidateEffect:
 
 
 def unknown_effect(name: str, known: Iterable[str]) -> UsageError:
-    """No effect has that name."""
+    """No effect of the library has that name."""
+    if name in BESIDE_THE_LIBRARY:
+        return UsageError(f"{name} cannot be added to a model, nor left out: every diagnosis looks for it.")
     return UsageError(f"No effect '{name}'.{near(name, known)}")
 
 
