@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, final
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.terminal import RESULT, Flange, Force, ResultFlag, Terminal, aligned, refuse, say
+from robolaser.commands.terminal import RESULT, Flange, Force, ResultFlag, Terminal, Whole, aligned, refuse, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class TableOptions:
     units: Annotated[tuple[str, ...], Parameter(metavar="[FILE:]UNIT,...")] = ()
     separator: Annotated[str | None, Parameter(metavar="SIGN")] = None
     decimal: Annotated[str, Parameter(metavar="SIGN")] = "."
-    header_row: Annotated[int, Parameter(metavar="N", validator=Number(gte=0))] = 1
+    header_row: Annotated[Whole, Parameter(validator=Number(gte=0))] = 1
     euler: Annotated[str | None, Parameter(metavar="AXES")] = None
     point: Annotated[str | None, Parameter(metavar="NAME")] = None
     ordered: bool = False

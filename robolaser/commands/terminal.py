@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Never, final
 
-from cyclopts import Group, Parameter
+from cyclopts import Group, Parameter, Token
 from cyclopts.validators import Number
 
 from robolaser.errors import UsageError
@@ -20,13 +20,23 @@ if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
 
 RESULT = Group("Result", sort_key=1)  # the options on where a result is written
-Count = Annotated[int, Parameter(metavar="N", validator=Number(gte=1))]
+
+
+def _whole(_: object, tokens: Sequence[Token]) -> int:
+    value = tokens[0].value
+    if not value.removeprefix("-").isdecimal():  # cyclopts rounds
+        raise ValueError("Expected a whole number.")
+    return int(value)
+
+
+Whole = Annotated[int, Parameter(converter=_whole, metavar="N")]
+Count = Annotated[Whole, Parameter(validator=Number(gte=1))]
 Seed = Annotated[
-    int,
-    Parameter(metavar="N", validator=Number(gte=0), help="Seed of random numbers; the same one gives the same result."),
+    Whole,
+    Parameter(validator=Number(gte=0), help="Seed of random numbers; the same one gives the same result."),
 ]
 Flange = Annotated[str | None, Parameter(metavar="FRAME", help="Frame of a robot's file that carries the sensor.")]
-Port = Annotated[int, Parameter(metavar="N", validator=Number(gte=1, lte=65535))]
+Port = Annotated[Whole, Parameter(validator=Number(gte=1, lte=65535))]
 
 
 def _positive(_: object, value: float | None) -> None:
