@@ -21,6 +21,7 @@ from robolaser.estimation.certainty import CERTAIN, EVEN
 from robolaser.estimation.linearization import TOUCH
 from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA
 from robolaser.model.blocks.block import LASER, THINGS
+from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
 PARTS: Final[Mapping[str, str]] = {
@@ -34,7 +35,7 @@ PARTS: Final[Mapping[str, str]] = {
 
 
 def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosis], seed: int) -> Diagnosis:
-    """The diagnosis with one part's held parameters free, if that explains more.
+    """The diagnosis with one part's held parameters free, if that explains more, or as much as all effects found.
 
     Args:
         found: The diagnosis with these parameters as in the data set: fixed, or on a bound.
@@ -44,15 +45,19 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
     if found.hindrance:
         return found
     held = _held(found)
-    freed = {part: one for part, names in held.items() if (one := _freed(found, part, names, seed))}
-    suspects = [part for part, one in freed.items() if _is_suspect(found, one)]
+    others = {part: tuple(one for one in found.model.effects if class_of(one) != _cause(part)) for part in held}
+    suspects = _suspects(found, held, others, SIGMA_OF_95_PERCENT, seed)
+    if not suspects and found.model.effects:  # they may alone do what all effects do
+        suspects = _suspects(found, held, dict.fromkeys(held, ()), -SIGMA_OF_95_PERCENT, seed)
     if not suspects:
         return found
-    part = min(suspects, key=lambda part: freed[part].held_out_rms_m or np.inf)
-    free = examine(freed[part].model.dataset)
+    part = min(suspects, key=lambda part: suspects[part].held_out_rms_m or np.inf)
+    free = examine(suspects[part].model.dataset)
     moved = _moved(free, held[part])
     probability = probability_of(found, free) if max(moved.values()) > NOISE_CONTRADICTED_SIGMA else 0.0
-    return _reported(found, free, part, held[part], moved, probability) if probability > EVEN else found
+    if round(probability, 2) < EVEN:  # of equal ones, the fixed number: it costs no effect
+        return found
+    return _reported(found, free, part, held[part], moved, probability)
 
 
 def _held(found: Diagnosis) -> dict[str, dict[str, float]]:
@@ -89,29 +94,46 @@ def _cause(part: str) -> str:
     return {"hand_eye": "mount", "tool": "mount"}.get(part, part.rpartition(".")[2])
 
 
-def _freed(found: Diagnosis, part: str, names: Iterable[str], seed: int) -> Calibration | None:
-    """The calibration with some parameters free instead of effects of their class; None if it fails."""
+def _suspects(
+    found: Diagnosis,
+    held: Mapping[str, Mapping[str, float]],
+    effects: Mapping[str, tuple[CandidateEffect, ...]],
+    least: float,
+    seed: int,
+) -> dict[str, Calibration]:
+    """Calibrations in which one part's held parameters are free, beside some effects, that predict well enough.
+
+    If they predict as well as effects of the same part, such as a decentred lens, these are the better name.
+
+    Args:
+        found: The diagnosis with these parameters as in the data set.
+        held: Their values by part.
+        effects: The effects that remain in the model with a part's parameters free.
+        least: Least decrease of the mean squared error on new poses, in its standard errors.
+        seed: Assigns poses to folds.
+    """
+    before, suspects = squares(found.observed, found.after_m), {}
+    for part, names in held.items():
+        freed = _freed(found, part, names, effects[part], seed)
+        if freed is None or freed.held_out is None:
+            continue
+        if fall_in_sigmas(before, squares(freed.fitted_model.dataset, freed.held_out)) > least:
+            suspects[part] = freed
+    return suspects
+
+
+def _freed(
+    found: Diagnosis, part: str, names: Iterable[str], effects: tuple[CandidateEffect, ...], seed: int
+) -> Calibration | None:
+    """The calibration with some parameters free, beside some effects; None if it fails."""
     plain = {name.partition("@")[0] for name in names}
-    given = found.dataset.parameters
-    kept = {name: item for name, item in given.items() if name not in plain}
+    kept = {name: item for name, item in found.dataset.parameters.items() if name not in plain}
     radius_m = {} if part == "target" else found.dataset.radius_m
     try:
-        others = tuple(one for one in found.model.effects if class_of(one) != _cause(part))
-        model = Model(replace(found.dataset, parameters=kept, radius_m=radius_m), others)
+        model = Model(replace(found.dataset, parameters=kept, radius_m=radius_m), effects)
         return calibrated(model, Plan(weights="noise", seed=seed))
     except (RobolaserError, np.linalg.LinAlgError):
         return None
-
-
-def _is_suspect(found: Diagnosis, freed: Calibration) -> bool:
-    """Whether free parameters predict certainly better than the effects found.
-
-    If they predict equally well, an effect of the same part, such as a decentred lens, is the better name.
-    """
-    if freed.held_out is None:
-        return False
-    after = squares(freed.fitted_model.dataset, freed.held_out)
-    return fall_in_sigmas(squares(found.observed, found.after_m), after) > SIGMA_OF_95_PERCENT
 
 
 def _moved(free: Diagnosis, held: Mapping[str, float]) -> dict[str, float]:

@@ -108,6 +108,23 @@ def test_another_cause_beside_a_wrong_focal_length_is_still_found() -> None:
     assert why.verdict == "explained"
 
 
+@pytest.mark.parametrize(("off_m", "effects"), [(0.01, {}), (0.0, {"link_geometry:shoulder_pan_joint.x": 5e-4})])
+def test_a_base_held_at_a_wrong_place_and_a_first_joint_at_a_wrong_one_are_rivals(
+    off_m: float, effects: dict[str, float]
+) -> None:
+    noise = Noise(point_m=3e-5)
+    sound, made = (
+        simulate(find_robot("ur5"), kind="point", poses=40, noise=noise, effects=some, seed=3).dataset
+        for some in ({}, effects)
+    )
+    x = robolaser.calibrate(sound).value("base.x") + off_m
+    why = robolaser.diagnose(replace(made, parameters={"base.x": Parameter("base.x", "m", x, x, x)}), seed=0)
+    (found,) = why.effects
+    assert (why.verdict, found.effect, found.where) == ("explained", "held_parameter", "base")
+    assert found.probability < 0.9
+    assert found.indistinguishable_from == [["link_geometry", "shoulder_pan_joint"]]
+
+
 def profiles(effects: dict[str, float] | None = None, **off_m: float) -> Dataset:
     """Balls whose stated radii are off by so much."""
     noise = Noise(point_m=5e-5, joint_rad=1e-5)
