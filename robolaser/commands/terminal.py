@@ -25,7 +25,7 @@ RESULT = Group("Result", sort_key=1)  # the options on where a result is written
 def _whole(_: object, tokens: Sequence[Token]) -> int:
     value = tokens[0].value
     if not value.removeprefix("-").isdecimal():  # cyclopts rounds
-        raise ValueError("Expected a whole number.")
+        raise ValueError(f"'{value}' is no whole number.")
     return int(value)
 
 

@@ -47,8 +47,9 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
     held = _held(found)
     others = {part: tuple(one for one in found.model.effects if class_of(one) != _cause(part)) for part in held}
     suspects = _suspects(found, held, others, SIGMA_OF_95_PERCENT, seed)
-    if not suspects and found.model.effects:  # they may alone do what all effects do
-        suspects = _suspects(found, held, dict.fromkeys(held, ()), -SIGMA_OF_95_PERCENT, seed)
+    if not suspects:  # they may alone do what effects of other parts do
+        alone = {part: () for part, kept in others.items() if kept and kept == found.model.effects}
+        suspects = _suspects(found, held, alone, -SIGMA_OF_95_PERCENT, seed)
     if not suspects:
         return found
     part = min(suspects, key=lambda part: suspects[part].held_out_rms_m or np.inf)
@@ -108,13 +109,13 @@ def _suspects(
     Args:
         found: The diagnosis with these parameters as in the data set.
         held: Their values by part.
-        effects: The effects that remain in the model with a part's parameters free.
+        effects: The parts to free, with the effects that then remain in the model.
         least: Least decrease of the mean squared error on new poses, in its standard errors.
         seed: Assigns poses to folds.
     """
     before, suspects = squares(found.observed, found.after_m), {}
-    for part, names in held.items():
-        freed = _freed(found, part, names, effects[part], seed)
+    for part, remaining in effects.items():
+        freed = _freed(found, part, held[part], remaining, seed)
         if freed is None or freed.held_out is None:
             continue
         if fall_in_sigmas(before, squares(freed.fitted_model.dataset, freed.held_out)) > least:

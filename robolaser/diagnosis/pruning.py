@@ -3,7 +3,7 @@
 The remaining effects are listed, exported, counted in classes and used in predictions.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from itertools import pairwise
 
@@ -12,9 +12,10 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization, localize
+from robolaser.diagnosis.penalties import credibility
 from robolaser.diagnosis.refits import Announce, PostureRivals, Refits
 from robolaser.diagnosis.thresholds import LEAST_PROBABILITY
-from robolaser.estimation.certainty import EVEN
+from robolaser.estimation.certainty import CERTAIN, EVEN
 from robolaser.model.effects.effect import CandidateEffect
 
 
@@ -24,10 +25,11 @@ def prune(
     """Remove effects until there is enough evidence for each remaining one.
 
     The order of removal is: effects beyond their bounds; effects without which held-out poses are predicted as well;
-    effects less likely than an unmodelled cause; effects that do not lower the held-out error when they are added. Of
-    several, the worse half is removed at a time. After removals an alternative may be more probable than an effect, and
-    then replaces it. The effects that explain least are weighed first: they are the likeliest to be replaced, after
-    which all are weighed again; only when all remain, without optics, are they weighed against unmodelled causes.
+    effects less likely than an unmodelled cause; effects that are not credible; effects that do not lower the held-out
+    error when they are added. Of several, the worse half is removed at a time. After removals an alternative may be
+    more probable than an effect, and then replaces it. The effects that explain least are weighed first: they are the
+    likeliest to be replaced, after which all are weighed again; only when all remain, without optics, are they weighed
+    against unmodelled causes.
 
     Returns:
         Fits of the remaining effects, added one by one to the model without any; the evidence for each of them; and the
@@ -51,7 +53,10 @@ def prune(
             continue
         # without optics the geometry of a whole arm counts, and none of its parts is removed for explaining little
         unmodelled = {one: instead_of(final, one) for one in final.effects if final.has_optics}
-        if doubtful := sorted((one for one in unmodelled if unmodelled[one] > EVEN), key=lambda one: -unmodelled[one]):
+        doubtful = sorted((one for one in unmodelled if unmodelled[one] > EVEN), key=lambda one: -unmodelled[one])
+        if unmodelled and not doubtful:
+            doubtful = _incredible(refits, final, unmodelled, unexplained(final))
+        if doubtful:
             final = _without_half(refits, final, doubtful)
             continue
         helpful = _helpful(refits, final, held_out, progress)
@@ -144,6 +149,15 @@ def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -
     if has_form(final, candidate_effect):
         probabilities.append(refits.locally_unmodelled(final, candidate_effect))
     return max(probabilities)
+
+
+def _incredible(
+    refits: Refits, final: Fit, unmodelled: Mapping[CandidateEffect, float], unexplained: float
+) -> list[CandidateEffect]:
+    """Effects that are not credible beside an unexplained error, the least credible first."""
+    explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects}
+    believable = {one: credibility(unmodelled[one], unexplained, explained[one]) for one in final.effects}
+    return sorted((one for one in believable if believable[one] < 1.0 - CERTAIN), key=lambda one: believable[one])
 
 
 def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Announce) -> Fit:

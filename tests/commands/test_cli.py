@@ -207,7 +207,7 @@ def test_an_unknown_effect_location_or_algorithm_is_wrong_usage_and_gets_the_nea
 @pytest.mark.parametrize("option", ["--seed", "--poses"])
 def test_a_number_that_is_not_whole_is_not_rounded(option, tmp_path, capsys):
     assert main(["simulate", "--robot", "scorbot_er7", "--output", str(tmp_path / "out"), option, "1.5"]) == 2
-    assert f"Invalid value for {option}: Expected a whole number." in capsys.readouterr().err
+    assert f"Invalid value for {option}: '1.5' is no whole number." in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("stream", ["closed", "full", "ascii"])

@@ -15,10 +15,10 @@ from robolaser.diagnosis.growth import with_poses
 from robolaser.diagnosis.thresholds import SMALL_SHARE
 from robolaser.errors import DataError, UsageError
 from robolaser.estimation.averaging import AveragedData
-from robolaser.estimation.noise_estimate import sources_of
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.tracker_scale import TrackerScale
 from robolaser.model.forward_model import of_data
+from robolaser.model.noise.sources import error_sources
 from robolaser.results.diagnosis import DiagnosisResult
 from robolaser.simulation import CellOptions, simulate
 
@@ -96,7 +96,8 @@ def test_a_followed_model_is_the_one_that_a_fit_of_all_rows_finds(arm, found):
     rows = FurtherRows.of(weighed.start, weighed.dataset, further)
     followed = Followed.of(weighed.final).with_rows(rows)
     model = of_data(weighed.final.model, rows.dataset)
-    sources = sources_of(AveragedData.single(rows.dataset), model.with_effects(()), weighed.start.x)
+    shots = AveragedData.single(rows.dataset).shots
+    sources = error_sources(model.with_effects(()), weighed.start.x, shots)
     problem = problem_of(model, replace(weighed.start.noise, sources=sources), weighed.final.sensor)
     fit = Fit.of(problem, weighed.final.x)
     assert np.abs(followed.x - fit.x).max() / fit.deviations.max() < 0.02
