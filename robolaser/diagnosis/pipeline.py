@@ -17,6 +17,7 @@ from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.findings import (
     explained_sites,
     findings_of,
+    gap_of,
     noise_sources,
     not_testable,
     repeatability_of,
@@ -39,9 +40,9 @@ from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
-from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, NO_NOISE, SEARCH_LIMIT
+from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, LEFT_BY_IMITATION, NO_NOISE, SEARCH_LIMIT
 from robolaser.diagnosis.validation import validated
-from robolaser.diagnosis.verdict import judged
+from robolaser.diagnosis.verdict import Judgement, judged
 from robolaser.diagnosis.wrong_input import at_other_poses, mispaired
 from robolaser.errors import DataError
 from robolaser.estimation.averaging import AveragedData
@@ -128,8 +129,8 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
     hidden = _unreported(evidence, classes)
     if hidden and len(hidden) == len(final.effects):
-        final, nested, evidence, left = start, [start], [], localize(start)
-        judgement = judged(preparation, data, start, final, left, held_out, seed)
+        judgement, left = _of_imitated(preparation, data, start, final, evidence, judgement, held_out, seed)
+        final, nested, evidence = start, [start], []
         classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
     verdict, noise, gap, scatter = judgement.verdict, judgement.noise, judgement.gap, judgement.scatter
     if verdict == "explained" and hidden:  # the reported effects alone must close the gap
@@ -222,6 +223,32 @@ def _selected(
         data, start = preparation.without(outliers, start)
         refits, final = reselected(start, 0.5)
     return data, refits, final, np.flatnonzero(outliers).astype(np.int64)
+
+
+def _of_imitated(
+    preparation: Preparation,
+    data: AveragedData,
+    start: Fit,
+    imitating: Fit,
+    evidence: Sequence[EffectEvidence],
+    found: Judgement,
+    held_out: HeldOut,
+    seed: int,
+) -> tuple[Judgement, list[Localization]]:
+    """The judgement without the effects of a model, which only imitate a cause, and the locations of the error.
+
+    If they predict most of the error on new poses, this is neither noise nor scatter: it is at their sites.
+    """
+    left = localize(start)
+    judgement = judged(preparation, data, start, start, left, held_out, seed)
+    scatter, leaves = judgement.scatter, (held_out.gap(imitating) / held_out.gap(start)) ** 2
+    is_noise = judgement.verdict == "no_gap" or scatter is not None
+    if not is_noise or leaves > LEFT_BY_IMITATION or not held_out.lowers(start, imitating):
+        return judgement, left
+    sites = explained_sites(start, imitating, evidence, 1)
+    if scatter and scatter.where != sites[0].site:
+        return judgement, left
+    return Judgement("unexplained", found.noise, gap_of(start, start, found.noise, held_out, seed)), sites
 
 
 def _unreported(evidence: Sequence[EffectEvidence], classes: Sequence[CauseClass]) -> list[CandidateEffect]:

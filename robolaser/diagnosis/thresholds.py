@@ -130,3 +130,7 @@ OPEN_SHARE: Final = 0.005
 """Share of the squared gap above the noise, up to which a remainder may also be an inexact form of an effect, if the
 noise is so small that any other form is visible. A judgement: of twelve blind worlds with a remainder, two true effects
 each left 0.0004 and 0.002, causes outside the library 0.012 and more."""
+LEFT_BY_IMITATION: Final = 1.0 / 3.0
+"""Share of the squared error on new poses that effects of another form may leave for it to be no chance. A judgement:
+the best of all ripples leaves 0.5 to 0.6 of a joint's scatter over 25 to 40 poses, and 0.3 of a ripple of another form
+over 120."""

@@ -172,16 +172,16 @@ def test_a_few_poses_far_off_are_no_repeatability_of_all() -> None:
     assert f"Most of the error is at poses {worst}" in found.sentence or len(found.outliers)
 
 
-def test_a_ripple_of_another_form_than_gears_have_is_an_unknown_cause_at_its_joint() -> None:
+def test_a_ripple_of_another_form_than_gears_have_is_neither_noise_nor_scatter() -> None:
     data = measured("point", 1e-6, poses=100)
     assert data.poses.q is not None
     q = data.poses.q.copy()
     q[:, 1] += 6e-4 * np.sign(np.sin(100.0 * q[:, 1]))
     found = examine(replace(data, poses=replace(data.poses, q=q)), seed=0)
     assert found.verdict == "unexplained"
-    assert [(one.name, one.site) for one in found.classes if one.probability > 0.9] == [
-        ("unknown", "shoulder_lift_joint")
-    ]
+    assert found.where[0].site == "shoulder_lift_joint"
+    assert "periodic in the motor's angle" in found.where[0].coordinate
+    assert "resembles an effect" in " ".join(to_do(found))
 
 
 @cache

@@ -13,6 +13,7 @@ from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE
 from robolaser.diagnosis.result import Diagnosis, Estimate, Finding
 from robolaser.estimation.certainty import CERTAIN
+from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.sensor_sites import kind_of_site
 from robolaser.report.digits import millimetres, plain
@@ -212,10 +213,12 @@ def _look(diagnosis: Diagnosis) -> str:
 
 
 def _form(coordinates: Iterable[str]) -> str:
-    """The coordinate that a remaining error depends on, or the constant error that it looks like."""
+    """The coordinate that a remaining error depends on, or the effect or constant error that it looks like."""
     placed = [one for one in coordinates if one.startswith("placement of ")]
-    depends = [f"the {one}" for one in coordinates if one not in placed]
+    titles = [one for one in coordinates if one in {kind.title for kind in EFFECTS}]
+    depends = [f"the {one}" for one in coordinates if one not in (*placed, *titles)]
     parts = [f"depends on {listed(depends)}"] if depends else []
+    parts += [f"resembles an effect: {listed(titles)}"] if titles else []
     return " and ".join([*parts, *([f"looks like a wrong {listed(placed)}"] if placed else [])])
 
 
