@@ -60,8 +60,7 @@ class FurtherRows:
 
     @cached_property
     def _noise(self) -> NoiseModel:
-        noise, sources = self.start.noise, error_sources(self._own, self.start.x, self.shots)
-        return replace(noise, sources=sources, sigmas={one.name: noise.sigmas.get(one.name, 0.0) for one in sources})
+        return self.start.noise.of_sources(error_sources(self._own, self.start.x, self.shots))
 
 
 @final

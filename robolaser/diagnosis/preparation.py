@@ -1,7 +1,7 @@
 """The basis of a diagnosis: a calibration weighed by noise, and the noise that candidate effects do not explain."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import final
 
@@ -87,9 +87,8 @@ class Preparation:
             most: Approximate number of poses to keep.
         """
         data = AveragedData.of(self.calibration.model.dataset, outliers).subsampled(self.calibration.seed, most)
-        model, was = of_data(self.calibration.model, data.dataset).with_effects(fit.effects), fit.noise
-        sources = error_sources(model, fit.x, data.shots)
-        noise = replace(was, sources=sources, sigmas={one.name: was.sigmas.get(one.name, 0.0) for one in sources})
+        model = of_data(self.calibration.model, data.dataset).with_effects(fit.effects)
+        noise = fit.noise.of_sources(error_sources(model, fit.x, data.shots))
         return data, Fit.of(problem_of(model, noise, fit.sensor), fit.x)
 
     def on_all_poses(self, outliers: Ints, final: Fit) -> Fit:

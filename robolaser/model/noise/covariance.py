@@ -153,6 +153,10 @@ class NoiseModel:
         """The same sources with other sizes; those not named keep theirs."""
         return replace(self, sigmas={**self.sigmas, **sigmas})
 
+    def of_sources(self, sources: tuple[ErrorSource, ...]) -> "NoiseModel":
+        """The same sizes for the sources of other rows; zero for those not known here."""
+        return replace(self, sources=sources, sigmas={one.name: self.sigmas.get(one.name, 0.0) for one in sources})
+
     def for_weights(self) -> "NoiseModel":
         """The noise for weights: all but estimated errors of whole poses.
 
