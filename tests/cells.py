@@ -30,6 +30,11 @@ WIDTH = {"m": 0.2, "rad": 0.5, "px": 200.0, "1/m²": 1e4, "m/px": 1e-5}
 SIX = ("x", "y", "z", "w", "phi", "psi")
 
 
+def on_flange_poses(dataset: Dataset) -> Dataset:
+    """The same on measured flange poses, of an arm of which nothing else is known."""
+    return replace(dataset, robot=None, poses=replace(dataset.poses, q=None, qd=None, T_base_flange=dataset.flange()))
+
+
 @final
 @dataclass(frozen=True)
 class Cell:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cells import on_flange_poses
 from several import two_trackers
 
 import robolaser
@@ -46,11 +47,6 @@ SLIPS: dict[str, tuple[Callable[[Array], Array], str]] = {
     ),
     "all in radians taken for degrees": (lambda q: q / DEGREES, "All angles of poses.csv seem to be divided by 57.3"),
 }
-
-
-def on_flange_poses(dataset: Dataset) -> Dataset:
-    """The same without joints: half as many other readings are tried."""
-    return replace(dataset, robot=None, poses=replace(dataset.poses, q=None, qd=None, T_base_flange=dataset.flange()))
 
 
 def slipped(dataset: Dataset, slip: str) -> tuple[Dataset, str]:

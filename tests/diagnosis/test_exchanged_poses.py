@@ -8,6 +8,7 @@ from importlib.resources import files
 import jsonschema
 import numpy as np
 import pytest
+from cells import on_flange_poses
 
 import robolaser
 from robolaser.data.dataset import Dataset
@@ -30,11 +31,6 @@ def measured(kind: str, **offset: float) -> Dataset:
     effects = {f"joint_offset:{joint}": size for joint, size in offset.items()}
     made = simulate(ARM, kind=kind, poses=20, points=POINTS[kind], noise=NOISE[kind], effects=effects, seed=3).dataset
     return on_flange_poses(made) if kind == "camera" else made
-
-
-def on_flange_poses(dataset: Dataset) -> Dataset:
-    """The same without joints, whose readings are not tried in other ways then."""
-    return replace(dataset, robot=None, poses=replace(dataset.poses, q=None, qd=None, T_base_flange=dataset.flange()))
 
 
 def moved(dataset: Dataset, to: dict[int, int]) -> Dataset:

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from cells import on_flange_poses
 
 import robolaser
 from robolaser.data.dataset import Dataset
@@ -84,8 +85,7 @@ def test_further_poses_do_not_make_a_held_parameter_right() -> None:
 
 def test_intrinsics_of_half_the_resolution_are_named() -> None:
     made = held(seen(), dict.fromkeys(("fx", "fy", "cx", "cy"), 0.5))
-    poses = replace(made.poses, q=None, qd=None, T_base_flange=made.flange())
-    why = robolaser.diagnose(replace(made, robot=None, poses=poses), effects=["target_scale"], seed=0)
+    why = robolaser.diagnose(on_flange_poses(made), effects=["target_scale"], seed=0)
     assert why.effects[0].effect == "held_parameter"
     assert why.effects[0].probability > 0.9
     assert set(why.effects[0].parameters) == {"fx", "fy", "cx", "cy"}

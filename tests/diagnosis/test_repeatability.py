@@ -6,10 +6,10 @@ from functools import cache
 
 import numpy as np
 import pytest
+from cells import on_flange_poses
 from worlds import kinds
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import Diagnosis, examine
 from robolaser.diagnosis.fit import Fit, problem_of
@@ -82,11 +82,6 @@ def tracked(
 
 def chance(rad: float) -> Callable[[Array], Array]:
     return lambda q: np.random.default_rng(1).normal(0.0, rad, len(q))[:, None] * (np.arange(q.shape[1]) == 1)
-
-
-def as_flange_poses(dataset: Dataset) -> Dataset:
-    """The flange poses, measured, of an arm of which nothing else is known."""
-    return replace(dataset, robot=None, poses=replace(dataset.poses, q=None, qd=None, T_base_flange=dataset.flange()))
 
 
 REPEATS = {"joint_rad": 1e-5, "repeatability_m": 5e-5}
@@ -188,7 +183,7 @@ def test_poses_of_one_measurement_each_may_scatter_beside_stated_noise():
         find_robot("ur5"), kind="pose", poses=40, noise=replace(stated, joint_rad=4e-5),
         options=CellOptions(stated=stated), seed=1,
     ).dataset  # fmt: skip
-    with_joints, without = (examine(one, effects=[], seed=0) for one in (dataset, as_flange_poses(dataset)))
+    with_joints, without = (examine(one, effects=[], seed=0) for one in (dataset, on_flange_poses(dataset)))
     assert with_joints.verdict == without.verdict == "no_gap"
     assert with_joints.noise["probe_turn"].origin == without.noise["flange_turn"].origin == "estimated"
 
@@ -198,7 +193,7 @@ def test_noise_of_a_camera_on_measured_flange_poses_is_said_to_be_from_its_repea
         find_robot("ur5"), kind="camera", poses=12, noise=Noise(pixel_px=0.1),
         options=CellOptions(repeats=3, stated=Noise()), seed=1,
     ).dataset  # fmt: skip
-    noise = examine(as_flange_poses(cell), effects=[], seed=0).noise
+    noise = examine(on_flange_poses(cell), effects=[], seed=0).noise
     assert {name: one.origin for name, one in noise.items()} == {
         "pixel": "repeats", "flange": "estimated", "flange_turn": "estimated",
     }  # fmt: skip

@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from asked import simulate_as_asked
+from cells import on_flange_poses
 
 from robolaser.data.stated_noise import Noise
 from robolaser.data.subsampling import MAX_POSES, chosen_rows
@@ -122,8 +123,7 @@ def test_a_robot_without_masses_has_no_compliance_to_test():
 @pytest.mark.parametrize("kind", KINDS)
 def test_measured_flange_poses_speak_for_no_joint(kind):
     dataset = recorded(kind)
-    poses = replace(dataset.poses, q=None, qd=None, T_base_flange=dataset.flange())
-    told = reasons(answer(replace(dataset, robot=None, poses=poses)))
+    told = reasons(answer(on_flange_poses(dataset)))
     assert {"joint_offset", "encoder_scale", "joint_compliance", "latency"} <= set(told)
 
 

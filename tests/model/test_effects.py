@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from cells import on_flange_poses
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
@@ -163,7 +164,7 @@ def test_the_grid_of_its_nonlinear_parameters_lies_within_their_bounds(effect: t
 
 def test_what_cannot_be_tested_has_a_reason_and_no_location(effect: type[Effect]) -> None:
     whole = cell("stripe")
-    flange_only = replace(whole, robot=None, poses=replace(whole.poses, q=None, qd=None, T_base_flange=whole.flange()))
+    flange_only = on_flange_poses(whole)
     untimed = replace(whole, poses=replace(whole.poses, time_s=None))
     still = replace(whole, poses=replace(whole.poses, qd=None))
     for dataset in (

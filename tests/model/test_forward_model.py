@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cells import project
+from cells import on_flange_poses, project
 
 from robolaser.arrays import Array
 from robolaser.data.stated_noise import Noise
@@ -108,8 +108,7 @@ def test_the_bracket_turns_before_the_small_angles(made):
 
 def test_measured_flange_poses_do_as_well_as_joint_angles(made):
     dataset = made.dataset
-    T = dataset.flange()
-    bare = replace(dataset, robot=None, poses=replace(dataset.poses, q=None, qd=None, T_base_flange=T))
+    bare = on_flange_poses(dataset)
     x = truth_of(made, Model(dataset))
     np.testing.assert_allclose(Model(bare).residuals(x), Model(dataset).residuals(x), atol=1e-14)
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cells import on_flange_poses
 from scanned import calibrated, dataset, written
 
 from robolaser.errors import DataError, EffectError, ScanError
@@ -92,8 +93,7 @@ def test_an_effect_that_is_there_twice_is_named(folder):
 @pytest.mark.parametrize("robot", [True, False], ids=["arm", "flange poses"])
 def test_every_effect_is_read_at_every_place_that_it_was_found_at(robot, data, tmp_path):
     if not robot:
-        poses = replace(data.poses, q=None, qd=None, T_base_flange=data.flange())
-        data = replace(data, robot=None, poses=poses)
+        data = on_flange_poses(data)
     names = [kind.name for kind in EFFECTS if kind.locations(data)]
     assert len(names) > (12 if robot else 5)
     calibration = calibrated(data, names)
@@ -103,8 +103,7 @@ def test_every_effect_is_read_at_every_place_that_it_was_found_at(robot, data, t
 
 
 def test_where_there_are_no_joints_nothing_sits_in_one(data, tmp_path):
-    poses = replace(data.poses, q=None, qd=None, T_base_flange=data.flange())
-    folder = written(calibrated(replace(data, robot=None, poses=poses), ["laser_roll"]), tmp_path)
+    folder = written(calibrated(on_flange_poses(data), ["laser_roll"]), tmp_path)
     for where in ("laser", "joint_2"):
         numbers = {"offset": {"value": 1, "std": None}}
         change(folder, ("effects", 0), {"effect": "joint_offset", "where": where, "parameters": numbers})
