@@ -66,8 +66,8 @@ CHI2_OF_UNMODELLED_CAUSE: Final = 12.0
 six blind worlds; 4 no longer finds some weak true causes, and -12 loses 5 of 18."""
 SMOOTH: Final = 0.35
 """Correlation length of a function of unknown form, as a share of its coordinate's range, or of the posture's spread;
-functions with corners have it, too. A judgement: with 0.25 for corners and 0.6 for the posture, 83 blind worlds have
-the same answers."""
+functions with corners have it, too: a ramp over a tenth of the range is a tenth off, over a fifth 0.03. A judgement:
+with 0.25 for corners and 0.6 for the posture, 83 blind worlds have the same answers."""
 SMOOTH_LOAD: Final = 2.0
 """Correlation length for loads: of a force at the flange, as a share of the extent of the flange's positions, since a
 cable fixed far away pulls nearly equally everywhere; of the direction of gravity in the flange and the overturning
