@@ -13,6 +13,7 @@ from robolaser.diagnosis.summary_text import millimetres
 from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, with_fault
 from robolaser.estimation.certainty import CERTAIN, EVEN
+from robolaser.estimation.solver import SHARE
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_compliance import JointCompliance
 from robolaser.model.forward_model import Model, jacobian_matrix
@@ -107,8 +108,9 @@ def _descended(columns: Array, residuals: Array, direction: Array) -> tuple[Arra
     """Refine a direction (3,) for the least residual with nonnegative compliances; and the norm of that residual."""
     left = np.inf
     for _ in range(MOST_STEPS):
+        before = left
         compliances, left = _compliances(columns, residuals, direction)
-        if not compliances.any():
+        if not compliances.any() or before - left < SHARE * left:
             break
         pull = np.linalg.lstsq(np.einsum("j,kjm->mk", compliances, columns), -residuals, rcond=None)[0]
         direction = pull / max(np.linalg.norm(pull), np.finfo(float).tiny)

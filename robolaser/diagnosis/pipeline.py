@@ -10,14 +10,13 @@ from threadpoolctl import threadpool_limits
 from robolaser.arrays import Ints, Progress
 from robolaser.data.dataset import Dataset
 from robolaser.data.joining import check_same_arm
-from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds, class_of, unknown_at, unknown_instead
+from robolaser.diagnosis.cause_classes import cause_kinds, unknown_at
+from robolaser.diagnosis.conclusion import Conclusion
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, too_few_poses
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.findings import (
-    explained_sites,
     findings_of,
-    gap_of,
     noise_sources,
     not_testable,
     repeatability_of,
@@ -28,25 +27,23 @@ from robolaser.diagnosis.gravity_direction import with_gravity_turned
 from robolaser.diagnosis.gross_errors import rows_sentence
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.held_parameters import with_parameters_free
-from robolaser.diagnosis.local_unknown import GEOMETRY
-from robolaser.diagnosis.localization import Localization, localize, merged
+from robolaser.diagnosis.localization import merged
 from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pose_scatter import beside
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import prune
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.result import CauseClass, Diagnosis
+from robolaser.diagnosis.result import Diagnosis
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
-from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LEAST_PROBABILITY, LEFT_BY_IMITATION, NO_NOISE, SEARCH_LIMIT
+from robolaser.diagnosis.thresholds import LEAST_PROBABILITY, SEARCH_LIMIT
 from robolaser.diagnosis.validation import validated
-from robolaser.diagnosis.verdict import Judgement, judged
+from robolaser.diagnosis.verdict import Case
 from robolaser.diagnosis.wrong_input import at_other_poses, mispaired
 from robolaser.errors import DataError
 from robolaser.estimation.averaging import AveragedData
-from robolaser.estimation.certainty import EVEN
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
 
@@ -120,42 +117,22 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
 
     progress("weighing the evidence", 0.6)
     held_out = HeldOut(start, seed, calibration, selected)
-    nested, evidence, left = prune(refits, selected, held_out, lambda what: progress(what, 0.6))
-    final = nested[-1]
+    nested, weighed, left = prune(refits, selected, held_out, lambda what: progress(what, 0.6))
 
     progress("judging the gap", 0.8)
-    left = [] if hindrance else left
-    judgement = judged(preparation, data, start, final, left, held_out, seed, scatters=not hindrance)
-    classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
-    hidden = _unreported(evidence, classes)
-    if hidden and len(hidden) == len(final.effects):
-        judgement, left = _of_imitated(preparation, data, start, final, evidence, judgement, held_out, seed)
-        final, nested, evidence = start, [start], []
-        classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
-    verdict, noise, gap, scatter = judgement.verdict, judgement.noise, judgement.gap, judgement.scatter
-    if verdict == "explained" and hidden:  # the reported effects alone must close the gap
-        reported = refits.without(final, hidden)
-        if held_out.gap(reported) > NO_NOISE * gap.noise_floor_m:
-            verdict, left = "unexplained", localize(reported)
-            classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
-    if scatter and left:
-        share = scatter.located(gap.after_m, gap.noise_floor_m).share
-        scatter = replace(scatter, share=share) if share >= EVEN else None
-        if scatter:
-            left = [] if share >= CREDIBLE_MASS else scatter.remainder(final, left)
-        classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
-    where = left if scatter else _where(verdict, refits, final, evidence, left)
-    if verdict == "explained" and unknown_instead(classes):
-        verdict, where = "unexplained", localize(start) or where
-    where = [at_other_poses(misread.share)] if misread and misread.shift else merged(where)
-    classes = unknown_at(classes, where)
+    case = Case(preparation, data, refits, held_out, seed)
+    found = Conclusion.of(case, nested, weighed, [] if hindrance else left, scatters=not hindrance)
+    final, evidence, verdict, judgement = found.final, found.evidence, found.verdict, found.judgement
+    noise, gap, scatter = judgement.noise, judgement.gap, judgement.scatter
+    where = [at_other_poses(misread.share)] if misread and misread.shift else merged(found.where)
+    classes = unknown_at(found.classes, where)
     if scatter:
         where = beside(where, scatter.located(gap.after_m, gap.noise_floor_m))
     progress("predicting held-out poses", 0.85)
     limits = detection_limits(refits.score_tests(final), refits.score_tests(start))
     whole = preparation.on_all_poses(outliers, final)
     errors = standard_errors(final, refits.score_tests(final), evidence, whole)
-    findings = findings_of(refits, nested, evidence, held_out, whole, errors)
+    findings = findings_of(refits, found.nested, evidence, held_out, whole, errors)
     repeatability = repeatability_of(final, noise)
     odd = "" if misread else rows_sentence(final, noise, verdict, dataset, outliers)
     moved = misread.shift if misread else len(preparation.belongs)
@@ -223,52 +200,6 @@ def _selected(
         data, start = preparation.without(outliers, start)
         refits, final = reselected(start, 0.5)
     return data, refits, final, np.flatnonzero(outliers).astype(np.int64)
-
-
-def _of_imitated(
-    preparation: Preparation,
-    data: AveragedData,
-    start: Fit,
-    imitating: Fit,
-    evidence: Sequence[EffectEvidence],
-    found: Judgement,
-    held_out: HeldOut,
-    seed: int,
-) -> tuple[Judgement, list[Localization]]:
-    """The judgement without the effects of a model, which only imitate a cause, and the locations of the error.
-
-    If they predict most of the error on new poses, this is neither noise nor scatter: it is at their sites.
-    """
-    left = localize(start)
-    judgement = judged(preparation, data, start, start, left, held_out, seed)
-    scatter, leaves = judgement.scatter, (held_out.gap(imitating) / held_out.gap(start)) ** 2
-    is_noise = judgement.verdict == "no_gap" or scatter is not None
-    if not is_noise or leaves > LEFT_BY_IMITATION or not held_out.lowers(start, imitating):
-        return judgement, left
-    sites = explained_sites(start, imitating, evidence, 1)
-    if scatter and scatter.where != sites[0].site:
-        return judgement, left
-    return Judgement("unexplained", found.noise, gap_of(start, start, found.noise, held_out, seed)), sites
-
-
-def _unreported(evidence: Sequence[EffectEvidence], classes: Sequence[CauseClass]) -> list[CandidateEffect]:
-    """Effects of a model that, like their class, are too improbable to be reported."""
-    likely = {one.name for one in classes if one.probability >= EVEN}
-    improbable = (one.candidate_effect for one in evidence if one.probability < LEAST_PROBABILITY)
-    return [one for one in improbable if class_of(one) not in likely]
-
-
-def _where(
-    verdict: str, refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], left: list[Localization]
-) -> list[Localization]:
-    """Locations of an explained gap, or of what likely effects leave. Placements have no form that could be wrong."""
-    if verdict == "no_gap":
-        return []
-    if verdict == "explained":
-        return explained_sites(refits.start, final, evidence, len(refits.effects))
-    doubted = [one.candidate_effect for one in evidence if one.probability < EVEN]
-    formed = [one for one in doubted if one.effect.cause != GEOMETRY]
-    return localize(refits.without(final, formed)) if formed else left
 
 
 def _next_poses(final: Fit, evidence: Sequence[EffectEvidence], seed: int) -> tuple[Mapping[str, float], ...]:

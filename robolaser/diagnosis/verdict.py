@@ -14,6 +14,7 @@ from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.noise_remarks import as_stated, over_stated
 from robolaser.diagnosis.pose_scatter import PartScatter
 from robolaser.diagnosis.preparation import Preparation
+from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Gap
 from robolaser.diagnosis.thresholds import (
     MOST_OVER_STATED,
@@ -123,27 +124,38 @@ class Judgement:
     scatter: PartScatter | None = None
 
 
-def judged(
-    preparation: Preparation,
-    data: AveragedData,
-    start: Fit,
-    final: Fit,
-    left: Sequence[Localization],
-    held_out: HeldOut,
-    seed: int,
-    *,
-    scatters: bool = True,
-) -> Judgement:
+@final
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A data set with its fits, and their errors on held-out poses."""
+
+    preparation: Preparation
+    data: AveragedData  # the rows used
+    refits: Refits
+    held_out: HeldOut
+    seed: int  # of resampling
+
+    def gap(self, final: Fit, noise: NoiseModel) -> Gap:
+        """The held-out gap of the nominal, the calibrated and a final model."""
+        return gap_of(self.refits.start, final, noise, self.held_out, self.seed)
+
+    def evidence(self, final: Fit, left: Sequence[Localization], gap: Gap, noise: NoiseModel) -> Evidence:
+        """What determines the verdict on a final model."""
+        return Evidence.of(self.refits.start, final, left, gap, noise)
+
+
+def judged(case: Case, final: Fit, left: Sequence[Localization], *, scatters: bool = True) -> Judgement:
     """Judge a final model with the locations of its remaining error; scatter of whole poses may count as a gap."""
+    preparation, data = case.preparation, case.data
     noise = preparation.noise_beside(data, final) if left else final.noise
-    gap = gap_of(start, final, noise, held_out, seed)
+    gap = case.gap(final, noise)
     if gap.after_ci95_m[1] < gap.noise_floor_m and not left:  # the noise was estimated beside fewer effects
         noise = preparation.noise_beside(data, final)
-        gap = gap_of(start, final, noise, held_out, seed)
-    verdict = judge(Evidence.of(start, final, left, gap, noise))
+        gap = case.gap(final, noise)
+    verdict = judge(case.evidence(final, left, gap, noise))
     if verdict == "unexplained" and scatters and (found := preparation.scatter_beside(data, final, smooth=bool(left))):
-        beside_gap = gap_of(start, final, found.noise, held_out, seed)
-        beside = Evidence.of(start, final, left, beside_gap, found.noise)
+        beside_gap = case.gap(final, found.noise)
+        beside = case.evidence(final, left, beside_gap, found.noise)
         if beside.is_at_floor:
             return _by_rows(final, judge(beside), found.noise, beside_gap)
         if found.is_excess:
