@@ -1,19 +1,17 @@
-"""Rows that no model explains: gross errors, whole poses in error, a point that moved, a wrong distance."""
+"""Rows that no model explains: gross errors, whole poses in error, a point that moved."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import NAMED, listed
+from robolaser.diagnosis.contradicted_distance import ContradictedDistance
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.noise_remarks import over_stated
-from robolaser.diagnosis.summary_text import millimetres
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, MOST_OVER_STATED, NO_NOISE
 from robolaser.estimation.certainty import EVEN, LIKELY
-from robolaser.estimation.outliers import OUTLIER_SIGMA
-from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
 
 
@@ -37,7 +35,8 @@ def rows_sentence(final: Fit, noise: NoiseModel, verdict: str, dataset: Dataset,
     scatter = ""
     if verdict == "unexplained":
         scatter = _uneven(final) or _beyond_stated(noise)
-    return scatter + _distance(final) + gross_sentence(dataset, outliers)
+    off = ContradictedDistance.of(final.model, final.x)
+    return scatter + (f" {off.sentence}" if off else "") + gross_sentence(dataset, outliers)
 
 
 def gross_sentence(dataset: Dataset, rows: Ints) -> str:
@@ -85,27 +84,6 @@ def _beyond_stated(noise: NoiseModel) -> str:
     if (times := over_stated(noise)) < MOST_OVER_STATED:
         return ""
     return f" Rows scatter {times:.0f} times as much as [noise] states: correct it, or look for another cause."
-
-
-def contradicted_distance(model: Model, x: Array) -> tuple[str, float] | None:
-    """The known distance with the largest residual, and its excess over the model [m]; None if all fit."""
-    distances = model.known_distances
-    if distances is None:
-        return None
-    off_m = distances.residuals(model.at(x)[0])[0]
-    worst = int(np.abs(off_m).argmax())
-    if abs(off_m[worst]) < OUTLIER_SIGMA * distances.sigma_m:
-        return None
-    ends = [names[worst][0].split(".")[-2] for names in (distances.first, distances.second)]
-    return f"known distance between {listed(ends)}", float(off_m[worst])
-
-
-def _distance(final: Fit) -> str:
-    off = contradicted_distance(final.model, final.x)
-    if off is None:
-        return ""
-    longer = "longer" if off[1] > 0 else "shorter"
-    return f" The {off[0]} is {millimetres(abs(off[1]))} {longer} than in the model: measure it again."
 
 
 def shortened(poses: Sequence[str]) -> str:

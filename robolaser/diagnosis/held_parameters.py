@@ -1,6 +1,6 @@
-"""Parameters that the data set fixes, or narrowly bounds, at wrong values."""
+"""Parameters that the data set fixes, or narrowly bounds, at wrong values, and known distances that are wrong."""
 
-from collections.abc import Callable, Iterable, Mapping, Set
+from collections.abc import Callable, Collection, Mapping, Set
 from dataclasses import replace
 from typing import Final
 
@@ -12,6 +12,7 @@ from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.cause_words import NAMED, listed, members
+from robolaser.diagnosis.contradicted_distance import DISTANCE, ContradictedDistance
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
 from robolaser.diagnosis.summary_text import millimetres
 from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
@@ -44,9 +45,11 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
     """
     if found.hindrance:
         return found
-    held = _held(found)
+    held, off = _held(found), ContradictedDistance.of(found.model, found.x)
+    if off:
+        held.setdefault(_part(off.key, found.dataset), {})[off.key] = off.stated_m
     others = {part: tuple(one for one in found.model.effects if class_of(one) != _cause(part)) for part in held}
-    suspects = _suspects(found, held, others, SIGMA_OF_95_PERCENT, seed)
+    suspects = _suspects(found, held, others, SIGMA_OF_95_PERCENT, seed, off)
     if not suspects:  # they may alone do what effects of other parts do
         alone = {part: () for part, kept in others.items() if kept and kept == found.model.effects}
         suspects = _suspects(found, held, alone, -SIGMA_OF_95_PERCENT, seed)
@@ -54,11 +57,17 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
         return found
     part = min(suspects, key=lambda part: suspects[part].held_out_rms_m or np.inf)
     free = examine(suspects[part].model.dataset)
-    moved = _moved(free, held[part])
-    probability = probability_of(found, free) if max(moved.values()) > NOISE_CONTRADICTED_SIGMA else 0.0
+    own = off if off and off.key in held[part] else None
+    would_be = {name: _would_be(free, name, own) for name in held[part]}
+    moved = {name: abs(one.value - held[part][name]) / (one.std or np.inf) for name, one in would_be.items()}
+    if max(moved.values()) <= NOISE_CONTRADICTED_SIGMA or (own and free.verdict == "unexplained"):
+        return found
+    probability = probability_of(found, free, own.log_odds if own else 0.0)
     if round(probability, 2) < EVEN:  # of equal ones, the fixed number: it costs no effect
         return found
-    return _reported(found, free, part, held[part], moved, probability)
+    least = min(SIGMA_OF_95_PERCENT, max(moved.values()))
+    shown = {name: one for name, one in would_be.items() if moved[name] >= least}
+    return _reported(found, free, part, {name: held[part][name] for name in shown}, shown, probability)
 
 
 def _held(found: Diagnosis) -> dict[str, dict[str, float]]:
@@ -101,6 +110,7 @@ def _suspects(
     effects: Mapping[str, tuple[CandidateEffect, ...]],
     least: float,
     seed: int,
+    off: ContradictedDistance | None = None,
 ) -> dict[str, Calibration]:
     """Calibrations in which one part's held parameters are free, beside some effects, that predict well enough.
 
@@ -112,35 +122,37 @@ def _suspects(
         effects: The parts to free, with the effects that then remain in the model.
         least: Least decrease of the mean squared error on new poses, in its standard errors.
         seed: Assigns poses to folds.
+        off: A distance among the held parameters that the model with all effects found contradicts, whatever poses do.
     """
     before, suspects = squares(found.observed, found.after_m), {}
     for part, remaining in effects.items():
-        freed = _freed(found, part, held[part], remaining, seed)
+        freed = _freed(found, part, held[part], remaining, seed, off)
         if freed is None or freed.held_out is None:
             continue
-        if fall_in_sigmas(before, squares(freed.fitted_model.dataset, freed.held_out)) > least:
+        fall = fall_in_sigmas(before, squares(freed.fitted_model.dataset, freed.held_out))
+        if fall > least or (off and off.key in held[part]):
             suspects[part] = freed
     return suspects
 
 
 def _freed(
-    found: Diagnosis, part: str, names: Iterable[str], effects: tuple[CandidateEffect, ...], seed: int
+    found: Diagnosis,
+    part: str,
+    names: Collection[str],
+    effects: tuple[CandidateEffect, ...],
+    seed: int,
+    off: ContradictedDistance | None,
 ) -> Calibration | None:
     """The calibration with some parameters free, beside some effects; None if it fails."""
     plain = {name.partition("@")[0] for name in names}
     kept = {name: item for name, item in found.dataset.parameters.items() if name not in plain}
     radius_m = {} if part == "target" else found.dataset.radius_m
+    dataset = off.removed_from(found.dataset) if off and off.key in names else found.dataset
     try:
-        model = Model(replace(found.dataset, parameters=kept, radius_m=radius_m), effects)
+        model = Model(replace(dataset, parameters=kept, radius_m=radius_m), effects)
         return calibrated(model, Plan(weights="noise", seed=seed))
     except (RobolaserError, np.linalg.LinAlgError):
         return None
-
-
-def _moved(free: Diagnosis, held: Mapping[str, float]) -> dict[str, float]:
-    """Distance of each parameter from its held value, in its standard errors."""
-    would_be = {name: _estimate(free, name) for name in held}
-    return {name: abs(would_be[name].value - held[name]) / (would_be[name].std or np.inf) for name in held}
 
 
 def _reported(
@@ -148,11 +160,10 @@ def _reported(
     free: Diagnosis,
     part: str,
     held: Mapping[str, float],
-    moved: Mapping[str, float],
+    would_be: Mapping[str, Estimate],
     probability: float,
 ) -> Diagnosis:
     """The diagnosis with free parameters, reported as one of the data set that holds them."""
-    shown = [name for name in held if moved[name] > SIGMA_OF_95_PERCENT] or [max(held, key=lambda one: moved[one])]
     before, after = found.gap, free.gap
     gaps = before.calibrated_m, after.calibrated_m
     if gaps[1] >= gaps[0]:  # another cause is larger: the error falls only beside its effects
@@ -162,31 +173,48 @@ def _reported(
         part,
         _cause(part),
         probability,
-        {name: _estimate(free, name) for name in shown},
+        would_be,
         *gaps,
         () if probability >= CERTAIN else tuple(one.candidate_effect for one in found.findings),
     )
-    text = _sentence(wrong, {name: held[name] for name in shown}, _radii(found).keys())
+    text = _sentence(wrong, held, _radii(found).keys())
     return with_fault(found, free, wrong, text, "parameters that the data set holds")
 
 
 def _sentence(wrong: WrongInput, held: Mapping[str, float], radii: Set[str]) -> str:
     """A sentence on the held and the free values and their errors; radii and parameters have different tables."""
     numbers = list(wrong.parameters.items())[:NAMED]
-    are = listed([f"{name} at {held[name]:.4g} {number.unit}".rstrip() for name, number in numbers])
-    would_be = listed([f"{number.value:.4g} {number.unit}".rstrip() for _, number in numbers])
+    pairs = {name: _until_different(held[name], number.value) for name, number in numbers}
+    are = listed([f"{name} at {pairs[name][0]} {number.unit}".rstrip() for name, number in numbers])
+    would_be = listed([f"{pairs[name][1]} {number.unit}".rstrip() for name, number in numbers])
     they, them = ("they", "them") if len(numbers) > 1 else ("it", "it")
     rivals = members(wrong.alternatives)
-    files = {"[target], radius_m": radii & held.keys(), "[parameters]": held.keys() - radii}
+    distances = {name for name in held if name.endswith(DISTANCE)}
+    files = {
+        "[target], radius_m": radii & held.keys(),
+        "[target], distances_m": distances,
+        "[parameters]": held.keys() - radii - distances,
+    }
     where = " and ".join(part for part, names in files.items() if names)
-    return (
-        f"dataset.toml holds {are}; free, {they} would be {would_be}, and the error on new poses"
-        f" {millimetres(wrong.gap_after_m)} instead of {millimetres(wrong.gap_before_m)}. Correct {them} under"
-        f" {where}." + (f" These poses do not show whether {rivals} is the cause instead." if rivals else "")
+    after, before = millimetres(wrong.gap_after_m), millimetres(wrong.gap_before_m)
+    error = f", and the error on new poses {after} instead of {before}" if after != before else ""
+    todo = f"Measure {them} again, and correct" if distances == held.keys() else "Correct"
+    return f"dataset.toml holds {are}; free, {they} would be {would_be}{error}. {todo} {them} under {where}." + (
+        f" These poses do not show whether {rivals} is the cause instead." if rivals else ""
     )
 
 
-def _estimate(found: Diagnosis, name: str) -> Estimate:
+def _until_different(one: float, other: float) -> tuple[str, str]:
+    """Two numbers with four digits, or with as many as show two digits of their difference."""
+    size, apart = max(abs(one), abs(other)), abs(one - other)
+    digits = max(4, 2 + int(np.ceil(np.log10(size / apart)))) if apart > 0.0 else 4
+    return f"{one:.{digits}g}", f"{other:.{digits}g}"
+
+
+def _would_be(found: Diagnosis, name: str, off: ContradictedDistance | None) -> Estimate:
+    """A parameter in the diagnosis in which it is free."""
+    if off and off.key == name and found.weighed:
+        return off.would_be(found.weighed.final)
     i = found.model.parameters.names.index(name)
     std = float(found.std[i])
     return Estimate(float(found.x[i]), std if np.isfinite(std) else None, found.model.parameters.items[i].unit)

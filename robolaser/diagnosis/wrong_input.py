@@ -41,17 +41,22 @@ def fall_in_sigmas(before: Mapping[str, float], after: Mapping[str, float]) -> f
     return float(falls.mean() / max(falls.std(ddof=1) / np.sqrt(len(falls)), np.finfo(float).tiny))
 
 
-def probability_of(found: Diagnosis, corrected: Diagnosis) -> float:
+def probability_of(found: Diagnosis, corrected: Diagnosis, log_odds: float = 0.0) -> float:
     """Probability that the fault, not the effects found with it, is the cause, by held-out likelihoods.
 
     Each model predicts every row from other poses: the product of these likelihoods is its evidence.
+
+    Args:
+        found: The diagnosis of the data set as given.
+        corrected: The diagnosis without the fault.
+        log_odds: Logarithm of the odds for the fault by what belongs to no pose.
     """
     before, after = squares(found.observed, found.after_m), squares(corrected.observed, corrected.after_m)
     rows = len(corrected.observed.points) / max(1, len(after))
     variance = corrected.gap.after_m**2 / corrected.after_m.shape[-1]
     excess = sum(before[name] - after[name] for name in before if name in after) * rows / (2.0 * variance)
-    probability = float(expit(excess))
-    sure = fall_in_sigmas(before, after) > SIGMA_OF_95_PERCENT
+    probability = float(expit(excess + log_odds))
+    sure = log_odds > 0.0 or fall_in_sigmas(before, after) > SIGMA_OF_95_PERCENT
     return probability if sure or probability < 0.5 else min(probability, LIKELY)
 
 

@@ -128,12 +128,32 @@ def test_the_gap_and_its_interval_are_of_the_rows_that_a_search_keeps(sound: Dat
 
 
 def test_a_known_distance_that_is_wrong_is_named() -> None:
-    made = simulate("ur5", kind="socket", poses=40, noise=Noise(joint_rad=5e-5, distance_m=2e-5), seed=1).dataset
+    sound = simulate("ur5", kind="socket", poses=40, noise=Noise(joint_rad=5e-5, distance_m=2e-5), seed=1).dataset
+    names, known = (f"plate.{name}" for name in sound.points.names), sound.distances_m
+    made = replace(
+        sound,
+        points=replace(sound.points, names=tuple(names)),
+        distances_m=tuple((f"plate.{one}", f"plate.{other}", length) for one, other, length in known),
+    )
     (one, other, length), *rest = made.distances_m
     found = examine(replace(made, distances_m=((one, other, length - 1e-3), *rest)), effects=[], seed=0)
-    assert f"The known distance between {one} and {other} is 0.9" in found.sentence
-    assert "mm shorter than in the model: measure it again." in found.sentence
-    assert "known distance" not in examine(made, effects=[], seed=0).sentence
+    assert found.wrong_input is not None
+    ((name, would_be),) = found.wrong_input.parameters.items()
+    assert (found.verdict, found.wrong_input.where, name) == ("explained", "target", f"socket.{one}-{other}.distance")
+    assert would_be.std is not None
+    assert would_be.value == pytest.approx(length, abs=4.0 * would_be.std)
+    assert "Measure it again, and correct it under [target], distances_m." in found.sentence
+    assert examine(made, effects=[], seed=0).verdict == "no_gap"
+
+
+def test_a_known_distance_is_no_cause_of_an_error_that_remains_without_it() -> None:
+    made = simulate("ur5", kind="socket", poses=40, effects={"joint_offset:elbow_joint": 5e-3}, seed=1).dataset
+    (one, other, length), *rest = made.distances_m
+    found = examine(replace(made, distances_m=((one, other, length - 0.1), *rest)), effects=[], seed=0)
+    assert (found.verdict, found.wrong_input) == ("unexplained", None)
+    assert f"The known distance between {one} and {other} is" in found.sentence
+    assert "shorter than in the model: measure it again." in found.sentence
+    assert any(advice.startswith("Measure the known distance") for advice in to_do(found))
 
 
 @pytest.mark.parametrize("wrong", [1, 2])
@@ -145,8 +165,8 @@ def test_known_distances_that_agree_show_the_arm_s_scale_and_one_alone_is_measur
     )
     named = [str(one.candidate_effect) for one in found.findings if one.probability > 0.9]
     assert named == (["arm_scale at base"] if wrong == 2 else [])
-    assert ("measure it again" in found.sentence) == (wrong == 1)
-    assert any(advice.startswith("Measure the known distance") for advice in to_do(found)) == (wrong == 1)
+    assert ("Measure it again" in found.sentence) == (wrong == 1)
+    assert any(advice.startswith("Correct the data set first") for advice in to_do(found)) == (wrong == 1)
     assert not any(advice.startswith("Nothing needs repair") for advice in to_do(found))
 
 

@@ -27,7 +27,8 @@ USUAL_M = 5e-5  # standard deviation where `[noise] distance_m` does not state o
 class KnownDistances:
     """Distances between named points: rows of every fit that belong to no pose and to no point of points.csv."""
 
-    # parameters of each row's first point, such as `socket.a.x`, `.y` and `.z`, (r,)
+    ends: tuple[tuple[str, str], ...]  # names of each row's points, (r,)
+    # parameters of its first point, such as `socket.a.x`, `.y` and `.z`, (r,)
     first: tuple[tuple[str, ...], ...]
     second: tuple[tuple[str, ...], ...]  # of its second, (r,)
     known: Array  # the distances, (r,) [m]
@@ -246,12 +247,13 @@ class Blocks:
             for one, other, distance in block.sensor.dataset.distances_m:
                 first, second = _coordinate_names(block, one), _coordinate_names(block, other)
                 if first and second:
-                    rows[first, second], noise = distance, block.sensor.dataset.noise
+                    rows[first, second], noise = ((one, other), distance), block.sensor.dataset.noise
         if not rows:
             return None
         firsts, seconds = zip(*rows, strict=True)
         sigma_m = USUAL_M if noise.distance_m is None else noise.distance_m
-        return KnownDistances(firsts, seconds, np.array(list(rows.values())), sigma_m)
+        ends, known = zip(*rows.values(), strict=True)
+        return KnownDistances(ends, firsts, seconds, np.array(known), sigma_m)
 
     @property
     def description(self) -> dict[str, Any]:

@@ -7,8 +7,9 @@ import numpy as np
 from robolaser.diagnosis.candidate_sites import FORCE
 from robolaser.diagnosis.cause_classes import class_of, unknown_instead
 from robolaser.diagnosis.cause_words import joint_names, listed, named, noun, sentence_case
+from robolaser.diagnosis.contradicted_distance import ContradictedDistance
 from robolaser.diagnosis.corrected_model import given_on_bound
-from robolaser.diagnosis.gross_errors import contradicted_distance, outlying_poses, shortened
+from robolaser.diagnosis.gross_errors import outlying_poses, shortened
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE
 from robolaser.diagnosis.result import Diagnosis, Estimate, Finding
@@ -105,9 +106,9 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
         beware = " They only imitate the cause: use it at poses like those measured." if only_imitate else ""
         todo.append(f"The corrected model is `calibration.json`: it contains all effects found.{beware}")
     todo += _bounds(diagnosis)
-    off = contradicted_distance(diagnosis.model, diagnosis.x)
+    off = ContradictedDistance.of(diagnosis.model, diagnosis.x)
     if off:
-        todo.append(f"Measure the {off[0]} again.")
+        todo.append(f"Measure the {off} again.")
     is_sound = diagnosis.verdict == "no_gap" and not diagnosis.wrong_input and not off
     if is_sound and diagnosis.repeatability.is_most_of(diagnosis.gap.noise_floor_m):
         turns = {name: source.value for name, source in diagnosis.repeatability.sources.items() if source.unit == "rad"}
