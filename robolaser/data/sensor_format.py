@@ -14,6 +14,7 @@ PIXEL = ("u_px", "v_px")
 XYZ = ("x_m", "y_m", "z_m")
 QUATERNION = ("qx", "qy", "qz", "qw")
 Mount = Literal["flange", "base"]  # the sensor's mount
+MOTION_KIND = "motion"  # the kind of a log of a moving arm, which has no sensor
 SENSORS = "robolaser.model.sensors"  # imports this file, and all sensors of robolaser and installed packages
 
 
@@ -105,10 +106,10 @@ def sensor_kinds() -> tuple[str, ...]:
 def sensor_format(kind: str) -> SensorFormat:
     """The format of a kind of sensor."""
     known = import_module(SENSORS).REGISTERED
-    if not isinstance(kind, str) or kind not in known:  # a file may state anything
-        kinds = sensor_kinds()
-        if kind not in kinds:
-            expected = " or ".join(f'"{known}"' for known in kinds)
-            raise wrong("dataset.toml", ("sensor", "kind"), kind, expected, kinds)
+    is_known = isinstance(kind, str) and kind in known  # a file may state anything
+    if not is_known and kind not in sensor_kinds():
+        kinds = (*sensor_kinds(), MOTION_KIND)
+        expected = " or ".join(f'"{known}"' for known in kinds)
+        raise wrong("dataset.toml", ("sensor", "kind"), kind, expected, kinds)
     declared: SensorFormat = known[kind].format
     return declared
