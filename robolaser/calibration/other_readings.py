@@ -32,6 +32,7 @@ LENGTHS: Final = {
 }
 """Units that lengths may have instead of metres or of the unit they were converted from, each in metres."""
 MIRRORED: Final = "mirrored"
+IMAGES: Final = "mirrored images"
 MOST_NAMES: Final = 6  # names of points of which all orders are tried
 MOST_LISTED: Final = 4  # poses that a sentence names
 SHIFTS: Final = {1: "after", -1: "before"}
@@ -60,12 +61,14 @@ def read_otherwise(dataset: Dataset) -> Iterator[Hypothesis]:
     """All hypotheses for files whose points are centimetres off.
 
     Points of some poses exchanged; rows one pose off, flange poses inverted, the sensor at the other end;
-    lengths in other units, a left-handed frame, transposed rotations; joints exchanged, reversed, in degrees, or late.
+    lengths in other units, a left-handed frame, transposed rotations; images mirrored, with their axes exchanged, or
+    with another axis of the stripe; joints exchanged, reversed, in degrees, or late.
     """
     if names := exchanged_points(dataset):
         yield Hypothesis(with_names(dataset, names), fault_text(names, dataset.poses.names), "points.csv")
     yield from _of_rows_and_ends(dataset)
     yield from _of_lengths(dataset)
+    yield from _of_images(dataset)
     if dataset.robot is not None and dataset.poses.q is not None:
         yield from _of_joints(dataset)
 
@@ -128,27 +131,53 @@ def with_rows_moved(
 def _of_lengths(dataset: Dataset) -> Iterator[Hypothesis]:
     """Lengths in other units, mirrored axes, transposed rotations."""
     points, T = dataset.points, dataset.poses.T_base_flange
-    file = "points.csv, or the file that it was made from"
-    if points.xyz is not None and points.pixel is None:
+    if points.xyz is not None:
+        is_target = points.pixel is not None
+        what = "points of the target" if is_target else "points"
+        file = "points.csv, or " + ("the size of the target" if is_target else "the file that it was made from")
         for unit, factor in LENGTHS.items():
             scaled = replace(points, xyz=points.xyz * factor)
-            fault = f"The points seem to be {unit}"
+            fault = f"The {what} seem to be {unit}"
             yield Hypothesis(replace(dataset, points=scaled), fault, file, alike=f"{factor:.6g}", scale=factor)
-        mirrored = replace(points, xyz=points.xyz * (1.0, -1.0, 1.0))
-        fault = "The points seem to be in a left-handed frame, one axis mirrored"
-        yield Hypothesis(replace(dataset, points=mirrored), fault, file, alike=MIRRORED)
+        fault = f"The {what} seem to be in a left-handed frame, one axis mirrored"
+        for side in _mirrors(dataset):
+            mirrored = replace(points, xyz=points.xyz * side)
+            yield Hypothesis(replace(dataset, points=mirrored), fault, file, alike=MIRRORED)
     if T is None:
         return
     turned, placed = T[:, :3, :3], T[:, :3, 3]
     for unit, factor in LENGTHS.items():
         fault = f"The positions of the flange seem to be {unit}"
         yield Hypothesis(_with_flange(dataset, turned, placed * factor), fault, alike=f"{1.0 / factor:.6g}")
-    for axis in range(3) if dataset.placed else (1,):  # with an unplaced target, all mirrored axes are equivalent
-        side = np.where(np.arange(3) == axis, -1.0, 1.0)
+    for side in _mirrors(dataset):
         fault = "The flange poses seem to be in a left-handed frame, one axis mirrored"
         yield Hypothesis(_with_flange(dataset, turned * side[:, None] * side, placed * side), fault, alike=MIRRORED)
     transposed = _with_flange(dataset, np.swapaxes(turned, 1, 2), placed)
     yield Hypothesis(transposed, "The rotations of the flange poses seem to be transposed")
+
+
+def _of_images(dataset: Dataset) -> Iterator[Hypothesis]:
+    """Mirrored images, exchanged columns, which a camera may see as the same, and the other axis of a stripe."""
+    points, pixel = dataset.points, dataset.points.pixel
+    if pixel is None or dataset.members:
+        return
+    exchanged = replace(dataset, points=replace(points, pixel=pixel[:, ::-1].copy()))
+    fault = "The columns u_px and v_px of points.csv seem to be exchanged"
+    yield Hypothesis(exchanged, fault, "points.csv, or the file that it was made from", alike=IMAGES)
+    for axis, size in enumerate(dataset.image_px or ()):
+        mirrored = pixel.copy()
+        mirrored[:, axis] = size - 1.0 - pixel[:, axis]
+        reading = replace(dataset, points=replace(points, pixel=mirrored))
+        yield Hypothesis(reading, "The images seem to be mirrored", "the images, or points.csv", alike=IMAGES)
+    if "scanner" in dataset.format.tables:
+        other = "v" if dataset.stripe_axis == "u" else "u"
+        fault = f'stripe_axis seems to be "{other}", and not "{dataset.stripe_axis}"'
+        yield Hypothesis(replace(dataset, stripe_axis=other), fault, "stripe_axis under [sensor] in dataset.toml")
+
+
+def _mirrors(dataset: Dataset) -> Array:
+    """Factors of the axes, (., 3), one of them mirrored: with an unplaced target, all mirrored axes are equivalent."""
+    return (1.0 - 2.0 * np.eye(3))[slice(None) if dataset.placed else slice(1, 2)]
 
 
 def _with_flange(dataset: Dataset, turned: Array, placed: Array) -> Dataset:

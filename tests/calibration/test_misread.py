@@ -196,6 +196,44 @@ def test_points_in_another_unit_or_frame_are_named(slip: str) -> None:
     assert f"The points seem to be {said}" in found.sentence
 
 
+@pytest.mark.parametrize("kind", ["camera", "stripe"])
+@pytest.mark.parametrize("slip", ["in inches", "in millimetres", "left-handed"])
+def test_a_target_in_another_unit_or_frame_is_named(kind: str, slip: str) -> None:
+    sound = simulate("scorbot_er7", kind=kind, poses=10, noise=Noise(pixel_px=0.1), seed=1).dataset
+    change, said = {**TRACKED, "left-handed": (lambda xyz: xyz * (-1.0, 1.0, 1.0), "in a left-handed frame")}[slip]
+    found = misread(Model(replace(sound, points=replace(sound.points, xyz=change(sound.points.xyz)))), rms_m=0.5)
+    assert f"The points of the target seem to be {said}" in found.sentence
+
+
+def reflected(dataset: Dataset) -> Dataset:
+    pixel = dataset.points["pixel"] * (-1.0, 1.0) + (dataset.image_px[0] - 1.0, 0.0)
+    return replace(dataset, points=replace(dataset.points, pixel=pixel))
+
+
+def with_exchanged_pixels(dataset: Dataset) -> Dataset:
+    return replace(dataset, points=replace(dataset.points, pixel=dataset.points["pixel"][:, ::-1].copy()))
+
+
+IMAGES = {
+    "mirrored": (reflected, "the images seem to be mirrored"),
+    "exchanged": (with_exchanged_pixels, "columns u_px and v_px of points.csv seem to be exchanged"),
+}
+
+
+@pytest.mark.parametrize("kind", ["camera", "stripe"])
+@pytest.mark.parametrize("slip", IMAGES)
+def test_images_with_other_axes_are_named(kind: str, slip: str) -> None:
+    sound = simulate("scorbot_er7", kind=kind, poses=10, noise=Noise(pixel_px=0.1), seed=1).dataset
+    change, said = IMAGES[slip]
+    assert said in misread(Model(change(sound)), rms_m=0.5).sentence
+
+
+def test_the_other_axis_of_a_stripe_is_named() -> None:
+    sound = simulate("scorbot_er7", poses=10, noise=Noise(pixel_px=0.1), seed=1).dataset
+    found = misread(Model(replace(sound, stripe_axis="v")), rms_m=0.5)
+    assert found.sentence.startswith('stripe_axis seems to be "u", and not "v"')
+
+
 def test_points_that_fit_no_pose_are_not_in_a_smaller_unit_although_all_errors_would_shrink() -> None:
     wrist = find_robot("scorbot_er7", flange="flange", joints=("joint_4", "joint_5"))  # axes that meet: no length
     sound = simulate(wrist, kind="point", poses=12, noise=Noise(point_m=3e-5), seed=1).dataset
