@@ -24,6 +24,7 @@ from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA
 from robolaser.model.blocks.block import LASER, THINGS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
+from robolaser.parameters import Parameter
 
 PARTS: Final[Mapping[str, str]] = {
     **dict.fromkeys(LASER, "laser"),
@@ -33,6 +34,8 @@ PARTS: Final[Mapping[str, str]] = {
     "tool": "tool",
 }
 """The sensor's part of a parameter, by the first part of its name; all others are the camera's."""
+
+MOST_WRONG: Final = 4.0  # ratio, either way, of a right value to a wrongly held one
 
 
 def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosis], seed: int) -> Diagnosis:
@@ -145,14 +148,24 @@ def _freed(
 ) -> Calibration | None:
     """The calibration with some parameters free, beside some effects; None if it fails."""
     plain = {name.partition("@")[0] for name in names}
-    kept = {name: item for name, item in found.dataset.parameters.items() if name not in plain}
+    given = found.dataset.parameters
+    kept = {name: item for name, item in given.items() if name not in plain}
     radius_m = {} if part == "target" else found.dataset.radius_m
     dataset = off.removed_from(found.dataset) if off and off.key in names else found.dataset
-    try:
-        model = Model(replace(dataset, parameters=kept, radius_m=radius_m), effects)
-        return calibrated(model, Plan(weights="noise", seed=seed))
-    except (RobolaserError, np.linalg.LinAlgError):
-        return None
+    for parameters in (kept, {name: item if name in kept else _widened(item) for name, item in given.items()}):
+        try:  # without bounds those that have a closed form
+            model = Model(replace(dataset, parameters=parameters, radius_m=radius_m), effects)
+            return calibrated(model, Plan(weights="noise", seed=seed))
+        except (RobolaserError, np.linalg.LinAlgError):
+            continue
+    return None
+
+
+def _widened(item: Parameter) -> Parameter:
+    """A parameter with bounds that no longer hold it: another lens, or other units, are up to four times as large."""
+    least, most = sorted((item.nominal / MOST_WRONG, item.nominal * MOST_WRONG))
+    room = item.upper - item.lower
+    return replace(item, lower=min(least, item.lower - room), upper=max(most, item.upper + room))
 
 
 def _reported(

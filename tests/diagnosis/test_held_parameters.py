@@ -125,6 +125,24 @@ def test_a_base_held_at_a_wrong_place_and_a_first_joint_at_a_wrong_one_are_rival
     assert found.indistinguishable_from == [["link_geometry", "shoulder_pan_joint"]]
 
 
+def test_optics_of_a_scanner_that_are_held_at_those_of_another_camera_are_named() -> None:
+    """A scanner without a board has no closed form for them."""
+    noise = Noise(pixel_px=0.1, joint_rad=1e-5)
+    seen = simulate(find_robot("ur5e"), poses=30, noise=noise, seed=5).dataset
+    known = robolaser.calibrate(seen, seed=0)
+    other = {
+        name: replace(item, nominal=2.0 * item.nominal, lower=1.9 * item.nominal, upper=2.2 * item.nominal)
+        for name, item in seen.parameters.items()
+        if name in ("s_u", "s_v")
+    }
+    why = robolaser.diagnose(replace(seen, parameters={**seen.parameters, **other}), effects=FEW, seed=0)
+    first = why.effects[0]
+    assert (why.verdict, first.effect, first.where) == ("explained", "held_parameter", "camera")
+    for name in other:
+        free = first.parameters[name]
+        assert free.value == pytest.approx(known.value(name), abs=4.0 * free.std)
+
+
 def profiles(effects: dict[str, float] | None = None, **off_m: float) -> Dataset:
     """Balls whose stated radii are off by so much."""
     noise = Noise(point_m=5e-5, joint_rad=1e-5)
