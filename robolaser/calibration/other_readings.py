@@ -143,6 +143,10 @@ def _of_lengths(dataset: Dataset) -> Iterator[Hypothesis]:
         for side in _mirrors(dataset):
             mirrored = replace(points, xyz=points.xyz * side)
             yield Hypothesis(replace(dataset, points=mirrored), fault, file, alike=MIRRORED)
+    for unit, factor in LENGTHS.items() if dataset.distances_m else ():
+        known = tuple((one, other, factor * distance) for one, other, distance in dataset.distances_m)
+        where = "distances_m under [target] in dataset.toml"
+        yield Hypothesis(replace(dataset, distances_m=known), f"The known distances seem to be {unit}", where)
     if T is None:
         return
     turned, placed = T[:, :3, :3], T[:, :3, 3]

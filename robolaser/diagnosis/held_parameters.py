@@ -1,6 +1,6 @@
 """Parameters that the data set fixes, or narrowly bounds, at wrong values, and known distances that are wrong."""
 
-from collections.abc import Callable, Collection, Mapping, Set
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from dataclasses import replace
 from typing import Final
 
@@ -16,9 +16,9 @@ from robolaser.diagnosis.contradicted_distance import DISTANCE, ContradictedDist
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
 from robolaser.diagnosis.summary_text import millimetres
 from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
-from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, with_fault
+from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, squares_within, with_fault
 from robolaser.errors import RobolaserError
-from robolaser.estimation.certainty import CERTAIN, EVEN
+from robolaser.estimation.certainty import CERTAIN, EVEN, LIKELY
 from robolaser.estimation.linearization import TOUCH
 from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA
 from robolaser.model.blocks.block import LASER, THINGS
@@ -52,10 +52,11 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
     if off:
         held.setdefault(_part(off.key, found.dataset), {})[off.key] = off.stated_m
     others = {part: tuple(one for one in found.model.effects if class_of(one) != _cause(part)) for part in held}
-    suspects = _suspects(found, held, others, SIGMA_OF_95_PERCENT, seed, off)
-    if not suspects:  # they may alone do what effects of other parts do
-        alone = {part: () for part, kept in others.items() if kept and kept == found.model.effects}
-        suspects = _suspects(found, held, alone, -SIGMA_OF_95_PERCENT, seed)
+    suspects = _suspects(found, held, {part: [kept] for part, kept in others.items()}, SIGMA_OF_95_PERCENT, seed, off)
+    is_equivalent = not suspects
+    if is_equivalent:  # they may do what all effects of other parts do, or one of them
+        fewer = {part: _fewer(kept) for part, kept in others.items() if kept and kept == found.model.effects}
+        suspects = _suspects(found, held, fewer, -SIGMA_OF_95_PERCENT, seed)
     if not suspects:
         return found
     part = min(suspects, key=lambda part: suspects[part].held_out_rms_m or np.inf)
@@ -65,7 +66,7 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
     moved = {name: abs(one.value - held[part][name]) / (one.std or np.inf) for name, one in would_be.items()}
     if max(moved.values()) <= NOISE_CONTRADICTED_SIGMA or (own and free.verdict == "unexplained"):
         return found
-    probability = probability_of(found, free, own.log_odds if own else 0.0)
+    probability = min(probability_of(found, free, own.log_odds if own else 0.0), LIKELY if is_equivalent else 1.0)
     if round(probability, 2) < EVEN:  # of equal ones, the fixed number: it costs no effect
         return found
     least = min(SIGMA_OF_95_PERCENT, max(moved.values()))
@@ -110,7 +111,7 @@ def _cause(part: str) -> str:
 def _suspects(
     found: Diagnosis,
     held: Mapping[str, Mapping[str, float]],
-    effects: Mapping[str, tuple[CandidateEffect, ...]],
+    effects: Mapping[str, Sequence[tuple[CandidateEffect, ...]]],
     least: float,
     seed: int,
     off: ContradictedDistance | None = None,
@@ -122,20 +123,29 @@ def _suspects(
     Args:
         found: The diagnosis with these parameters as in the data set.
         held: Their values by part.
-        effects: The parts to free, with the effects that then remain in the model.
+        effects: The parts to free, with the sets of effects that may then remain in the model.
         least: Least decrease of the mean squared error on new poses, in its standard errors.
         seed: Assigns poses to folds.
         off: A distance among the held parameters that the model with all effects found contradicts, whatever poses do.
     """
     before, suspects = squares(found.observed, found.after_m), {}
-    for part, remaining in effects.items():
-        freed = _freed(found, part, held[part], remaining, seed, off)
+    for part, remaining in ((part, one) for part, sets in effects.items() for one in sets):
+        freed = None if part in suspects else _freed(found, part, held[part], remaining, seed, off)
         if freed is None or freed.held_out is None:
             continue
         fall = fall_in_sigmas(before, squares(freed.fitted_model.dataset, freed.held_out))
+        if found.unseen and freed.unseen:  # errors of the arm move whole poses, and may hide those of a lens
+            within = squares_within(found.model, found.x, found.unseen.errors)
+            freed_within = squares_within(freed.fitted_model, freed.x, freed.unseen.errors)
+            fall = max(fall, fall_in_sigmas(within, freed_within))
         if fall > least or (off and off.key in held[part]):
             suspects[part] = freed
     return suspects
+
+
+def _fewer(effects: Sequence[CandidateEffect]) -> list[tuple[CandidateEffect, ...]]:
+    """None of some effects, and all but one."""
+    return list(dict.fromkeys([(), *(tuple(one for one in effects if one != left) for left in effects)]))
 
 
 def _freed(
@@ -188,7 +198,7 @@ def _reported(
         probability,
         would_be,
         *gaps,
-        () if probability >= CERTAIN else tuple(one.candidate_effect for one in found.findings),
+        () if probability >= CERTAIN else tuple(one for one in found.model.effects if one not in free.model.effects),
     )
     text = _sentence(wrong, held, _radii(found).keys())
     return with_fault(found, free, wrong, text, "parameters that the data set holds")
@@ -201,7 +211,7 @@ def _sentence(wrong: WrongInput, held: Mapping[str, float], radii: Set[str]) -> 
     are = listed([f"{name} at {pairs[name][0]} {number.unit}".rstrip() for name, number in numbers])
     would_be = listed([f"{pairs[name][1]} {number.unit}".rstrip() for name, number in numbers])
     they, them = ("they", "them") if len(numbers) > 1 else ("it", "it")
-    rivals = members(wrong.alternatives)
+    rivals, be = members(wrong.alternatives), "are" if len(wrong.alternatives) > 1 else "is"
     distances = {name for name in held if name.endswith(DISTANCE)}
     files = {
         "[target], radius_m": radii & held.keys(),
@@ -213,7 +223,7 @@ def _sentence(wrong: WrongInput, held: Mapping[str, float], radii: Set[str]) -> 
     error = f", and the error on new poses {after} instead of {before}" if after != before else ""
     todo = f"Measure {them} again, and correct" if distances == held.keys() else "Correct"
     return f"dataset.toml holds {are}; free, {they} would be {would_be}{error}. {todo} {them} under {where}." + (
-        f" These poses do not show whether {rivals} is the cause instead." if rivals else ""
+        f" These poses do not show whether {rivals} {be} the cause instead." if rivals else ""
     )
 
 

@@ -13,6 +13,8 @@ from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
 from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.estimation.certainty import LIKELY
+from robolaser.model.blocks.errors import moved_with_pose
+from robolaser.model.forward_model import Model
 
 
 def mispaired(poses: int, gap_m: float) -> WrongInput:
@@ -31,6 +33,16 @@ def squares(observed: Dataset, errors: Array) -> dict[str, float]:
     poses, number = np.unique(observed.points.pose, return_inverse=True)
     means = np.bincount(number, (errors**2).sum(axis=-1)) / np.bincount(number)
     return {observed.poses.names[pose]: float(mean) for pose, mean in zip(poses, means, strict=True)}
+
+
+def squares_within(model: Model, x: Array, errors: Array) -> dict[str, float]:
+    """The same of rows' errors (m, k), without what a motion of the whole pose explains."""
+    data, moves = model.dataset, np.concatenate(moved_with_pose(model.blocks, *model.at(x)), axis=2)
+    left = np.empty_like(errors)
+    for rows in (np.flatnonzero(data.points.pose == pose) for pose in np.unique(data.points.pose)):
+        own, moved = errors[rows].ravel(), moves[rows].reshape(-1, moves.shape[2])
+        left[rows] = (own - moved @ np.linalg.lstsq(moved, own, rcond=None)[0]).reshape(-1, errors.shape[1])
+    return squares(data, left)
 
 
 def fall_in_sigmas(before: Mapping[str, float], after: Mapping[str, float]) -> float:

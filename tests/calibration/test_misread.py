@@ -205,6 +205,13 @@ def test_a_target_in_another_unit_or_frame_is_named(kind: str, slip: str) -> Non
     assert f"The points of the target seem to be {said}" in found.sentence
 
 
+def test_known_distances_in_another_unit_are_named() -> None:
+    sound = simulate("scorbot_er7", kind="socket", poses=20, noise=Noise(joint_rad=2e-5), seed=1).dataset
+    inches = tuple((one, other, distance / 0.0254) for one, other, distance in sound.distances_m)
+    found = misread(Model(replace(sound, distances_m=inches)), rms_m=0.5)
+    assert found.sentence.startswith("The known distances seem to be in inches")
+
+
 def reflected(dataset: Dataset) -> Dataset:
     pixel = dataset.points["pixel"] * (-1.0, 1.0) + (dataset.image_px[0] - 1.0, 0.0)
     return replace(dataset, points=replace(dataset.points, pixel=pixel))

@@ -108,6 +108,33 @@ def test_another_cause_beside_a_wrong_focal_length_is_still_found() -> None:
     assert why.verdict == "explained"
 
 
+def test_a_lens_that_is_held_straight_is_named_beside_a_larger_error_of_the_arm() -> None:
+    made = held(seen({"joint_offset:elbow_joint": 3e-3}), dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0.0))
+    why = robolaser.diagnose(made, effects=[*FEW, "focus_breathing"], seed=0)
+    assert {(one.effect, one.where) for one in why.effects} == {
+        ("held_parameter", "camera"),
+        ("joint_offset", "elbow_joint"),
+    }
+    assert why.verdict == "explained"
+
+
+def test_a_tool_held_at_a_wrong_place_is_a_rival_of_one_effect_of_several() -> None:
+    noise, effects = Noise(joint_rad=2e-5), {"joint_offset:elbow_joint": 2e-3}
+    sound, made = (
+        simulate(find_robot("ur5e"), kind="socket", poses=30, noise=noise, effects=some, seed=5).dataset
+        for some in ({}, effects)
+    )
+    z = robolaser.calibrate(sound).value("tool.ball.z") + 5e-4
+    item = Parameter("tool.ball.z", "m", z, z, z)
+    wrong = replace(made, parameters={**made.parameters, item.name: item})
+    why = robolaser.diagnose(wrong, effects=["joint_offset", "link_geometry"], seed=0)
+    by_name = {(one.effect, one.where): one for one in why.effects}
+    assert by_name.keys() == {("held_parameter", "tool"), ("joint_offset", "elbow_joint")}
+    tool = by_name["held_parameter", "tool"]
+    assert tool.probability < 0.9
+    assert tool.indistinguishable_from == [["link_geometry", "wrist_3_joint"]]
+
+
 @pytest.mark.parametrize(("off_m", "effects"), [(0.01, {}), (0.0, {"link_geometry:shoulder_pan_joint.x": 5e-4})])
 def test_a_base_held_at_a_wrong_place_and_a_first_joint_at_a_wrong_one_are_rivals(
     off_m: float, effects: dict[str, float]
