@@ -5,7 +5,6 @@ from typing import Final, final
 
 import numpy as np
 
-from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import listed
 from robolaser.diagnosis.fit import Fit
@@ -14,7 +13,6 @@ from robolaser.diagnosis.result import Estimate
 from robolaser.diagnosis.summary_text import millimetres
 from robolaser.estimation.outliers import OUTLIER_SIGMA
 from robolaser.model.blocks.blocks import KnownDistances
-from robolaser.model.forward_model import Model
 
 DISTANCE: Final = ".distance"  # the last part of a known distance's name among parameters that a data set holds
 
@@ -29,12 +27,12 @@ class ContradictedDistance:
     excess_m: float  # over the model's distance
 
     @classmethod
-    def of(cls, model: Model, x: Array) -> "ContradictedDistance | None":
+    def of(cls, fit: Fit) -> "ContradictedDistance | None":
         """That with the largest residual; None if all fit."""
-        known = model.known_distances
+        known = fit.model.known_distances
         if known is None:
             return None
-        off_m = known.residuals(model.at(x)[0])[0]
+        off_m = known.residuals(fit.model.at(fit.x)[0])[0]
         worst = int(np.abs(off_m).argmax())
         return cls(known, worst, float(off_m[worst])) if abs(off_m[worst]) >= OUTLIER_SIGMA * known.sigma_m else None
 

@@ -35,7 +35,7 @@ def rows_sentence(final: Fit, noise: NoiseModel, verdict: str, dataset: Dataset,
     scatter = ""
     if verdict == "unexplained":
         scatter = _uneven(final) or _beyond_stated(noise)
-    off = ContradictedDistance.of(final.model, final.x)
+    off = ContradictedDistance.of(final)
     return scatter + (f" {off.sentence}" if off else "") + gross_sentence(dataset, outliers)
 
 

@@ -50,7 +50,7 @@ def with_poses(found: Diagnosis, dataset: Dataset, examine: Callable[[Dataset], 
     is_as_described = not (found.wrong_input or found.hindrance or found.pose_scatter)
     is_as_described &= whole.sessions == so_far.sessions
     added = len(np.unique(further.points.pose)) + found.added_poses
-    if weighed is None or not is_as_described or added > SMALL_SHARE * examined:
+    if not is_as_described or added > SMALL_SHARE * examined:
         return examine(whole)
     grown = weighed.with_poses(further)
     before = {one.candidate_effect: one.probability for one in weighed.evidence}

@@ -15,7 +15,7 @@ from robolaser.diagnosis.cause_words import NAMED, listed, members
 from robolaser.diagnosis.contradicted_distance import DISTANCE, ContradictedDistance
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
 from robolaser.diagnosis.summary_text import millimetres
-from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
+from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT, SMALL_SHARE
 from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, squares_within, with_fault
 from robolaser.errors import RobolaserError
 from robolaser.estimation.certainty import CERTAIN, EVEN, LIKELY
@@ -48,7 +48,7 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
     """
     if found.hindrance:
         return found
-    held, off = _held(found), ContradictedDistance.of(found.model, found.x)
+    held, off = _held(found), ContradictedDistance.of(found.weighed.final)
     if off:
         held.setdefault(_part(off.key, found.dataset), {})[off.key] = off.stated_m
     others = {part: tuple(one for one in found.model.effects if class_of(one) != _cause(part)) for part in held}
@@ -64,7 +64,7 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
     own = off if off and off.key in held[part] else None
     would_be = {name: _would_be(free, name, own) for name in held[part]}
     moved = {name: abs(one.value - held[part][name]) / (one.std or np.inf) for name, one in would_be.items()}
-    if max(moved.values()) <= NOISE_CONTRADICTED_SIGMA or (own and free.verdict == "unexplained"):
+    if max(moved.values()) <= NOISE_CONTRADICTED_SIGMA or _may_imitate(found, free):
         return found
     probability = min(probability_of(found, free, own.log_odds if own else 0.0), LIKELY if is_equivalent else 1.0)
     if round(probability, 2) < EVEN:  # of equal ones, the fixed number: it costs no effect
@@ -72,6 +72,13 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
     least = min(SIGMA_OF_95_PERCENT, max(moved.values()))
     shown = {name: one for name, one in would_be.items() if moved[name] >= least}
     return _reported(found, free, part, {name: held[part][name] for name in shown}, shown, probability)
+
+
+def _may_imitate(found: Diagnosis, free: Diagnosis) -> bool:
+    """Whether an error remains with free parameters that may be the cause of what they explain."""
+    explained = found.gap.after_m**2 - free.gap.after_m**2
+    left = free.gap.after_m**2 - free.gap.noise_floor_m**2
+    return free.verdict == "unexplained" and left > SMALL_SHARE * explained
 
 
 def _held(found: Diagnosis) -> dict[str, dict[str, float]]:
@@ -236,7 +243,7 @@ def _until_different(one: float, other: float) -> tuple[str, str]:
 
 def _would_be(found: Diagnosis, name: str, off: ContradictedDistance | None) -> Estimate:
     """A parameter in the diagnosis in which it is free."""
-    if off and off.key == name and found.weighed:
+    if off and off.key == name:
         return off.would_be(found.weighed.final)
     i = found.model.parameters.names.index(name)
     std = float(found.std[i])

@@ -220,7 +220,7 @@ class Diagnosis:
         hindrance: Why no effect was searched for, as a sentence; empty otherwise.
         wrong_input: A fault of the data set; None without one.
         pose_scatter: Excess scatter of whole poses beyond noise; None without it.
-        weighed: The models that were weighed, for charts and for further poses; None if the data are too bad.
+        weighed: The models that were weighed, for charts and for further poses.
         as_given: The data set with its fault; None if `dataset` is the given one.
         added_poses: Number of further poses that count only in probabilities and sizes.
         belongs: For each exchanged pose, the one where its rows belong, and count.
@@ -254,12 +254,12 @@ class Diagnosis:
     repeatability: Repeatability
     noise_remarks: tuple[str, ...]
     seconds: float
+    weighed: Weighed
     odd_rows: str = ""
     validation: tuple[Validation, ...] = ()
     hindrance: str = ""
     wrong_input: WrongInput | None = None
     pose_scatter: PartScatter | None = None
-    weighed: Weighed | None = None
     as_given: Dataset | None = None
     added_poses: int = 0
     belongs: Mapping[int, int] = field(default_factory=dict)

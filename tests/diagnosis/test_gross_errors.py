@@ -149,7 +149,7 @@ def test_a_known_distance_that_is_wrong_is_named() -> None:
 def test_a_known_distance_is_no_cause_of_an_error_that_remains_without_it() -> None:
     made = simulate("ur5", kind="socket", poses=40, effects={"joint_offset:elbow_joint": 5e-3}, seed=1).dataset
     (one, other, length), *rest = made.distances_m
-    found = examine(replace(made, distances_m=((one, other, length - 0.1), *rest)), effects=[], seed=0)
+    found = examine(replace(made, distances_m=((one, other, length - 5e-3), *rest)), effects=[], seed=0)
     assert (found.verdict, found.wrong_input) == ("unexplained", None)
     assert f"The known distance between {one} and {other} is" in found.sentence
     assert "shorter than in the model: measure it again." in found.sentence

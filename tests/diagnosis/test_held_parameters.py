@@ -108,6 +108,16 @@ def test_another_cause_beside_a_wrong_focal_length_is_still_found() -> None:
     assert why.verdict == "explained"
 
 
+@pytest.mark.parametrize(("wrong", "factor", "named"), [(FOCAL, 1.002, False), ((*FOCAL, "cx", "cy"), 0.5, True)])
+def test_a_held_parameter_is_named_beside_an_unknown_cause_only_if_it_explains_far_more(
+    wrong: tuple[str, ...], factor: float, named: bool
+) -> None:
+    made = held(seen({"joint_offset:elbow_joint": 3e-3}), dict.fromkeys(wrong, factor))
+    why = robolaser.diagnose(made, effects=["tangential_distortion"], seed=0)
+    assert why.verdict == "unexplained"
+    assert ("held_parameter" in [one.effect for one in why.effects]) == named
+
+
 def test_a_lens_that_is_held_straight_is_named_beside_a_larger_error_of_the_arm() -> None:
     made = held(seen({"joint_offset:elbow_joint": 3e-3}), dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0.0))
     why = robolaser.diagnose(made, effects=[*FEW, "focus_breathing"], seed=0)

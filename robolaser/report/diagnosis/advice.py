@@ -106,7 +106,7 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
         beware = " They only imitate the cause: use it at poses like those measured." if only_imitate else ""
         todo.append(f"The corrected model is `calibration.json`: it contains all effects found.{beware}")
     todo += _bounds(diagnosis)
-    off = ContradictedDistance.of(diagnosis.model, diagnosis.x)
+    off = ContradictedDistance.of(diagnosis.weighed.final)
     if off:
         todo.append(f"Measure the {off} again.")
     is_sound = diagnosis.verdict == "no_gap" and not diagnosis.wrong_input and not off

@@ -260,8 +260,6 @@ BEFORE, AFTER, EFFECT = "without it", "left with it", "the effect"
 
 def effect_charts(diagnosis: Diagnosis) -> Iterator[Chart]:
     """Charts of the effects found."""
-    if diagnosis.weighed is None:
-        return
     final, names = diagnosis.weighed.final, diagnosis.weighed.final.model.dataset.poses.names
     evidence = {one.candidate_effect: one for one in diagnosis.weighed.evidence}
     for finding in diagnosis.findings[:MOST_EFFECTS]:
