@@ -1,7 +1,7 @@
 """The known distance that the measurements contradict most."""
 
 from dataclasses import dataclass, replace
-from typing import Final, final
+from typing import final
 
 import numpy as np
 
@@ -13,8 +13,6 @@ from robolaser.diagnosis.result import Estimate
 from robolaser.diagnosis.summary_text import millimetres
 from robolaser.estimation.outliers import OUTLIER_SIGMA
 from robolaser.model.blocks.blocks import KnownDistances
-
-DISTANCE: Final = ".distance"  # the last part of a known distance's name among parameters that a data set holds
 
 
 @final
@@ -45,7 +43,7 @@ class ContradictedDistance:
     def key(self) -> str:
         """Its name among parameters that a data set holds, such as `tool.0-1.distance`."""
         owner, *_ = self.known.first[self.number][0].partition(self.ends[0])
-        return f"{owner}{'-'.join(self.ends)}{DISTANCE}"
+        return f"{owner}{'-'.join(self.ends)}.distance"
 
     @property
     def stated_m(self) -> float:

@@ -1,8 +1,6 @@
 """Parameters that the data set fixes, or narrowly bounds, at wrong values, and known distances that are wrong."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence, Set
-from dataclasses import replace
-from typing import Final
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -12,34 +10,20 @@ from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.cause_words import NAMED, listed, members
-from robolaser.diagnosis.contradicted_distance import DISTANCE, ContradictedDistance
+from robolaser.diagnosis.held_values import Held, held_values
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
 from robolaser.diagnosis.summary_text import millimetres
 from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT, SMALL_SHARE
 from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, squares_within, with_fault
 from robolaser.errors import RobolaserError
 from robolaser.estimation.certainty import CERTAIN, EVEN, LIKELY
-from robolaser.estimation.linearization import TOUCH
 from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA
-from robolaser.model.blocks.block import LASER, THINGS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.parameters import Parameter
-
-PARTS: Final[Mapping[str, str]] = {
-    **dict.fromkeys(LASER, "laser"),
-    **dict.fromkeys(("w", "phi", "psi", "t_x", "t_y", "t_z", "hand_eye"), "hand_eye"),
-    **dict.fromkeys(("target", "socket", "ball"), "target"),
-    "base": "base",
-    "tool": "tool",
-}
-"""The sensor's part of a parameter, by the first part of its name; all others are the camera's."""
-
-MOST_WRONG: Final = 4.0  # ratio, either way, of a right value to a wrongly held one
 
 
 def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosis], seed: int) -> Diagnosis:
-    """The diagnosis with one part's held parameters free, if that explains more, or as much as all effects found.
+    """The diagnosis with one part's held parameters free, if that explains more, or as much as effects found.
 
     Args:
         found: The diagnosis with these parameters as in the data set: fixed, or on a bound.
@@ -48,30 +32,78 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
     """
     if found.hindrance:
         return found
-    held, off = _held(found), ContradictedDistance.of(found.weighed.final)
-    if off:
-        held.setdefault(_part(off.key, found.dataset), {})[off.key] = off.stated_m
-    others = {part: tuple(one for one in found.model.effects if class_of(one) != _cause(part)) for part in held}
-    suspects = _suspects(found, held, {part: [kept] for part, kept in others.items()}, SIGMA_OF_95_PERCENT, seed, off)
+    groups = held_values(found)
+    suspects = [one for held in groups for one in _better(found, held, seed)]
     is_equivalent = not suspects
-    if is_equivalent:  # they may do what all effects of other parts do, or one of them
-        fewer = {part: _fewer(kept) for part, kept in others.items() if kept and kept == found.model.effects}
-        suspects = _suspects(found, held, fewer, -SIGMA_OF_95_PERCENT, seed)
+    if is_equivalent:
+        suspects = [one for held in groups for one in _equivalent(found, held, seed)]
     if not suspects:
         return found
-    part = min(suspects, key=lambda part: suspects[part].held_out_rms_m or np.inf)
-    free = examine(suspects[part].model.dataset)
-    own = off if off and off.key in held[part] else None
-    would_be = {name: _would_be(free, name, own) for name in held[part]}
-    moved = {name: abs(one.value - held[part][name]) / (one.std or np.inf) for name, one in would_be.items()}
+    held, calibration = min(suspects, key=lambda one: one[1].held_out_rms_m or np.inf)
+    free = examine(calibration.model.dataset)
+    would_be = held.would_be(free)
+    moved = {name: abs(one.value - held.values[name]) / (one.std or np.inf) for name, one in would_be.items()}
     if max(moved.values()) <= NOISE_CONTRADICTED_SIGMA or _may_imitate(found, free):
         return found
-    probability = min(probability_of(found, free, own.log_odds if own else 0.0), LIKELY if is_equivalent else 1.0)
+    probability = probability_of(found, free, held.off.log_odds if held.off else 0.0)
+    probability = min(probability, LIKELY) if is_equivalent else probability
     if round(probability, 2) < EVEN:  # of equal ones, the fixed number: it costs no effect
         return found
     least = min(SIGMA_OF_95_PERCENT, max(moved.values()))
-    shown = {name: one for name, one in would_be.items() if moved[name] >= least}
-    return _reported(found, free, part, {name: held[part][name] for name in shown}, shown, probability)
+    return _reported(found, free, held, {name: would_be[name] for name in moved if moved[name] >= least}, probability)
+
+
+Suspect = tuple[Held, Calibration]
+"""Held values, and a calibration in which they are free."""
+
+
+def _better(found: Diagnosis, held: Held, seed: int) -> Iterator[Suspect]:
+    """A calibration with free values that predicts certainly better beside effects of other parts.
+
+    If these predict as well as effects of the same part, such as a decentred lens, they are the better name. A
+    contradicted distance need not change a prediction.
+    """
+    others = tuple(one for one in found.model.effects if class_of(one) != held.cause)
+    freed = _calibrated(held, others, seed)
+    if freed and (held.off or _fall(found, freed) > SIGMA_OF_95_PERCENT):
+        yield held, freed
+
+
+def _equivalent(found: Diagnosis, held: Held, seed: int) -> Iterator[Suspect]:
+    """A calibration with free values that predicts as well without the effects found, all of other parts, or one."""
+    effects = found.model.effects
+    if held.off or any(class_of(one) == held.cause for one in effects):
+        return
+    for fewer in dict.fromkeys([(), *(tuple(one for one in effects if one != left) for left in effects)]):
+        freed = _calibrated(held, fewer, seed) if len(fewer) < len(effects) else None
+        if freed and _fall(found, freed) > -SIGMA_OF_95_PERCENT:
+            yield held, freed
+            return
+
+
+def _calibrated(held: Held, effects: Sequence[CandidateEffect], seed: int) -> Calibration | None:
+    """The calibration with free values beside some effects; None if it fails."""
+    for dataset in held.freed:
+        try:
+            found = calibrated(Model(dataset, tuple(effects)), Plan(weights="noise", seed=seed))
+        except (RobolaserError, np.linalg.LinAlgError):
+            continue
+        return None if found.held_out is None else found
+    return None
+
+
+def _fall(found: Diagnosis, freed: Calibration) -> float:
+    """Decrease of the mean squared error on new poses, in its standard errors.
+
+    Errors of the arm move whole poses, and may hide those of a lens: beside such motions the decrease may be clearer.
+    """
+    assert freed.held_out is not None  # `_calibrated` checks it
+    data = freed.fitted_model.dataset
+    fall = fall_in_sigmas(squares(found.observed, found.after_m), squares(data, freed.held_out))
+    if not found.unseen or not freed.unseen:
+        return fall
+    within = squares_within(found.model, found.x, found.unseen.errors)
+    return max(fall, fall_in_sigmas(within, squares_within(freed.fitted_model, freed.x, freed.unseen.errors)))
 
 
 def _may_imitate(found: Diagnosis, free: Diagnosis) -> bool:
@@ -81,117 +113,8 @@ def _may_imitate(found: Diagnosis, free: Diagnosis) -> bool:
     return free.verdict == "unexplained" and left > SMALL_SHARE * explained
 
 
-def _held(found: Diagnosis) -> dict[str, dict[str, float]]:
-    """Values of fixed parameters, and of those on a bound without effects, by their part."""
-    blocks = found.model.blocks
-    without_effects = dict(zip(found.model.parameters.names, found.calibrated_x.tolist(), strict=False))
-    parts: dict[str, dict[str, float]] = {"target": _radii(found)} if found.dataset.radius_m else {}
-    for name, item in blocks.given.items():
-        if not item.given:  # it follows in closed form, and no file holds it
-            continue
-        near = TOUCH * (item.upper - item.lower)
-        if name not in blocks.fixed and not item.lower + near < without_effects[name] < item.upper - near:
-            parts.setdefault(_part(name, found.dataset), {})[name] = item.nominal
-    return parts
-
-
-def _radii(found: Diagnosis) -> dict[str, float]:
-    """The stated radii of balls, by the names of the parameters if they were not stated."""
-    names = (name.partition("@") for name in found.model.blocks.derived if name.startswith("ball."))
-    balls = [(plain[:-1], session) for plain, *session in names if plain.endswith(".x")]
-    return {f"{ball}radius{''.join(session)}": found.dataset.radius_m[ball[5:-1]] for ball, session in balls}
-
-
-def _part(name: str, dataset: Dataset) -> str:
-    owner, _, own = name.partition(".")
-    if owner not in {*PARTS, *THINGS} and own:
-        part = PARTS.get(own.partition(".")[0], "camera")
-        return f"{owner}.{part}" if part in ("camera", "laser", "target") else part
-    return PARTS.get(owner, "camera")
-
-
-def _cause(part: str) -> str:
-    """The class of causes of a part."""
-    return {"hand_eye": "mount", "tool": "mount"}.get(part, part.rpartition(".")[2])
-
-
-def _suspects(
-    found: Diagnosis,
-    held: Mapping[str, Mapping[str, float]],
-    effects: Mapping[str, Sequence[tuple[CandidateEffect, ...]]],
-    least: float,
-    seed: int,
-    off: ContradictedDistance | None = None,
-) -> dict[str, Calibration]:
-    """Calibrations in which one part's held parameters are free, beside some effects, that predict well enough.
-
-    If they predict as well as effects of the same part, such as a decentred lens, these are the better name.
-
-    Args:
-        found: The diagnosis with these parameters as in the data set.
-        held: Their values by part.
-        effects: The parts to free, with the sets of effects that may then remain in the model.
-        least: Least decrease of the mean squared error on new poses, in its standard errors.
-        seed: Assigns poses to folds.
-        off: A distance among the held parameters that the model with all effects found contradicts, whatever poses do.
-    """
-    before, suspects = squares(found.observed, found.after_m), {}
-    for part, remaining in ((part, one) for part, sets in effects.items() for one in sets):
-        freed = None if part in suspects else _freed(found, part, held[part], remaining, seed, off)
-        if freed is None or freed.held_out is None:
-            continue
-        fall = fall_in_sigmas(before, squares(freed.fitted_model.dataset, freed.held_out))
-        if found.unseen and freed.unseen:  # errors of the arm move whole poses, and may hide those of a lens
-            within = squares_within(found.model, found.x, found.unseen.errors)
-            freed_within = squares_within(freed.fitted_model, freed.x, freed.unseen.errors)
-            fall = max(fall, fall_in_sigmas(within, freed_within))
-        if fall > least or (off and off.key in held[part]):
-            suspects[part] = freed
-    return suspects
-
-
-def _fewer(effects: Sequence[CandidateEffect]) -> list[tuple[CandidateEffect, ...]]:
-    """None of some effects, and all but one."""
-    return list(dict.fromkeys([(), *(tuple(one for one in effects if one != left) for left in effects)]))
-
-
-def _freed(
-    found: Diagnosis,
-    part: str,
-    names: Collection[str],
-    effects: tuple[CandidateEffect, ...],
-    seed: int,
-    off: ContradictedDistance | None,
-) -> Calibration | None:
-    """The calibration with some parameters free, beside some effects; None if it fails."""
-    plain = {name.partition("@")[0] for name in names}
-    given = found.dataset.parameters
-    kept = {name: item for name, item in given.items() if name not in plain}
-    radius_m = {} if part == "target" else found.dataset.radius_m
-    dataset = off.removed_from(found.dataset) if off and off.key in names else found.dataset
-    for parameters in (kept, {name: item if name in kept else _widened(item) for name, item in given.items()}):
-        try:  # without bounds those that have a closed form
-            model = Model(replace(dataset, parameters=parameters, radius_m=radius_m), effects)
-            return calibrated(model, Plan(weights="noise", seed=seed))
-        except (RobolaserError, np.linalg.LinAlgError):
-            continue
-    return None
-
-
-def _widened(item: Parameter) -> Parameter:
-    """A parameter with bounds that no longer hold it: another lens, or other units, are up to four times as large."""
-    least, most = sorted((item.nominal / MOST_WRONG, item.nominal * MOST_WRONG))
-    room = item.upper - item.lower
-    return replace(item, lower=min(least, item.lower - room), upper=max(most, item.upper + room))
-
-
 def _reported(
-    found: Diagnosis,
-    free: Diagnosis,
-    part: str,
-    held: Mapping[str, float],
-    would_be: Mapping[str, Estimate],
-    probability: float,
+    found: Diagnosis, free: Diagnosis, held: Held, would_be: Mapping[str, Estimate], probability: float
 ) -> Diagnosis:
     """The diagnosis with free parameters, reported as one of the data set that holds them."""
     before, after = found.gap, free.gap
@@ -200,36 +123,28 @@ def _reported(
         gaps = before.after_m, after.after_m
     wrong = WrongInput(
         "held_parameter",
-        part,
-        _cause(part),
+        held.where,
+        held.cause,
         probability,
         would_be,
         *gaps,
         () if probability >= CERTAIN else tuple(one for one in found.model.effects if one not in free.model.effects),
     )
-    text = _sentence(wrong, held, _radii(found).keys())
-    return with_fault(found, free, wrong, text, "parameters that the data set holds")
+    return with_fault(found, free, wrong, _sentence(wrong, held), "parameters that the data set holds")
 
 
-def _sentence(wrong: WrongInput, held: Mapping[str, float], radii: Set[str]) -> str:
-    """A sentence on the held and the free values and their errors; radii and parameters have different tables."""
+def _sentence(wrong: WrongInput, held: Held) -> str:
+    """A sentence on the held and the free values and their errors."""
     numbers = list(wrong.parameters.items())[:NAMED]
-    pairs = {name: _until_different(held[name], number.value) for name, number in numbers}
+    pairs = {name: _until_different(held.values[name], number.value) for name, number in numbers}
     are = listed([f"{name} at {pairs[name][0]} {number.unit}".rstrip() for name, number in numbers])
     would_be = listed([f"{pairs[name][1]} {number.unit}".rstrip() for name, number in numbers])
     they, them = ("they", "them") if len(numbers) > 1 else ("it", "it")
     rivals, be = members(wrong.alternatives), "are" if len(wrong.alternatives) > 1 else "is"
-    distances = {name for name in held if name.endswith(DISTANCE)}
-    files = {
-        "[target], radius_m": radii & held.keys(),
-        "[target], distances_m": distances,
-        "[parameters]": held.keys() - radii - distances,
-    }
-    where = " and ".join(part for part, names in files.items() if names)
     after, before = millimetres(wrong.gap_after_m), millimetres(wrong.gap_before_m)
     error = f", and the error on new poses {after} instead of {before}" if after != before else ""
-    todo = f"Measure {them} again, and correct" if distances == held.keys() else "Correct"
-    return f"dataset.toml holds {are}; free, {they} would be {would_be}{error}. {todo} {them} under {where}." + (
+    todo = f"Measure {them} again, and correct" if held.off else "Correct"
+    return f"dataset.toml holds {are}; free, {they} would be {would_be}{error}. {todo} {them} under {held.table}." + (
         f" These poses do not show whether {rivals} {be} the cause instead." if rivals else ""
     )
 
@@ -239,12 +154,3 @@ def _until_different(one: float, other: float) -> tuple[str, str]:
     size, apart = max(abs(one), abs(other)), abs(one - other)
     digits = max(4, 2 + int(np.ceil(np.log10(size / apart)))) if apart > 0.0 else 4
     return f"{one:.{digits}g}", f"{other:.{digits}g}"
-
-
-def _would_be(found: Diagnosis, name: str, off: ContradictedDistance | None) -> Estimate:
-    """A parameter in the diagnosis in which it is free."""
-    if off and off.key == name:
-        return off.would_be(found.weighed.final)
-    i = found.model.parameters.names.index(name)
-    std = float(found.std[i])
-    return Estimate(float(found.x[i]), std if np.isfinite(std) else None, found.model.parameters.items[i].unit)

@@ -11,7 +11,7 @@ import robolaser
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.held_parameters import _held
+from robolaser.diagnosis.held_values import held_values
 from robolaser.parameters import Parameter
 from robolaser.results.calibration import CalibrationResult
 from robolaser.results.diagnosis import DiagnosisResult
@@ -230,4 +230,4 @@ def test_no_file_holds_what_a_closed_form_found() -> None:
     made = simulate(find_robot("ur5e"), kind="stripe+camera", poses=10, noise=noise, seed=3).dataset
     found = examine(replace(made, parameters={}), effects=[], seed=0)
     assert found.model.blocks.given
-    assert _held(replace(found, calibrated_x=found.model.parameters.upper)) == {}
+    assert held_values(replace(found, calibrated_x=found.model.parameters.upper)) == []
