@@ -1,6 +1,6 @@
 """Parameters that the data set fixes, or narrowly bounds, at wrong values, and known distances that are wrong."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -17,9 +17,10 @@ from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT, SMALL_SHARE
 from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, squares_within, with_fault
 from robolaser.errors import RobolaserError
 from robolaser.estimation.certainty import CERTAIN, EVEN, LIKELY
-from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
+
+ROUGH = 0.01  # relative standard error from which a sentence gives it
 
 
 def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosis], seed: int) -> Diagnosis:
@@ -33,31 +34,21 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
     if found.hindrance:
         return found
     groups = held_values(found)
-    suspects = [one for held in groups for one in _better(found, held, seed)]
-    is_equivalent = not suspects
-    if is_equivalent:
-        suspects = [one for held in groups for one in _equivalent(found, held, seed)]
-    if not suspects:
-        return found
-    held, calibration = min(suspects, key=lambda one: one[1].held_out_rms_m or np.inf)
-    free = examine(calibration.model.dataset)
-    would_be = held.would_be(free)
-    moved = {name: abs(one.value - held.values[name]) / (one.std or np.inf) for name, one in would_be.items()}
-    if max(moved.values()) <= NOISE_CONTRADICTED_SIGMA or _may_imitate(found, free):
-        return found
-    probability = probability_of(found, free, held.off.log_odds if held.off else 0.0)
-    probability = min(probability, LIKELY) if is_equivalent else probability
-    if round(probability, 2) < EVEN:  # of equal ones, the fixed number: it costs no effect
-        return found
-    least = min(SIGMA_OF_95_PERCENT, max(moved.values()))
-    return _reported(found, free, held, {name: would_be[name] for name in moved if moved[name] >= least}, probability)
+    for suspected, least, most in ((_better, 0.0, 1.0), (_equivalent, EVEN, LIKELY)):
+        suspects = [(held, freed) for held in groups if (freed := suspected(found, held, seed))]
+        for held, freed in sorted(suspects, key=lambda one: one[1].held_out_rms_m or np.inf):
+            free = examine(freed.model.dataset)
+            would_be = held.moved(free)
+            if not would_be or _may_imitate(found, free):
+                continue
+            probability = probability_of(found, free, held.off.log_odds if held.off else 0.0)
+            probability = min(max(probability, least), most)
+            if round(probability, 2) >= EVEN:  # of equal ones, the fixed number: it costs no effect
+                return _reported(found, free, held, would_be, probability)
+    return found
 
 
-Suspect = tuple[Held, Calibration]
-"""Held values, and a calibration in which they are free."""
-
-
-def _better(found: Diagnosis, held: Held, seed: int) -> Iterator[Suspect]:
+def _better(found: Diagnosis, held: Held, seed: int) -> Calibration | None:
     """A calibration with free values that predicts certainly better beside effects of other parts.
 
     If these predict as well as effects of the same part, such as a decentred lens, they are the better name. A
@@ -65,20 +56,20 @@ def _better(found: Diagnosis, held: Held, seed: int) -> Iterator[Suspect]:
     """
     others = tuple(one for one in found.model.effects if class_of(one) != held.cause)
     freed = _calibrated(held, others, seed)
-    if freed and (held.off or _fall(found, freed) > SIGMA_OF_95_PERCENT):
-        yield held, freed
+    falls = freed and (held.off or max(_fall(found, freed), _fall_within(found, freed)) > SIGMA_OF_95_PERCENT)
+    return freed if falls else None
 
 
-def _equivalent(found: Diagnosis, held: Held, seed: int) -> Iterator[Suspect]:
+def _equivalent(found: Diagnosis, held: Held, seed: int) -> Calibration | None:
     """A calibration with free values that predicts as well without the effects found, all of other parts, or one."""
     effects = found.model.effects
     if held.off or any(class_of(one) == held.cause for one in effects):
-        return
+        return None
     for fewer in dict.fromkeys([(), *(tuple(one for one in effects if one != left) for left in effects)]):
         freed = _calibrated(held, fewer, seed) if len(fewer) < len(effects) else None
         if freed and _fall(found, freed) > -SIGMA_OF_95_PERCENT:
-            yield held, freed
-            return
+            return freed
+    return None
 
 
 def _calibrated(held: Held, effects: Sequence[CandidateEffect], seed: int) -> Calibration | None:
@@ -93,17 +84,17 @@ def _calibrated(held: Held, effects: Sequence[CandidateEffect], seed: int) -> Ca
 
 
 def _fall(found: Diagnosis, freed: Calibration) -> float:
-    """Decrease of the mean squared error on new poses, in its standard errors.
-
-    Errors of the arm move whole poses, and may hide those of a lens: beside such motions the decrease may be clearer.
-    """
+    """Decrease of the mean squared error on new poses, in its standard errors."""
     assert freed.held_out is not None  # `_calibrated` checks it
-    data = freed.fitted_model.dataset
-    fall = fall_in_sigmas(squares(found.observed, found.after_m), squares(data, freed.held_out))
+    return fall_in_sigmas(squares(found.observed, found.after_m), squares(freed.fitted_model.dataset, freed.held_out))
+
+
+def _fall_within(found: Diagnosis, freed: Calibration) -> float:
+    """The same beside motions of whole poses: errors of the arm, which move these, may hide those of a lens."""
     if not found.unseen or not freed.unseen:
-        return fall
-    within = squares_within(found.model, found.x, found.unseen.errors)
-    return max(fall, fall_in_sigmas(within, squares_within(freed.fitted_model, freed.x, freed.unseen.errors)))
+        return -np.inf
+    before = squares_within(found.model, found.x, found.unseen.errors)
+    return fall_in_sigmas(before, squares_within(freed.fitted_model, freed.x, freed.unseen.errors))
 
 
 def _may_imitate(found: Diagnosis, free: Diagnosis) -> bool:
@@ -138,7 +129,7 @@ def _sentence(wrong: WrongInput, held: Held) -> str:
     numbers = list(wrong.parameters.items())[:NAMED]
     pairs = {name: _until_different(held.values[name], number.value) for name, number in numbers}
     are = listed([f"{name} at {pairs[name][0]} {number.unit}".rstrip() for name, number in numbers])
-    would_be = listed([f"{pairs[name][1]} {number.unit}".rstrip() for name, number in numbers])
+    would_be = listed([f"{pairs[name][1]}{_roughly(number)} {number.unit}".rstrip() for name, number in numbers])
     they, them = ("they", "them") if len(numbers) > 1 else ("it", "it")
     rivals, be = members(wrong.alternatives), "are" if len(wrong.alternatives) > 1 else "is"
     after, before = millimetres(wrong.gap_after_m), millimetres(wrong.gap_before_m)
@@ -147,6 +138,12 @@ def _sentence(wrong: WrongInput, held: Held) -> str:
     return f"dataset.toml holds {are}; free, {they} would be {would_be}{error}. {todo} {them} under {held.table}." + (
         f" These poses do not show whether {rivals} {be} the cause instead." if rivals else ""
     )
+
+
+def _roughly(number: Estimate) -> str:
+    """The standard error of a number, if it concerns the digits that are shown."""
+    std = number.std or 0.0
+    return f" ± {std:.1g}" if std > ROUGH * abs(number.value) else ""
 
 
 def _until_different(one: float, other: float) -> tuple[str, str]:

@@ -1,15 +1,18 @@
 """Values that a data set holds: fixed or narrowly bounded parameters, radii of balls, a contradicted distance."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.contradicted_distance import ContradictedDistance
 from robolaser.diagnosis.result import Diagnosis, Estimate
+from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.estimation.linearization import TOUCH
+from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA
 from robolaser.model.blocks.block import LASER, THINGS
 from robolaser.parameters import Parameter
 
@@ -41,11 +44,21 @@ class Held:
         """The class of causes of the part."""
         return {"hand_eye": "mount", "tool": "mount"}.get(self.where, self.where.rpartition(".")[2])
 
-    def would_be(self, free: Diagnosis) -> dict[str, Estimate]:
-        """The values in the diagnosis in which they are free."""
+    def moved(self, free: Diagnosis) -> dict[str, Estimate]:
+        """The values that certainly differ in the diagnosis in which they are free, as they are there; may be empty.
+
+        Values that are only determined together differ if any combination of them does.
+        """
         if self.off:
-            return {self.off.key: self.off.would_be(free.weighed.final)}
-        return {name: _estimate(free, name) for name in self.values}
+            would_be, correlation = {self.off.key: self.off.would_be(free.weighed.final)}, np.eye(1)
+        else:
+            would_be = {name: _estimate(free, name) for name in self.values}
+            correlation = _correlation(free, list(self.values))
+        sigmas = np.array([(one.value - self.values[name]) / (one.std or np.inf) for name, one in would_be.items()])
+        if sigmas @ np.linalg.pinv(correlation, hermitian=True) @ sigmas <= NOISE_CONTRADICTED_SIGMA**2 * len(sigmas):
+            return {}
+        least = min(SIGMA_OF_95_PERCENT, np.abs(sigmas).max())
+        return {name: one for (name, one), by in zip(would_be.items(), sigmas, strict=True) if abs(by) >= least}
 
 
 def held_values(found: Diagnosis) -> list[Held]:
@@ -97,6 +110,16 @@ def _part(name: str, dataset: Dataset) -> str:
         part = PARTS.get(own.partition(".")[0], "camera")
         return f"{owner}.{part}" if part in ("camera", "laser", "target") else part
     return PARTS.get(owner, "camera")
+
+
+def _correlation(found: Diagnosis, names: Sequence[str]) -> Array:
+    """Correlation of parameters of the final model, (n, n); those without an error are independent."""
+    fit = found.weighed.final
+    own = [fit.problem.parameters.names.index(name) for name in names]
+    covariance = fit.at.covariance[np.ix_(own, own)]
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    unit = covariance / np.maximum(np.outer(std, std), np.finfo(float).tiny)
+    return np.where(np.eye(len(names)) > 0, 1.0, unit)
 
 
 def _estimate(found: Diagnosis, name: str) -> Estimate:
