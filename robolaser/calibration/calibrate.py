@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from robolaser.arrays import Bools, Progress
+from robolaser.arrays import Array, Bools, Progress
 from robolaser.calibration.checks import check_orientations, check_poses, check_target, travel_warnings
+from robolaser.calibration.contradicted_distance import ContradictedDistance
 from robolaser.calibration.exchanged_poses import exchanged_warning
 from robolaser.calibration.initialization import find_start, no_finite_residuals
 from robolaser.calibration.misread import misread
@@ -98,6 +99,7 @@ def calibrated(
             *start.warnings,
             *(_unused_warnings(weighted) if weighted else ()),
             *bound_warnings(model, on_bound),
+            *_distance_warnings(model, x),
             *travel_warnings(model, dict.fromkeys(name for group in groups for name in group.parameters)),
             *(folds.warnings if folds else (TOO_FEW_POSES,)),
         ),
@@ -121,6 +123,11 @@ def _unused_warnings(weighted: NoiseWeightedFit) -> list[str]:
             f"{used} of {every} poses are used: with rows weighted by their noise, more would change the fit little."
         )
     return warnings
+
+
+def _distance_warnings(model: Model, x: Array) -> list[str]:
+    off = ContradictedDistance.of(model, x)
+    return [f"{off.clause}: measure it again, or look for effects with `robolaser diagnose`."] if off else []
 
 
 TOO_FEW_POSES = "Too few poses to hold any out: the error on new poses is not known."

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from robolaser.arrays import Ints
+from robolaser.calibration.contradicted_distance import ContradictedDistance
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import NAMED, listed
-from robolaser.diagnosis.contradicted_distance import ContradictedDistance
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.noise_remarks import over_stated
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, MOST_OVER_STATED, NO_NOISE
@@ -35,8 +35,8 @@ def rows_sentence(final: Fit, noise: NoiseModel, verdict: str, dataset: Dataset,
     scatter = ""
     if verdict == "unexplained":
         scatter = _uneven(final) or _beyond_stated(noise)
-    off = ContradictedDistance.of(final)
-    return scatter + (f" {off.sentence}" if off else "") + gross_sentence(dataset, outliers)
+    off = ContradictedDistance.of(final.model, final.x)
+    return scatter + (f" {off.clause}: measure it again." if off else "") + gross_sentence(dataset, outliers)
 
 
 def gross_sentence(dataset: Dataset, rows: Ints) -> str:

@@ -41,7 +41,7 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
             would_be = held.moved(free)
             if not would_be or _may_imitate(found, free):
                 continue
-            probability = probability_of(found, free, held.off.log_odds if held.off else 0.0)
+            probability = probability_of(found, free, held.log_odds)
             probability = min(max(probability, least), most)
             if round(probability, 2) >= EVEN:  # of equal ones, the fixed number: it costs no effect
                 return _reported(found, free, held, would_be, probability)

@@ -7,8 +7,10 @@ from typing import Final, final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.calibration.contradicted_distance import ContradictedDistance
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.contradicted_distance import ContradictedDistance
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.penalties import complexity_penalty
 from robolaser.diagnosis.result import Diagnosis, Estimate
 from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.estimation.linearization import TOUCH
@@ -44,13 +46,20 @@ class Held:
         """The class of causes of the part."""
         return {"hand_eye": "mount", "tool": "mount"}.get(self.where, self.where.rpartition(".")[2])
 
+    @property
+    def log_odds(self) -> float:
+        """Logarithm of the odds that they are wrong by what belongs to no pose: the residual of a distance."""
+        if self.off is None:
+            return 0.0
+        return 0.5 * ((self.off.excess_m / self.off.known.sigma_m) ** 2 - complexity_penalty(1, 1))
+
     def moved(self, free: Diagnosis) -> dict[str, Estimate]:
         """The values that certainly differ in the diagnosis in which they are free, as they are there; may be empty.
 
         Values that are only determined together differ if any combination of them does.
         """
         if self.off:
-            would_be, correlation = {self.off.key: self.off.would_be(free.weighed.final)}, np.eye(1)
+            would_be, correlation = {self.off.key: _length(self.off, free.weighed.final)}, np.eye(1)
         else:
             would_be = {name: _estimate(free, name) for name in self.values}
             correlation = _correlation(free, list(self.values))
@@ -75,7 +84,8 @@ def held_values(found: Diagnosis) -> list[Held]:
     groups += [Held(part, "[parameters]", values, _freed(dataset, values)) for part, values in parts.items()]
     if dataset.radius_m:
         groups.append(Held("target", "[target], radius_m", _radii(found), (replace(dataset, radius_m={}),)))
-    if off := ContradictedDistance.of(found.weighed.final):
+    final = found.weighed.final
+    if off := ContradictedDistance.of(final.model, final.x):
         values, freed = {off.key: off.stated_m}, (off.removed_from(dataset),)
         groups.append(Held(_part(off.key, dataset), "[target], distances_m", values, freed, off))
     return groups
@@ -110,6 +120,12 @@ def _part(name: str, dataset: Dataset) -> str:
         part = PARTS.get(own.partition(".")[0], "camera")
         return f"{owner}.{part}" if part in ("camera", "laser", "target") else part
     return PARTS.get(owner, "camera")
+
+
+def _length(off: ContradictedDistance, free: Fit) -> Estimate:
+    """A distance by a fit in which it is not known."""
+    slopes = off.known.jacobian(free.model.at(free.x)[0], free.problem.parameters.names)[0, off.number]
+    return Estimate(off.in_model(free.model, free.x), float(np.sqrt(slopes @ free.at.covariance @ slopes)), "m")
 
 
 def _correlation(found: Diagnosis, names: Sequence[str]) -> Array:

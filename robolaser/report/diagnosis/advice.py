@@ -4,10 +4,10 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from robolaser.calibration.contradicted_distance import ContradictedDistance
 from robolaser.diagnosis.candidate_sites import FORCE
 from robolaser.diagnosis.cause_classes import class_of, unknown_instead
 from robolaser.diagnosis.cause_words import joint_names, listed, named, noun, sentence_case
-from robolaser.diagnosis.contradicted_distance import ContradictedDistance
 from robolaser.diagnosis.corrected_model import given_on_bound
 from robolaser.diagnosis.gross_errors import outlying_poses, shortened
 from robolaser.diagnosis.localization import Localization
@@ -106,7 +106,8 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
         beware = " They only imitate the cause: use it at poses like those measured." if only_imitate else ""
         todo.append(f"The corrected model is `calibration.json`: it contains all effects found.{beware}")
     todo += _bounds(diagnosis)
-    off = ContradictedDistance.of(diagnosis.weighed.final)
+    final = diagnosis.weighed.final
+    off = ContradictedDistance.of(final.model, final.x)
     if off:
         todo.append(f"Measure the {off} again.")
     is_sound = diagnosis.verdict == "no_gap" and not diagnosis.wrong_input and not off

@@ -79,3 +79,5 @@ def test_a_distance_ten_times_too_long_changes_the_answer_visibly():
     assert apart(told, SOCKETS)[0] == pytest.approx(known, abs=3e-4)
     assert apart(wrong, SOCKETS)[0] > 2 * known
     assert wrong.objective_m2 > 100 * told.objective_m2
+    said = f"The known distance between {one} and {other} is"
+    assert [any(warning.startswith(said) for warning in found.warnings) for found in (told, wrong)] == [False, True]

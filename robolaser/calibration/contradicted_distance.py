@@ -5,14 +5,11 @@ from typing import final
 
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.cause_words import listed
-from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.penalties import complexity_penalty
-from robolaser.diagnosis.result import Estimate
-from robolaser.diagnosis.summary_text import millimetres
 from robolaser.estimation.outliers import OUTLIER_SIGMA
 from robolaser.model.blocks.blocks import KnownDistances
+from robolaser.model.forward_model import Model
 
 
 @final
@@ -25,12 +22,12 @@ class ContradictedDistance:
     excess_m: float  # over the model's distance
 
     @classmethod
-    def of(cls, fit: Fit) -> "ContradictedDistance | None":
-        """That with the largest residual; None if all fit."""
-        known = fit.model.known_distances
+    def of(cls, model: Model, x: Array) -> "ContradictedDistance | None":
+        """That with the largest residual in a model with parameters x (d,); None if all fit."""
+        known = model.known_distances
         if known is None:
             return None
-        off_m = known.residuals(fit.model.at(fit.x)[0])[0]
+        off_m = known.residuals(model.at(x)[0])[0]
         worst = int(np.abs(off_m).argmax())
         return cls(known, worst, float(off_m[worst])) if abs(off_m[worst]) >= OUTLIER_SIGMA * known.sigma_m else None
 
@@ -50,29 +47,19 @@ class ContradictedDistance:
         """The distance in the data set."""
         return float(self.known.known[self.number])
 
-    @property
-    def log_odds(self) -> float:
-        """Logarithm of the odds that it is wrong, against a residual of such a size by noise."""
-        return 0.5 * ((self.excess_m / self.known.sigma_m) ** 2 - complexity_penalty(1, 1))
-
     def removed_from(self, dataset: Dataset) -> Dataset:
         """A data set in which it is not known."""
         return replace(dataset, distances_m=tuple(one for one in dataset.distances_m if {*one[:2]} != {*self.ends}))
 
-    def would_be(self, fit: Fit) -> Estimate:
-        """The distance by a fit in which it is not known."""
-        values = fit.model.at(fit.x)[0]
-        slopes = self.known.jacobian(values, fit.problem.parameters.names)[0, self.number]
-        variance = float(slopes @ fit.at.covariance @ slopes)
-        return Estimate(
-            self.stated_m - float(self.known.residuals(values)[0, self.number]), float(np.sqrt(variance)), "m"
-        )
+    def in_model(self, model: Model, x: Array) -> float:
+        """The distance in a model with parameters x (d,) [m]."""
+        return self.stated_m - float(self.known.residuals(model.at(x)[0])[0, self.number])
 
     def __str__(self) -> str:
-        return f"known distance between {listed(self.ends)}"
+        return f"known distance between {' and '.join(self.ends)}"
 
     @property
-    def sentence(self) -> str:
-        """A sentence on it."""
+    def clause(self) -> str:
+        """By how much it differs, as a clause."""
         longer = "longer" if self.excess_m > 0 else "shorter"
-        return f"The {self} is {millimetres(abs(self.excess_m))} {longer} than in the model: measure it again."
+        return f"The {self} is {1e3 * abs(self.excess_m):.3g} mm {longer} than in the model"
