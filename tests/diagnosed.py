@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 from calibrated import arm, point, socket, stripe
 
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.gross_errors import gross_sentence
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.result import (
@@ -18,6 +20,7 @@ from robolaser.diagnosis.result import (
     Repeatability,
 )
 from robolaser.diagnosis.summary_text import sentence
+from robolaser.estimation.problem import Problem
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -33,6 +36,7 @@ def candidate_effect(text):
 def of(calibration, verdict="explained", *, rivals=(), gross=()):
     """A diagnosis with the model of a calibration as its final model."""
     model, x = calibration.model, calibration.x
+    fit = Fit(Problem.of(model), x)
     names = model.parameters.names
     after = calibration.residuals
     before = after + (5e-4 * np.random.default_rng(8).normal(size=after.shape) if model.effects else 0.0)
@@ -99,6 +103,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         repeatability=Repeatability({name: one for name, one in noise.items() if one.of_poses}, 5e-5),
         noise_remarks=("All rows of an image move together.",),
         seconds=2.5,
+        weighed=Weighed(fit, fit, (), model.dataset),
     )
 
 
