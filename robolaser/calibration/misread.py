@@ -67,6 +67,7 @@ def misread(model: Model, rms_m: float) -> Misread | None:
     order = np.argsort(errors)
     found, best = readings[int(order[0])], errors[order[0]]
     is_alike = np.array([one is found or (found.alike != "" and one.alike == found.alike) for one in readings])
+    is_alike &= errors <= BEST * best
     second = errors[~is_alike].min(initial=np.inf)
     if not np.isfinite(best) or best * FALLS > as_read or best * BEST > second:
         return None

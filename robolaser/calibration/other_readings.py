@@ -60,9 +60,9 @@ class Hypothesis:
 def read_otherwise(dataset: Dataset) -> Iterator[Hypothesis]:
     """All hypotheses for files whose points are centimetres off.
 
-    Points of some poses exchanged; rows one pose off, flange poses inverted, the sensor at the other end;
-    lengths in other units, a left-handed frame, transposed rotations; images mirrored, with their axes exchanged, or
-    with another axis of the stripe; joints exchanged, reversed, in degrees, or late.
+    Points of some poses exchanged; rows one pose off, a target elsewhere, flange poses inverted, the sensor at the
+    other end; lengths in other units, a left-handed frame, transposed rotations; images mirrored, with their axes
+    exchanged, or with another axis of the stripe; joints exchanged, reversed, in degrees, or late.
     """
     if names := exchanged_points(dataset):
         yield Hypothesis(with_names(dataset, names), fault_text(names, dataset.poses.names), "points.csv")
@@ -99,6 +99,10 @@ def _of_rows_and_ends(dataset: Dataset) -> Iterator[Hypothesis]:
                 alone = with_rows_moved(dataset, shift, of=sensor.rows)
                 fault = f"All rows of {sensor.file} seem to belong to the pose {which} theirs"
                 yield Hypothesis(alone, fault, sensor.file, shift)
+    if dataset.placed and dataset.points.pixel is not None:
+        fault = "The points of the target seem to be in a frame of its own, and not in the base frame"
+        where = "placed under [target] in dataset.toml"
+        yield Hypothesis(replace(dataset, placed=False), fault, where, alike=MIRRORED)  # as if a flat target is turned
     T, options = dataset.poses.T_base_flange, dataset.options
     end: Mount = "flange" if getattr(options, "mount", "flange") == "base" else "base"
     if T is not None:  # a sensor at the other end sees the same with inverse poses
