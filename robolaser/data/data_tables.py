@@ -19,6 +19,7 @@ from robolaser.robot.kinematics import Robot
 
 FILE = "poses.csv"
 FLANGE_COLUMNS = (*XYZ, *QUATERNION)
+MOST_PAYLOAD = 2.0  # times the mass of an arm's links: real arms carry less than their own mass
 OUT_OF_RANGE_RAD = 1.0  # real arms exceed their URDF's limits a little, but not by a radian
 FARTHEST_M = 200.0  # range of a laser tracker; larger numbers are millimetres
 IMAGES = "image"  # prefix of columns with paths of images
@@ -58,7 +59,7 @@ def poses_of(table: CsvTable, folder: Path, robot: Robot | None) -> tuple[Poses,
         q_columns, qd_columns = ([f"{q}_{joint}" for joint in joints] for q in ("q", "qd"))
         q = table.numbers(q_columns)
         qd = table.numbers(qd_columns) if any(column in table for column in qd_columns) else None
-        warnings += [*outside_limits(table, q, robot), *_unlisted(table, q_columns)]
+        warnings += [*outside_limits(table, q, robot), *_unlisted(table, q_columns), *_too_heavy(table, poses, robot)]
         commanded = [joint for joint in joints if f"{COMMAND}{joint}" in table]
         commands = table.numbers([f"{COMMAND}{joint}" for joint in commanded])
         following = {joint: commands[:, i] - q[:, joints.index(joint)] for i, joint in enumerate(commanded)}
@@ -108,6 +109,18 @@ def motions_of(table: CsvTable) -> Array:
     _not_too_far(table, numbers[:, :3])
     _check_quaternions(table, numbers[:, 3:])
     return pose(from_quaternion(numbers[:, 3:]), numbers[:, :3])
+
+
+def _too_heavy(table: CsvTable, poses: Poses, robot: Robot) -> list[str]:
+    """A warning of a payload that no arm of this mass carries."""
+    arm_kg = float(robot.by_pinocchio.masses.sum())
+    if poses.payload_kg is None or not 0.0 < MOST_PAYLOAD * arm_kg < poses.payload_kg.max():
+        return []
+    row = int(poses.payload_kg.argmax())
+    return [
+        f"{table.file}, row {table.lines[row]}: payload_kg is {poses.payload_kg[row]:.4g}, but the links of {robot.name}"
+        f" weigh {arm_kg:.3g} kg together. Are these grams?"
+    ]
 
 
 def outside_limits(table: CsvTable, q: Array, robot: Robot) -> list[str]:

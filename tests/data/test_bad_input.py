@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from robolaser.calibration.calibrate import calibrate
@@ -224,6 +225,15 @@ def test_a_pixel_outside_the_image_is_an_error_with_its_place(folder, column, va
 def test_a_reading_a_little_outside_the_limits_is_a_warning(folder):
     cell("poses.csv", 2, "q_joint_3", "2.5")(folder)
     assert any(w.startswith("1 reading of joint_3 is ") and "outside its limits" in w for w in load(folder).warnings)
+
+
+@pytest.mark.parametrize(("payload_kg", "said"), [(3.0, False), (3000.0, True)])
+def test_a_payload_that_is_heavier_than_its_arm_is_a_warning(tmp_path, payload_kg: float, said: bool):
+    made = simulate(find_robot("ur5"), kind="point", poses=8, seed=1).dataset
+    heavy = np.where(np.arange(8) == 3, payload_kg, 0.0)
+    save(replace(made, poses=replace(made.poses, payload_kg=heavy)), tmp_path / "carried")
+    found = [warning for warning in load(tmp_path / "carried").warnings if "grams" in warning]
+    assert [warning.startswith("poses.csv, row 5: payload_kg is 3000") for warning in found] == [True] * said
 
 
 def test_an_image_path_that_leaves_the_folder_is_refused(folder):
