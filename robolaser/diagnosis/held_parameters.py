@@ -128,7 +128,8 @@ def _sentence(wrong: WrongInput, held: Held) -> str:
     """A sentence on the held and the free values and their errors."""
     numbers = list(wrong.parameters.items())[:NAMED]
     pairs = {name: _until_different(held.values[name], number.value) for name, number in numbers}
-    are = listed([f"{name} at {pairs[name][0]} {number.unit}".rstrip() for name, number in numbers])
+    names = {name: f"the {held.off}" if held.off else name for name, _ in numbers}
+    are = listed([f"{names[name]} at {pairs[name][0]} {number.unit}".rstrip() for name, number in numbers])
     would_be = listed([f"{pairs[name][1]}{_roughly(number)} {number.unit}".rstrip() for name, number in numbers])
     they, them = ("they", "them") if len(numbers) > 1 else ("it", "it")
     rivals, be = members(wrong.alternatives), "are" if len(wrong.alternatives) > 1 else "is"
