@@ -118,8 +118,8 @@ def _too_heavy(table: CsvTable, poses: Poses, robot: Robot) -> list[str]:
         return []
     row = int(poses.payload_kg.argmax())
     return [
-        f"{table.file}, row {table.lines[row]}: payload_kg is {poses.payload_kg[row]:.4g}, but the links of {robot.name}"
-        f" weigh {arm_kg:.3g} kg together. Are these grams?"
+        f"{table.file}, row {table.lines[row]}: payload_kg is {poses.payload_kg[row]:.4g}, but the links of"
+        f" {robot.name} weigh {arm_kg:.3g} kg together. Are these grams?"
     ]
 
 
