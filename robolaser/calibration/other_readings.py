@@ -62,7 +62,7 @@ def read_otherwise(dataset: Dataset) -> Iterator[Hypothesis]:
 
     Points of some poses exchanged; rows one pose off, a target elsewhere, flange poses inverted, the sensor at the
     other end; lengths in other units, a left-handed frame, transposed rotations; images mirrored, with their axes
-    exchanged, or with another axis of the stripe; joints exchanged, reversed, in degrees, or late.
+    exchanged, or with another axis of the stripe; another flange; joints exchanged, reversed, in degrees, or late.
     """
     if names := exchanged_points(dataset):
         yield Hypothesis(with_names(dataset, names), fault_text(names, dataset.poses.names), "points.csv")
@@ -70,6 +70,7 @@ def read_otherwise(dataset: Dataset) -> Iterator[Hypothesis]:
     yield from _of_lengths(dataset)
     yield from _of_images(dataset)
     if dataset.robot is not None and dataset.poses.q is not None:
+        yield from _of_flange(dataset, dataset.robot)
         yield from _of_joints(dataset)
 
 
@@ -84,6 +85,8 @@ def other_arms(dataset: Dataset) -> Iterator[Hypothesis]:
         try:
             other = find_robot(entry.name, gravity=robot.gravity)
         except RobolaserError:  # its package is not installed
+            continue
+        if np.allclose(other.placements, robot.placements):
             continue
         fault = f"The arm seems to be a {entry.title}, and not the {robot.name} of dataset.toml"
         yield Hypothesis(replace(dataset, robot=other), fault, "urdf under [robot] in dataset.toml")
@@ -190,6 +193,17 @@ def _mirrors(dataset: Dataset) -> Array:
 
 def _with_flange(dataset: Dataset, turned: Array, placed: Array) -> Dataset:
     return replace(dataset, poses=replace(dataset.poses, T_base_flange=pose(turned, placed)))
+
+
+def _of_flange(dataset: Dataset, robot: Robot) -> Iterator[Hypothesis]:
+    """The links behind each joint as the flange; links that the same joints move differ by a constant mount."""
+    for link in robot.by_pinocchio.links:
+        if link.joint is None:
+            continue
+        other = Robot.from_urdf(robot.urdf, flange=link.name, joints=robot.joints, gravity=robot.gravity)
+        if not np.array_equal(other.chain, robot.chain):
+            fault = f"What is on the flange seems to be on {link.name}, and not on {robot.flange}"
+            yield Hypothesis(replace(dataset, robot=other), fault, "flange under [robot] in dataset.toml")
 
 
 def _of_joints(dataset: Dataset) -> Iterator[Hypothesis]:

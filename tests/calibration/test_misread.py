@@ -27,6 +27,7 @@ from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.in_cell import Mounting
 from robolaser.robot.by_name import find_robot
+from robolaser.robot.kinematics import Robot
 from robolaser.simulation import CellOptions, simulate
 
 SUSPECTS = [one for one in EFFECTS if one.name in ("joint_offset", "encoder_scale", "link_geometry", "backlash")]
@@ -275,6 +276,18 @@ def test_another_size_or_generation_of_the_arm_is_named(stated: str) -> None:
     sound = simulate(find_robot("ur5"), kind="point", poses=25, noise=Noise(point_m=3e-5), seed=1).dataset
     found = misread(Model(replace(sound, robot=find_robot(stated))), rms_m=0.005)
     assert f"a Universal Robots UR5, and not the {stated}" in found.sentence
+
+
+@pytest.mark.parametrize("moved_by", [3, 5])
+def test_another_flange_is_named(moved_by: int) -> None:
+    sound = simulate(find_robot("ur5e"), kind="point", poses=15, noise=Noise(point_m=3e-5), seed=1).dataset
+    robot, _ = sound.arm
+    behind = [link.name for link in robot.by_pinocchio.links if link.joint is not None]
+    stated = Robot.from_urdf(robot.urdf, flange=behind[moved_by - 1], joints=robot.joints)
+    found = misread(Model(replace(sound, robot=stated)), rms_m=0.5)
+    assert found.sentence.startswith(
+        f"What is on the flange seems to be on {behind[-1]}, and not on {behind[moved_by - 1]}"
+    )
 
 
 def test_an_arm_that_is_off_by_millimetres_is_no_other_arm() -> None:
