@@ -73,7 +73,8 @@ def diagnose_motion(
     verdicts = [part.verdict for part in parts]
     verdict = "unexplained" if "unexplained" in verdicts else "explained" if "explained" in verdicts else "no_gap"
     findings = [] if verdict == "no_gap" else merged([finding for part in parts for finding in part.shown])
-    restated = [other.restated(part) if other and part.gap.kind == "torque" else part for part in parts]
+    named = [part.as_named for part in parts]
+    restated = [other.restated(part) if other and part.gap.kind == "torque" else part for part in named]
     if other:
         first = [one for part in restated if part.gap.kind == "torque" for one in part.findings]
         findings = [*first, *(one for one in findings if one.at.pair not in [own.at.pair for own in first])]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from robolaser.motion.patterns import Patterns
 from robolaser.motion.quantities import Quantities, quantities
 from robolaser.motion.selection import INDISTINGUISHABLE, EffectSearch, SelectedEffect, Selection, side_by_side
 from robolaser.motion.series_clocks import SeriesClocks
-from robolaser.motion.tracking import TrackingRows
+from robolaser.motion.tracking import MORE_ROUNDS, TrackingRows
 
 SEARCHED_ROWS = 24_000
 LEAST_SHARE: dict[RowKind, float] = {"tracking": 0.002, "torque": 0.005, "load": 0.02}
@@ -93,39 +94,45 @@ def parts_of(
 def _tracking(
     log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str], searching: Searching
 ) -> KindDiagnosis:
-    recorded, clocks = log, None
-    log, place = log.evened()
-    rows, candidates, starts = _begun(log, library, missing)
+    clocks = None
+    even, place = log.evened()
+    rows, candidates, starts = _begun(even, library, missing)
     for _ in range(CLOCK_PASSES if CLOCK in library else 0):
         fits = rows.fit(list(enumerate(starts)))
         more = SeriesClocks.of(rows.lateness(fits), clocks)
-        if more is not None and rows.used < len(log):
-            whole, fits = _of_all_runs(log, rows, fits)
+        if more is not None and rows.used < len(even):
+            whole, fits = _of_all_runs(even, rows, fits)
             more = SeriesClocks.of(whole.lateness(fits), more)
         if more is None:
             break
-        clocks, log = more.beside(clocks), more.corrected(log)
-        rows, candidates, starts = _begun(log, library, missing)
+        clocks, even = more.beside(clocks), more.corrected(even)
+        rows, candidates, starts = _begun(even, library, missing)
     selected = _selected(rows, candidates, starts, searching)
     if not _agree([one.model for one in selected]):
         candidates = [[at for at in each if at.effect is not CLOCK] for each in candidates]
         selected = _selected(rows, candidates, rows.usual(candidates), searching)
-    whole, refined = _of_all_runs(log, rows, [one.model for one in selected])
-    ideal = recorded.q - recorded.command
+    whole, refined = _of_all_runs(even, rows, [one.model for one in selected])
+    ideal = log.q - log.command
     ideal[:, ~np.isin(np.arange(log.q.shape[1]), rows.joints)] = np.nan
-    after = np.full_like(log.q, np.nan)
-    fold = folds(log.run)
-    for number in np.unique(fold):
-        held = fold == number
-        part = whole.without(held)
-        after[held] = (log.q - part.predicted(part.refined(refined, whole)))[held]
-    after[~whole.counted] = np.nan
-    after, log = after[place], recorded
-    same = np.where(np.isfinite(after), ideal, np.nan)
-    calibrated, after = (less_means(each, log.run) if log.offset_per_series else each for each in (same, after))
-    better, after = where_lower(after, calibrated, log.run, LEAST_SHARE["tracking"])
+    counted = np.where(whole.counted[place, None], ideal, np.nan)
+    calibrated = less_means(counted, log.run) if log.offset_per_series else counted
+
+    @cache
+    def unseen(effects: frozenset[At]) -> tuple[Bools, Array]:
+        kept = [tuple(at for at in one.effects if at in effects) for one in refined]
+        models = whole.fit(list(enumerate(kept)), MORE_ROUNDS)
+
+        def errors(held_out: Bools) -> Array:
+            part = whole.without(held_out)
+            return even.q - part.predicted(part.refined(models, whole))
+
+        after = np.where(np.isfinite(counted), _held_out(even.run, errors)[place], np.nan)
+        after = less_means(after, log.run) if log.offset_per_series else after
+        return where_lower(after, calibrated, log.run, LEAST_SHARE["tracking"])
+
+    better, after = unseen(frozenset(at for one in refined for at in one.effects))
     if clocks is not None and not better[rows.joints].all():  # a clock shifts all joints
-        return _tracking(recorded, [one for one in library if one is not CLOCK], missing, searching)
+        return _tracking(log, [one for one in library if one is not CLOCK], missing, searching)
     nominal, before, then = map(root_mean_squares, (ideal, calibrated, after))
     step = log.encoder_step_rad or resolution(log.q)
     holding = log.robot.gravity_torques(np.nan_to_num(log.q))
@@ -145,7 +152,8 @@ def _tracking(
     gap = KindGap("tracking", "rad", nominal, before, then, np.minimum(floor, MOST_NOISE_RAD), len(log))
     enough = np.full(len(log.joints), FOLLOWS_RAD)
     tested = tuple(at for each in candidates for at in each if at.effect.cause != UNKNOWN)
-    return KindDiagnosis(gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
+    diagnosis = KindDiagnosis(gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
+    return replace(diagnosis, named=unseen(diagnosis.shown_at)[1])
 
 
 def _as_sent(log: MotionLog, library: Sequence[MotionEffect]) -> MotionLog:
@@ -238,13 +246,19 @@ def _linear(
         rows.is_scaled = best.model.score < selected.model.score + INDISTINGUISHABLE
         selected = best if rows.is_scaled else selected
     ideal = rows.residuals(selected.ideal)
-    after = np.full_like(ideal, np.nan)
-    fold = folds(of.run)
-    for number in np.unique(fold):
-        part = LinearRows(of, values, selected.model.effects, (fold != number)[:, None] & ~cut, rows)
-        again = part.fitted(selected.model.effects, selected.model.shapes)
-        after[fold == number] = rows.residuals(again, of_part=part)[fold == number]
-    better, after = where_lower(after, ideal, of.run, LEAST_SHARE[kind])
+    shapes = dict(zip(selected.model.effects, selected.model.shapes, strict=True))
+
+    @cache
+    def unseen(effects: frozenset[At]) -> tuple[Bools, Array]:
+        kept = {at: shape for at, shape in shapes.items() if at in effects}
+
+        def errors(held_out: Bools) -> Array:
+            part = LinearRows(of, values, tuple(kept), ~held_out[:, None] & ~cut, rows)
+            return rows.residuals(part.fitted(tuple(kept), tuple(kept.values())), of_part=part)
+
+        return where_lower(_held_out(of.run, errors), ideal, of.run, least)
+
+    better, after = unseen(frozenset(shapes))
     nominal, before, then = map(root_mean_squares, (values, ideal, after))
     white = white_noise(after, of.run, None)
     patterns = Patterns(of.run, of.time_s, of.q, of.rigid, size_by_speed_only=kind == "torque")
@@ -260,7 +274,15 @@ def _linear(
     gap = KindGap(kind, "Nm" if kind == "torque" else "rad", nominal, before, then, floor, len(of.q))
     remarks = tuple(map(str, limits))
     tested = tuple(at for at in candidates if at.effect.cause != UNKNOWN)
-    return KindDiagnosis(gap, tested, tuple(findings), of.run, ideal, after, places, enough, cut, remarks)
+    diagnosis = KindDiagnosis(gap, tested, tuple(findings), of.run, ideal, after, places, enough, cut, remarks)
+    return replace(diagnosis, named=unseen(diagnosis.shown_at)[1])
+
+
+def _held_out(run: Ints, errors: Callable[[Bools], Array]) -> Array:
+    """Errors (n, j) of rows, each by a model without its fold: `errors` of a model without some rows, (n,)."""
+    fold = folds(run)
+    by_fold = np.stack([errors(fold == number) for number in range(fold.max() + 1)])
+    return np.asarray(by_fold[fold, np.arange(len(fold))])
 
 
 def _left(after: Array, white: Array, patterns: Patterns, names: Sequence[str]) -> tuple[Array, dict[str, str]]:

@@ -1,6 +1,6 @@
 """Diagnosis of the rows of one kind: the gap, its effects, and the remaining error."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import final
 
@@ -49,6 +49,8 @@ class KindDiagnosis:
     enough: Array  # usual error of each joint, (j,)
     cut: Bools | bool = False  # rows without a search for effects, (n, j)
     remarks: tuple[str, ...] = ()
+    named: Array = field(default_factory=lambda: np.empty(0))
+    """Errors on unseen motions with the shown effects alone, (n, j): others are in the model, but too small to name."""
 
     @property
     def has_gap(self) -> Bools:
@@ -60,6 +62,16 @@ class KindDiagnosis:
     def shown(self) -> tuple[SelectedEffect, ...]:
         """Findings at joints that have a gap; clocks at other joints, too, which show them little."""
         return tuple(one for one in self._weighed if one.none < 1.0 - LISTED)
+
+    @property
+    def shown_at(self) -> frozenset[At]:
+        """The effects that are shown, at their locations."""
+        return frozenset(one.at for one in self.shown)
+
+    @property
+    def as_named(self) -> "KindDiagnosis":
+        """The same with the errors of the shown effects alone."""
+        return replace(self, after=self.named, gap=replace(self.gap, after=root_mean_squares(self.named)))
 
     @cached_property
     def _weighed(self) -> list[SelectedEffect]:

@@ -33,6 +33,16 @@ def test_friction_beside_a_heavy_payload_is_named_at_its_size() -> None:
     assert numbers["coulomb_friction", "lift"] == pytest.approx(1.0, rel=0.02)
 
 
+def test_errors_with_the_effects_found_are_those_of_the_named_ones_alone() -> None:
+    """The wrist's friction is less than half a per cent of the largest torques: it is no gap, and is not named."""
+    log = record(World(dry={"lift": 3.0, "wrist": 0.09}), series=4, seconds=5.0)
+    found = diagnose_motion(replace(log, command=np.full_like(log.q, np.nan)), seed=0)
+    (gap,), wrist = found.fit.gaps, JOINTS.index("wrist")
+    assert [one.at.pair for one in found.fit.findings] == [["coulomb_friction", "lift"]]
+    assert gap.after[wrist] == gap.calibrated[wrist] > 2.0 * gap.noise_floor[wrist]
+    assert gap.after[LIFT] < 0.1 * gap.calibrated[LIFT]
+
+
 def test_a_small_lost_motion_beside_a_spring_is_named() -> None:
     """It is a hundredth of the difference of the encoders, and most of what the spring leaves."""
     log = record(World(spring={"lift": 5e3}), series=5, seconds=4.0, seed=5)
