@@ -34,12 +34,11 @@ class KindGap:
 
 def folds(run: Ints) -> Ints:
     """Which fold each row is held out in, (n,): whole runs, or blocks of rows where there are too few runs."""
-    names, counts = np.unique(run, return_counts=True)
-    if len(names) >= FEWEST_RUNS:
-        order = names[np.argsort(-counts, kind="stable")]
-        of_run = {int(name): place % FEWEST_RUNS for place, name in enumerate(order)}
-        return np.array([of_run[int(one)] for one in run], dtype=np.int64)
-    return runs_or_blocks(run) % FEWEST_RUNS
+    _, group, counts = np.unique(run, return_inverse=True, return_counts=True)
+    if len(counts) < FEWEST_RUNS:
+        return runs_or_blocks(run) % FEWEST_RUNS
+    place = np.argsort(np.argsort(-counts, kind="stable"))
+    return place[group] % FEWEST_RUNS
 
 
 def runs_or_blocks(run: Ints) -> Ints:
