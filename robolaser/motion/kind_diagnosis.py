@@ -71,7 +71,9 @@ class KindDiagnosis:
     @property
     def as_named(self) -> "KindDiagnosis":
         """The same with the errors of the shown effects alone."""
-        return replace(self, after=self.named, gap=replace(self.gap, after=root_mean_squares(self.named)))
+        size = root_mean_squares(self.named)
+        gap = replace(self.gap, after=size, noise_floor=np.minimum(self.gap.noise_floor, size))
+        return replace(self, after=self.named, gap=gap)
 
     @cached_property
     def _weighed(self) -> list[SelectedEffect]:

@@ -127,3 +127,11 @@ def test_a_joint_is_within_its_limit_also_where_it_begins() -> None:
     elbow = log.joints.index("elbow_joint")
     assert log.command[[rows.start for rows in log.rows_of_runs], elbow].min() < -0.3
     assert log.q[:, elbow].min() == pytest.approx(-0.3, abs=1e-3)
+
+
+def test_the_noise_is_no_larger_than_the_errors_of_the_named_effects() -> None:
+    """Without what is in the model besides, unseen motions may be predicted better."""
+    run, before, named = np.repeat(np.arange(4), 100), np.full((400, 1), 10.0), np.full((400, 1), 0.9)
+    gap = KindGap("torque", "Nm", np.array([10.0]), np.array([10.0]), np.array([1.0]), np.array([1.0]), 400)
+    part = KindDiagnosis(gap, (), (), run, before, np.ones((400, 1)), {}, np.zeros(1), named=named)
+    assert part.as_named.gap.noise_floor == part.as_named.gap.after == pytest.approx(0.9)
