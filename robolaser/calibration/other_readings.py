@@ -196,12 +196,12 @@ def _with_flange(dataset: Dataset, turned: Array, placed: Array) -> Dataset:
 
 
 def _of_flange(dataset: Dataset, robot: Robot) -> Iterator[Hypothesis]:
-    """The links behind each joint as the flange; links that the same joints move differ by a constant mount."""
+    """Links that further joints move as the flange: what fewer joints move may fit for standing still."""
     for link in robot.by_pinocchio.links:
         if link.joint is None:
             continue
         other = Robot.from_urdf(robot.urdf, flange=link.name, joints=robot.joints, gravity=robot.gravity)
-        if not np.array_equal(other.chain, robot.chain):
+        if {*robot.chain} < {*other.chain}:
             fault = f"What is on the flange seems to be on {link.name}, and not on {robot.flange}"
             yield Hypothesis(replace(dataset, robot=other), fault, "flange under [robot] in dataset.toml")
 
