@@ -198,10 +198,11 @@ def test_points_in_another_unit_or_frame_are_named(slip: str) -> None:
     assert f"The points seem to be {said}" in found.sentence
 
 
-@pytest.mark.parametrize("kind", ["camera", "stripe"])
-@pytest.mark.parametrize("slip", ["in inches", "in millimetres", "left-handed"])
+@pytest.mark.parametrize(
+    ("kind", "slip"), [("camera", "in inches"), ("stripe", "in millimetres"), ("stripe", "left-handed")]
+)
 def test_a_target_in_another_unit_or_frame_is_named(kind: str, slip: str) -> None:
-    sound = simulate("scorbot_er7", kind=kind, poses=10, noise=Noise(pixel_px=0.1), seed=1).dataset
+    sound = simulate("scorbot_er7", kind=kind, poses=10, points=8, noise=Noise(pixel_px=0.1), seed=1).dataset
     change, said = {**TRACKED, "left-handed": (lambda xyz: xyz * (-1.0, 1.0, 1.0), "in a left-handed frame")}[slip]
     found = misread(Model(replace(sound, points=replace(sound.points, xyz=change(sound.points.xyz)))), rms_m=0.5)
     assert f"points of the target seem to be {said}" in found.sentence
@@ -209,7 +210,7 @@ def test_a_target_in_another_unit_or_frame_is_named(kind: str, slip: str) -> Non
 
 @pytest.mark.parametrize("kind", ["camera", "stripe"])
 def test_a_target_in_a_frame_of_its_own_is_named(kind: str) -> None:
-    sound = simulate("scorbot_er7", kind=kind, poses=20, noise=Noise(pixel_px=0.1), seed=1).dataset
+    sound = simulate("scorbot_er7", kind=kind, poses=12, points=8, noise=Noise(pixel_px=0.1), seed=1).dataset
     turned = sound.points.xyz @ rot_x(0.7).T @ rot_z(1.1).T + (0.1, -0.2, 0.3)
     found = misread(Model(replace(sound, points=replace(sound.points, xyz=turned))), rms_m=0.5)
     assert found.sentence.startswith("The points of the target seem to be in a frame of its own")
@@ -238,16 +239,15 @@ IMAGES = {
 }
 
 
-@pytest.mark.parametrize("kind", ["camera", "stripe"])
-@pytest.mark.parametrize("slip", IMAGES)
+@pytest.mark.parametrize(("kind", "slip"), [("camera", "mirrored"), ("camera", "exchanged"), ("stripe", "mirrored")])
 def test_images_with_other_axes_are_named(kind: str, slip: str) -> None:
-    sound = simulate("scorbot_er7", kind=kind, poses=10, noise=Noise(pixel_px=0.1), seed=1).dataset
+    sound = simulate("scorbot_er7", kind=kind, poses=10, points=8, noise=Noise(pixel_px=0.1), seed=1).dataset
     change, said = IMAGES[slip]
     assert said in misread(Model(change(sound)), rms_m=0.5).sentence.lower()
 
 
 def test_the_other_axis_of_a_stripe_is_named() -> None:
-    sound = simulate("scorbot_er7", poses=10, noise=Noise(pixel_px=0.1), seed=1).dataset
+    sound = simulate("scorbot_er7", poses=10, points=8, noise=Noise(pixel_px=0.1), seed=1).dataset
     found = misread(Model(replace(sound, stripe_axis="v")), rms_m=0.5)
     assert found.sentence.startswith('stripe_axis seems to be "u", and not "v"')
 
