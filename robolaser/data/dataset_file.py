@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.sensor_format import MOTION_KIND, SensorFormat, sensor_format
+from robolaser.data.sensor_format import SensorFormat, sensor_format
 from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.several_sensors import described_members
 from robolaser.data.stated_noise import Noise
@@ -138,7 +138,7 @@ def describe(folder: str | Path) -> Dataset:
 
 
 def _refuse_motion(sensor: object) -> None:
-    if isinstance(sensor, dict) and sensor.get("kind") == MOTION_KIND:
+    if isinstance(sensor, dict) and sensor.get("kind") == "motion":
         why = (
             '"motion" is a log of a moving arm. `robolaser check`, `diagnose`, `calibrate` and `plan` read it, in'
             " Python `calibrate` and `diagnose`; this needs a sensor that measures points or poses."

@@ -14,7 +14,6 @@ PIXEL = ("u_px", "v_px")
 XYZ = ("x_m", "y_m", "z_m")
 QUATERNION = ("qx", "qy", "qz", "qw")
 Mount = Literal["flange", "base"]  # the sensor's mount
-MOTION_KIND = "motion"  # the kind of a log of a moving arm, which has no sensor
 SENSORS = "robolaser.model.sensors"  # imports this file, and all sensors of robolaser and installed packages
 
 
@@ -108,7 +107,7 @@ def sensor_format(kind: str) -> SensorFormat:
     known = import_module(SENSORS).REGISTERED
     is_known = isinstance(kind, str) and kind in known  # a file may state anything
     if not is_known and kind not in sensor_kinds():
-        kinds = (*sensor_kinds(), MOTION_KIND)
+        kinds = (*sensor_kinds(), "motion")  # a moving arm's log has no sensor
         expected = " or ".join(f'"{known}"' for known in kinds)
         raise wrong("dataset.toml", ("sensor", "kind"), kind, expected, kinds)
     declared: SensorFormat = known[kind].format

@@ -15,6 +15,8 @@ from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.estimation.certainty import LIKELY
 from robolaser.model.blocks.errors import moved_with_pose
 from robolaser.model.forward_model import Model
+from robolaser.model.grouped_rows import GroupedRows
+from robolaser.model.sensors.placements import SIX
 
 
 def mispaired(poses: int, gap_m: float) -> WrongInput:
@@ -36,13 +38,14 @@ def squares(observed: Dataset, errors: Array) -> dict[str, float]:
 
 
 def squares_within(model: Model, x: Array, errors: Array) -> dict[str, float]:
-    """The same of rows' errors (m, k), without what a motion of the whole pose explains."""
-    data, moves = model.dataset, np.concatenate(moved_with_pose(model.blocks, *model.at(x)), axis=2)
-    left = np.empty_like(errors)
-    for rows in (np.flatnonzero(data.points.pose == pose) for pose in np.unique(data.points.pose)):
-        own, moved = errors[rows].ravel(), moves[rows].reshape(-1, moves.shape[2])
-        left[rows] = (own - moved @ np.linalg.lstsq(moved, own, rcond=None)[0]).reshape(-1, errors.shape[1])
-    return squares(data, left)
+    """The same of rows' errors (m, k), without what a motion of the whole pose explains: all of six numbers."""
+    rows = GroupedRows(model.dataset.points.pose)
+    moves = rows.apart(np.concatenate(moved_with_pose(model.blocks, *model.at(x)), axis=2))
+    own = rows.apart(errors)
+    move = np.linalg.pinv(moves.reshape(len(own), -1, moves.shape[3])) @ own.reshape(len(own), -1, 1)
+    left = rows.together(own - (moves @ move[:, None])[..., 0])
+    numbers = np.bincount(rows.group)[rows.group, None] * errors.shape[1]
+    return squares(model.dataset, np.where(numbers > len(SIX), left, 0.0))
 
 
 def fall_in_sigmas(before: Mapping[str, float], after: Mapping[str, float]) -> float:

@@ -50,5 +50,5 @@ def placed_frames(calibration: Calibration) -> Mapping[str, Mapping[str, Array]]
 
 def _with_sensor(text: str, calibration: Calibration) -> str:
     for link, frames in placed_frames(calibration).items():
-        text = with_fixed_frames(text, link, frames)
+        text = with_fixed_frames(text, link, frames) if frames else text
     return text

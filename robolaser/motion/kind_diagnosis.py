@@ -1,6 +1,6 @@
 """Diagnosis of the rows of one kind: the gap, its effects, and the remaining error."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
@@ -49,8 +49,9 @@ class KindDiagnosis:
     enough: Array  # usual error of each joint, (j,)
     cut: Bools | bool = False  # rows without a search for effects, (n, j)
     remarks: tuple[str, ...] = ()
-    named: Array = field(default_factory=lambda: np.empty(0))
-    """Errors on unseen motions with the shown effects alone, (n, j): others are in the model, but too small to name."""
+    # errors on unseen motions with the shown effects alone, (n, j): others are in the model, but too small to name;
+    # None where all are shown
+    named: Array | None = None
 
     @property
     def has_gap(self) -> Bools:
@@ -71,6 +72,8 @@ class KindDiagnosis:
     @property
     def as_named(self) -> "KindDiagnosis":
         """The same with the errors of the shown effects alone."""
+        if self.named is None:
+            return self
         size = root_mean_squares(self.named)
         gap = replace(self.gap, after=size, noise_floor=np.minimum(self.gap.noise_floor, size))
         return replace(self, after=self.named, gap=gap)

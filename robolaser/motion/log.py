@@ -8,7 +8,6 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.data.sensor_format import MOTION_KIND
 from robolaser.robot.kinematics import Robot
 
 QUANTITIES = ("command", "q", "qd", "tau", "load")  # quantities of a joint that a log may have
@@ -45,7 +44,7 @@ class MotionLog:
     licence: str = ""
     warnings: tuple[str, ...] = ()
 
-    kind = MOTION_KIND
+    kind = "motion"
 
     def __len__(self) -> int:
         return len(self.time_s)

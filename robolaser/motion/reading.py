@@ -11,7 +11,6 @@ from robolaser.arrays import Array
 from robolaser.bounded_reading import SETTINGS_BYTES, parse_toml, read_text
 from robolaser.data.csv_tables import CsvTable, bad_cell, finite, read_table, table_text
 from robolaser.data.dataset_file import FILE, FORMAT, RobotTable, read_robot
-from robolaser.data.sensor_format import MOTION_KIND
 from robolaser.data.toml_schema import NotNegative, Positive, read_toml, typed
 from robolaser.data.writing import robot_table, toml_text
 from robolaser.errors import DataError, near
@@ -67,7 +66,7 @@ def is_motion(folder: str | Path) -> bool:
         sensor = parse_toml(read_text(file, SETTINGS_BYTES)).get("sensor")
     except (ValueError, DataError):
         return False
-    return isinstance(sensor, dict) and sensor.get("kind") == MOTION_KIND
+    return isinstance(sensor, dict) and sensor.get("kind") == "motion"
 
 
 def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:

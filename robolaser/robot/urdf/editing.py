@@ -23,8 +23,6 @@ def with_fixed_frames(text: str, parent: str, frames: Mapping[str, Array]) -> st
     Raises:
         RobotError: There is no such parent.
     """
-    if not frames:
-        return text
     robot = read_xml(text)
     links, joints = names_in(robot, "link"), names_in(robot, "joint")
     if parent not in links:
