@@ -117,11 +117,11 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
 
     progress("weighing the evidence", 0.6)
     held_out = HeldOut(start, seed, calibration, selected)
-    nested, weighed, left = prune(refits, selected, held_out, lambda what: progress(what, 0.6))
+    nested, remaining, left = prune(refits, selected, held_out, lambda what: progress(what, 0.6))
 
     progress("judging the gap", 0.8)
     case = Case(preparation, data, refits, held_out, seed)
-    found = Conclusion.of(case, nested, weighed, [] if hindrance else left, scatters=not hindrance)
+    found = Conclusion.of(case, nested, remaining, [] if hindrance else left, scatters=not hindrance)
     final, evidence, verdict, judgement = found.final, found.evidence, found.verdict, found.judgement
     noise, gap, scatter = judgement.noise, judgement.gap, judgement.scatter
     where = [at_other_poses(misread.share)] if misread and misread.shift else merged(found.where)
